@@ -11,6 +11,9 @@ use dovetail_mesh::units::Units;
 /// residual does not count as a motion.
 pub const LARGEST_TOLERANCE: f64 = 1e-3;
 
+/// Largest number of harmonics; more are taken for a typing error.
+const MOST_HARMONICS: u32 = 1000;
+
 /// Keys of a scene.
 pub const SCENE: Vocabulary = Vocabulary {
     former: &[
@@ -747,7 +750,7 @@ const EXCITATION: [Key; 11] = [
     ),
     key(
         "harmonic",
-        Kind::Whole(Some(1), None),
+        Kind::Whole(Some(1), Some(MOST_HARMONICS)),
         "1",
         "at most `response.harmonics`",
         "harmonic = 1",
@@ -825,6 +828,7 @@ const RESPONSE: [Key; 16] = [
     ),
     key(
         "accuracy",
+        // Below it, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
         Kind::Number("", Limits::between(1e-4, 0.5)),
         "0.01",
         "largest relative error of the observed amplitudes, where `harmonics` is not given, see \
@@ -833,7 +837,7 @@ const RESPONSE: [Key; 16] = [
     ),
     key(
         "harmonics",
-        Kind::Whole(Some(1), Some(1000)),
+        Kind::Whole(Some(1), Some(MOST_HARMONICS)),
         "none",
         "kept besides the mean, in the place of an accuracy",
         "harmonics = 3",
@@ -849,7 +853,7 @@ const RESPONSE: [Key; 16] = [
     ),
     key(
         "samples",
-        Kind::Whole(None, Some(1_048_576)),
+        Kind::Whole(None, Some(1 << 20)),
         "128",
         "at least 4 `harmonics` + 4; instants of a period at which contact is decided",
         "samples = 128",

@@ -98,6 +98,11 @@ impl Vocabulary {
         self.sections.iter().find(|s| s.name == name)
     }
 
+    /// Declaration of a key.
+    pub fn key(&self, section: &str, key: &str) -> Option<&'static Key> {
+        self.section(section)?.keys.iter().find(|k| k.name == key)
+    }
+
     /// Keys that a section accepts; empty if there is no such section.
     pub fn keys_of(&self, section: &str) -> &'static [&'static str] {
         self.section(section).map_or(&[], |s| (s.fields)())

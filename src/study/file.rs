@@ -122,9 +122,8 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     let scene = checker.text(&top, "scene", &raw.scene);
     check_overrides(checker, &raw.set);
     let of_file = raw.set.into_iter().map(Spanned::into_inner);
-    let words = &["one_at_a_time", "grid"];
     let modes = [Mode::OneAtATime, Mode::Grid];
-    let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
+    let mode = checker.choice(&top, "mode", &raw.mode, &modes);
     let quantities = quantities(checker, &top, raw.quantities);
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");
@@ -200,7 +199,7 @@ fn quantity(
     key: &'static str,
     word: &Located<String>,
 ) -> Option<Quantity> {
-    checker.choice(at, key, word, quantity::WORDS, quantity::ALL)
+    checker.choice(at, key, word, quantity::ALL)
 }
 
 /// Checks one `[[minimise]]`: a quantity that the study follows, and that there are designs to

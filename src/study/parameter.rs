@@ -12,7 +12,6 @@ use super::quantity::{name_and_unit, with_unit};
 use super::raw::{KIND_WORDS, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
-use crate::scene::kinds::Limits;
 use crate::scene::raw::Located;
 
 /// Largest number of cases of a grid.
@@ -173,7 +172,7 @@ pub fn check(
         (None, Some(key)) => name_of_key(checker, &at, key),
         (name, _) => checker.required_name(&at, name),
     };
-    let order = checker.number(&at, "order", &raw.order, Limits::POSITIVE, Some(2.0));
+    let order = checker.number(&at, "order", &raw.order);
     let Some(items) = &raw.values else {
         checker.missing(&at, "values");
         return None;
@@ -236,7 +235,7 @@ fn kind(
     let own = raw.key.iter().map(|key| key.get_ref().as_str());
     let kinds = own.chain(keys(values)).map(Kind::of_key);
     let kind = match &raw.is {
-        Some(_) => checker.choice(at, "is", &raw.is, &KIND_WORDS, &KINDS)?,
+        Some(_) => checker.choice(at, "is", &raw.is, &KINDS)?,
         None => kinds
             .max_by_key(|kind| *kind as usize)
             .unwrap_or(Kind::Numerical),
@@ -394,7 +393,7 @@ fn sizes(
             let compact: String = rule.split_whitespace().collect();
             by_rule = Some(compact.clone());
             let rule = Some(Spanned::new(span, compact));
-            let size = checker.choice(at, "size", &rule, &RULES, &SIZES)?;
+            let size = checker.word(at, "size", &rule, &RULES, &SIZES)?;
             for (value, item) in values.iter_mut().zip(items) {
                 value.size = Some(size(number(item.get_ref())));
             }

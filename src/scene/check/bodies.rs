@@ -9,14 +9,12 @@ use super::fields::{Checker, Table};
 use super::mesh::units;
 use crate::scene::error::Fault;
 use crate::scene::keys;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Numbers, RawBody, RawContact, RawRotation, RawScene};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
 
 /// Largest accepted speed, rpm: far above it squares would leave the range of f64.
-const MOST_RPM: f64 = 1e7;
 
 /// Checks the bodies. `units` are those of `[mesh]`.
 pub fn bodies(
@@ -115,7 +113,7 @@ fn body(
     let key = "fixed_interface_modes";
     let modes = match (&raw.fixed_interface_modes, original) {
         (None, original) => Some(original.and_then(|o| o.fixed_interface_modes)),
-        (given, _) => checker.count(&at, key, given, 0..=10_000, 0).map(Some),
+        (given, _) => checker.optional_count(&at, key, given, None),
     };
     let mut supports =
         |key, given: &Located<Vec<Spanned<String>>>, of: &dyn Fn(&BodySpec) -> Vec<String>| match (
@@ -222,13 +220,7 @@ fn body_mesh(
 }
 
 fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placement> {
-    let degrees = checker.number(
-        at,
-        "rotation_deg",
-        &raw.rotation_deg,
-        Limits::ANY,
-        Some(0.0),
-    );
+    let degrees = checker.number(at, "rotation_deg", &raw.rotation_deg);
     let axis = match (&raw.rotation_deg, &raw.rotation_axis) {
         (None, None) => Some([0.0, 0.0, 1.0]),
         (_, axis) => checker.direction(at, "rotation_axis", axis),
@@ -270,15 +262,7 @@ fn material(
             return Some(MaterialSpec::OfMesh(None));
         }
     }
-    let limits = [
-        Limits::POSITIVE,
-        Limits::between(-1.0, 0.5),
-        Limits::POSITIVE,
-    ];
-    let mut found = [None; 3];
-    for ((found, (key, value)), limits) in found.iter_mut().zip(numbers).zip(limits) {
-        *found = checker.number(at, key, value, limits, None);
-    }
+    let found = numbers.map(|(key, value)| checker.number(at, key, value));
     let [young_pa, poisson, density_kg_m3] = found;
     let material = Material {
         young_pa: young_pa?,
@@ -326,18 +310,11 @@ pub fn rotation(
     let at = Table::of("rotation", raw.span(), None);
     let raw = raw.get_ref();
     let axis = checker.direction(&at, "axis", &raw.axis);
-    let speed = checker.number(
-        &at,
-        "speed_rpm",
-        &raw.speed_rpm,
-        Limits::from_zero_to(MOST_RPM),
-        None,
-    );
+    let speed = checker.number(&at, "speed_rpm", &raw.speed_rpm);
     let prestress = checker.choice(
         &at,
         "prestress",
         &raw.prestress,
-        &["contact", "held_flanks", "none"],
         &[Prestress::Contact, Prestress::HeldFlanks, Prestress::None],
     );
     let carried = match &raw.bodies {

@@ -5,7 +5,6 @@ use serde_spanned::Spanned;
 use super::fields::{Checker, Table};
 use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{Number, RawContact, RawDamping};
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FlankStiffness, Side};
@@ -33,20 +32,15 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
             &at,
             "law",
             &raw.law,
-            &["unilateral_coulomb", "bonded"],
             &[ContactLaw::UnilateralCoulomb, ContactLaw::Bonded],
         );
-        let unused = (law == Some(ContactLaw::Bonded)).then_some(0.0);
-        let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, unused);
-        let gap_from_mesh =
-            checker.choice(&at, "gap", &raw.gap, &["closed", "mesh"], &[false, true]);
-        let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::ANY, Some(0.0));
-        let reach = match &raw.search_distance_m {
-            None => Some(None),
-            given => checker
-                .number(&at, "search_distance_m", given, Limits::POSITIVE, None)
-                .map(Some),
+        let friction = match (law, &raw.friction) {
+            (Some(ContactLaw::Bonded), None) => Some(0.0),
+            (_, given) => checker.number(&at, "friction", given),
         };
+        let gap_from_mesh = checker.choice(&at, "gap", &raw.gap, &[false, true]);
+        let gap_m = checker.number(&at, "gap_m", &raw.gap_m);
+        let reach = checker.optional_number(&at, "search_distance_m", &raw.search_distance_m);
         let keys = ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"];
         let given = [&raw.normal_stiffness_n_m3, &raw.tangential_stiffness_n_m3];
         let stiffness = stiffness(checker, &at, keys, given);
@@ -109,7 +103,7 @@ fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<S
         return Some(None);
     }
     let sides = [Side::First, Side::Second];
-    let side = checker.choice(at, "slave", &raw.slave, &["first", "second"], &sides);
+    let side = checker.choice(at, "slave", &raw.slave, &sides);
     side.map(Some)
 }
 
@@ -123,7 +117,7 @@ pub fn stiffness(
     let [normal, tangential] = [0, 1].map(|i| {
         given[i]
             .as_ref()
-            .map(|_| checker.number(at, keys[i], given[i], Limits::POSITIVE, None))
+            .map(|_| checker.number(at, keys[i], given[i]))
     });
     let mut lacks = |key: usize, other: usize, span| {
         let remedy = "give both, or leave both out: rigid contact";
@@ -157,13 +151,7 @@ fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<C
         }
         return Some(None);
     }
-    let radius = checker.number(
-        at,
-        "crown_radius_m",
-        &raw.crown_radius_m,
-        Limits::POSITIVE,
-        None,
-    );
+    let radius = checker.number(at, "crown_radius_m", &raw.crown_radius_m);
     let axis = match &raw.crown_axis {
         None => Some(None),
         given => checker.direction(at, "crown_axis", given).map(Some),
@@ -189,8 +177,8 @@ pub fn damping(
     let remedy = "keep `ratio` (with `linear_mode`), or `stiffness_s` and `mass_per_s`, not both";
     if let Some(given) = &raw.ratio {
         checker.exclude(&at, ("ratio", given.span()), &rayleigh, remedy)?;
-        let ratio = checker.number(&at, "ratio", &raw.ratio, Limits::from_zero_to(1.0), None);
-        let linear_mode = checker.count(&at, "linear_mode", &raw.linear_mode, 1..=10_000, 1)?;
+        let ratio = checker.number(&at, "ratio", &raw.ratio);
+        let linear_mode = checker.count(&at, "linear_mode", &raw.linear_mode)?;
         if let Some(kept) = response
             .and_then(|r| r.stuck_modes)
             .filter(|&kept| linear_mode > kept)
@@ -225,20 +213,8 @@ pub fn damping(
         );
         return None;
     }
-    let stiffness_s = checker.number(
-        &at,
-        "stiffness_s",
-        &raw.stiffness_s,
-        Limits::NOT_NEGATIVE,
-        Some(0.0),
-    );
-    let mass_per_s = checker.number(
-        &at,
-        "mass_per_s",
-        &raw.mass_per_s,
-        Limits::NOT_NEGATIVE,
-        Some(0.0),
-    );
+    let stiffness_s = checker.number(&at, "stiffness_s", &raw.stiffness_s);
+    let mass_per_s = checker.number(&at, "mass_per_s", &raw.mass_per_s);
     Some(DampingSpec::Rayleigh {
         stiffness_s: stiffness_s?,
         mass_per_s: mass_per_s?,

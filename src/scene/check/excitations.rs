@@ -7,9 +7,7 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
 use super::loads::{self, Sizes};
-use super::response::MOST_HARMONICS;
 use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::RawExcitation;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadSpec};
@@ -28,8 +26,7 @@ pub fn excitations(
             let raw = table.get_ref();
             let cause = kind(checker, &at, base_dir, raw);
             let harmonic = harmonic(checker, &at, raw, response);
-            let any = Limits::ANY;
-            let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg, any, Some(0.0));
+            let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg);
             let (kind, amplitude) = cause?;
             Some(ExcitationSpec {
                 kind,
@@ -48,7 +45,7 @@ fn harmonic(
     raw: &RawExcitation,
     response: Option<&ResponseSpec>,
 ) -> Option<usize> {
-    let harmonic = checker.count(at, "harmonic", &raw.harmonic, 1..=MOST_HARMONICS, 1)?;
+    let harmonic = checker.count(at, "harmonic", &raw.harmonic)?;
     let kept = response.map(|r| r.resolution.most_harmonics());
     if let Some(harmonics) = kept.filter(|kept| harmonic > *kept) {
         let span = raw.harmonic.as_ref().map_or(at.span.clone(), Spanned::span);
@@ -97,7 +94,7 @@ fn kind(
         checker.lacks(at, "factor", "file", factor.span(), remedy);
     }
     if let Some((_, base, motion)) = bases.into_iter().find(|base| base.0 == key) {
-        let amplitude = checker.number(at, key, base, Limits::NOT_NEGATIVE, None);
+        let amplitude = checker.number(at, key, base);
         let direction = checker.direction(at, "direction", &raw.direction);
         let on = raw.on.as_ref().map(Spanned::span);
         let remedy = "leave `on` out: all supports and rigid ground move as one";
@@ -125,8 +122,7 @@ fn field(
 ) -> Option<(ExcitationKind, f64)> {
     let on = checker.text(at, "on", &raw.on);
     let file = checker.text(at, "file", &raw.file);
-    let limits = Limits::NOT_NEGATIVE;
-    let factor = checker.number(at, "factor", &raw.factor, limits, Some(1.0));
+    let factor = checker.number(at, "factor", &raw.factor);
     let direction = raw.direction.as_ref().map(Spanned::span);
     let remedy = "leave `direction` out: a file has forces with three components, or pressures along the inward normal";
     checker.exclude(at, ("file", span), &[("direction", direction)], remedy)?;

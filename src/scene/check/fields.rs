@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::scene::error::{Fault, Problem};
 use crate::scene::keys;
-use crate::scene::kinds::Limits;
+use crate::scene::kinds::{Kind, Limits};
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
 
@@ -67,60 +67,132 @@ impl Checker<'_> {
         );
     }
 
-    /// Returns a number within limits. `default` replaces an absent key; without a default an
-    /// absent key is a fault.
+    /// Returns the type of a key with its limits and choices, as the vocabulary declares them.
+    fn kind(&self, table: &Table, key: &str) -> Option<Kind> {
+        let kind = self
+            .source
+            .vocabulary
+            .key(table.section, key)
+            .map(|k| k.kind);
+        debug_assert!(kind.is_some(), "{} is not declared", table.key(key));
+        kind
+    }
+
+    /// Returns the default of a key if the vocabulary declares a value.
+    fn default_value(&self, table: &Table, key: &str) -> Option<toml::Value> {
+        let declared = self.source.vocabulary.key(table.section, key)?;
+        declared.default_value()
+    }
+
+    /// Returns a number within the limits of its key. An absent key has its default; without a
+    /// default it is a fault.
     pub fn number(
         &mut self,
         table: &Table,
         key: &'static str,
         value: &Located<Number>,
-        limits: Limits,
-        default: Option<f64>,
     ) -> Option<f64> {
         let Some(value) = value else {
+            let default = match self.default_value(table, key) {
+                Some(toml::Value::Integer(default)) => Some(default as f64),
+                Some(toml::Value::Float(default)) => Some(default),
+                _ => None,
+            };
             if default.is_none() {
                 self.missing(table, key);
             }
             return default;
         };
+        let limits = match self.kind(table, key) {
+            Some(Kind::Number(_, limits)) => limits,
+            _ => Limits::ANY,
+        };
         let Number(number) = *value.get_ref();
         if limits.contain(number) {
             return Some(number);
         }
-        let (path, value_text) = (table.key(key), number.to_string());
-        let fault = Fault::OutOfRange {
-            path,
-            value: value_text,
-            limits: limits.to_string(),
-        };
-        self.fault(value.span(), fault);
+        self.out_of_range(table, key, value.span(), number, limits.to_string());
         None
     }
 
-    /// Returns a whole number in `range`. `default` replaces an absent key.
+    /// Returns a number within the limits of its key, `Some(None)` if the key is absent.
+    pub fn optional_number(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Number>,
+    ) -> Option<Option<f64>> {
+        match value {
+            None => Some(None),
+            value => self.number(table, key, value).map(Some),
+        }
+    }
+
+    /// Returns a whole number within the limits of its key. An absent key has its default; without
+    /// a default it is a fault.
     pub fn count(
         &mut self,
         table: &Table,
         key: &'static str,
         value: &Located<Count>,
-        range: std::ops::RangeInclusive<usize>,
-        default: usize,
     ) -> Option<usize> {
+        if value.is_none() {
+            let default = self.default_value(table, key);
+            let default = default.and_then(|default| default.as_integer());
+            let default = default.and_then(|default| usize::try_from(default).ok());
+            if default.is_none() {
+                self.missing(table, key);
+            }
+            return default;
+        }
+        self.optional_count(table, key, value, None)?
+    }
+
+    /// Returns a whole number within the limits of its key and at most `most`, `Some(None)` if the
+    /// key is absent.
+    pub fn optional_count(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Count>,
+        most: Option<usize>,
+    ) -> Option<Option<usize>> {
         let Some(value) = value else {
-            return Some(default);
+            return Some(None);
+        };
+        let (least, declared) = match self.kind(table, key) {
+            Some(Kind::Whole(least, most)) => (least.unwrap_or(1), most),
+            _ => (0, None),
         };
         let Count(count) = *value.get_ref();
-        if range.contains(&count) {
-            return Some(count);
+        let ends = [declared.map(|most| most as usize), most];
+        let most = ends.into_iter().flatten().min().unwrap_or(usize::MAX);
+        if (least as usize..=most).contains(&count) {
+            return Some(Some(count));
         }
-        let limits = format!("a whole number from {} to {}", range.start(), range.end());
+        let limits = if most == usize::MAX {
+            format!("a whole number from {least} on")
+        } else {
+            format!("a whole number from {least} to {most}")
+        };
+        self.out_of_range(table, key, value.span(), count, limits);
+        None
+    }
+
+    fn out_of_range(
+        &mut self,
+        table: &Table,
+        key: &str,
+        span: Range<usize>,
+        value: impl std::fmt::Display,
+        limits: String,
+    ) {
         let fault = Fault::OutOfRange {
             path: table.key(key),
-            value: count.to_string(),
+            value: value.to_string(),
             limits,
         };
-        self.fault(value.span(), fault);
-        None
+        self.fault(span, fault);
     }
 
     /// Returns a text that is not empty.
@@ -162,8 +234,25 @@ impl Checker<'_> {
         fit.then(|| name.clone())
     }
 
-    /// Returns one of `choices`; the first is the default.
+    /// Returns the one of `choices` whose word is given: they stand in the order of the words that
+    /// the vocabulary declares. The first is the default.
     pub fn choice<T: Copy>(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<String>,
+        choices: &[T],
+    ) -> Option<T> {
+        let words: &[&str] = match self.kind(table, key) {
+            Some(Kind::Choice(words) | Kind::Choices(words)) => words,
+            _ => &[],
+        };
+        debug_assert_eq!(words.len(), choices.len(), "{}", table.key(key));
+        self.word(table, key, value, words, choices)
+    }
+
+    /// Returns the one of `choices` whose word is given; the first is the default.
+    pub fn word<T: Copy>(
         &mut self,
         table: &Table,
         key: &'static str,

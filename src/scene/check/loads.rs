@@ -5,7 +5,6 @@ use std::ops::Range;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Number, Numbers, RawLoad};
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
@@ -64,7 +63,7 @@ pub fn load(
                   `pressure_pa` (along the inward normal)";
     let (key, span) = checker.one_of(at, &size.given(), remedy)?;
     if key == "pressure_pa" {
-        let pressure = checker.number(at, key, size.pressure_pa, Limits::ANY, None);
+        let pressure = checker.number(at, key, size.pressure_pa);
         let direction = direction.as_ref().map(Spanned::span);
         let remedy = "leave `direction` out: a pressure acts along the inward normal; `traction_pa` has a direction";
         checker.exclude(at, (key, span), &[("direction", direction)], remedy)?;
@@ -74,7 +73,7 @@ pub fn load(
         "force_n" => (size.force_n, true),
         _ => (size.traction_pa, false),
     };
-    let amplitude = checker.number(at, key, value, Limits::NOT_NEGATIVE, None);
+    let amplitude = checker.number(at, key, value);
     let direction = checker.direction(at, "direction", direction)?;
     let unit = match is_force {
         true => LoadKind::Force {

@@ -8,7 +8,6 @@ use serde_spanned::Spanned;
 use super::fields::{Checker, Table};
 use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Number, RawMesh};
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{MeshKind, MeshSource};
@@ -72,12 +71,10 @@ pub fn units(
         }
         (None, words) => {
             let systems = Units::SYSTEMS.map(|(_, units)| units);
-            checker
-                .choice(at, "units", words, &entries::UNITS, &systems)
-                .map(Some)
+            checker.choice(at, "units", words, &systems).map(Some)
         }
         (metres, None) => {
-            let metres = checker.number(at, "metres_per_unit", metres, Limits::POSITIVE, None)?;
+            let metres = checker.number(at, "metres_per_unit", metres)?;
             Some(Some(Units::MetresPerUnit(metres)))
         }
     }
@@ -119,13 +116,7 @@ fn mesh_kind(
         return None;
     }
     let script = checker.text(at, "geometry", &raw.geometry);
-    let time_limit = checker.number(
-        at,
-        "time_limit_s",
-        &raw.time_limit_s,
-        Limits::between(0.0, 1e9),
-        Some(120.0),
-    );
+    let time_limit = checker.number(at, "time_limit_s", &raw.time_limit_s);
     let fallback = raw
         .fallback
         .as_ref()

@@ -75,13 +75,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         None => Some(10),
         Some(table) => {
             let at = Table::of("static", table.span(), None);
-            checker.count(
-                &at,
-                "load_steps",
-                &table.get_ref().load_steps,
-                1..=10_000,
-                10,
-            )
+            checker.count(&at, "load_steps", &table.get_ref().load_steps)
         }
     };
     Some(Scene {

@@ -8,7 +8,6 @@ use serde_spanned::Spanned;
 use super::contacts::stiffness;
 use super::fields::{Checker, Table};
 use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawReducedModel, RawScene};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
@@ -22,12 +21,12 @@ pub fn reduced_model(
     let at = Table::of("reduced_model", raw.span(), None);
     let raw = raw.get_ref();
     let folder = checker.text(&at, "folder", &raw.folder);
-    let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
+    let friction = checker.number(&at, "friction", &raw.friction);
     let keys = ["normal_stiffness_n_m", "tangential_stiffness_n_m"];
     let given = [&raw.normal_stiffness_n_m, &raw.tangential_stiffness_n_m];
     let stiffness = stiffness(checker, &at, keys, given);
-    let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
-    let force_n = checker.number(&at, "force_n", &raw.force_n, Limits::NOT_NEGATIVE, None);
+    let gap_m = checker.number(&at, "gap_m", &raw.gap_m);
+    let force_n = checker.number(&at, "force_n", &raw.force_n);
     Some(ReducedModelSpec {
         folder: base_dir.join(folder?),
         law: PairLaw {

@@ -5,121 +5,58 @@ use serde_spanned::Spanned;
 use super::fields::{Checker, Table};
 use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
 use crate::scene::raw::{Number, RawResponse};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 
-/// Largest number of harmonics; more are taken for a typing error.
-pub const MOST_HARMONICS: usize = 1_000;
-/// Largest number of samples; more are taken for a typing error.
-const MOST_SAMPLES: usize = 1 << 20;
-/// Largest number of frequencies; more are taken for a typing error.
-const MOST_POINTS: usize = 1_000_000;
-
 pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<ResponseSpec> {
     let at = Table::of("response", raw.span(), None);
     let raw = raw.get_ref();
-    let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
-    let added = checker.count(
-        &at,
-        "most_added_points",
-        &raw.most_added_points,
-        0..=1000,
-        12,
-    );
+    let points = checker.count(&at, "points", &raw.points);
+    let added = checker.count(&at, "most_added_points", &raw.most_added_points);
     let range = frequency_range(checker, &at, raw, points);
     let (resolution, tolerance) = resolution(checker, &at, raw);
-    let compare = raw.compare_harmonics.as_ref().map(|_| {
-        let most = resolution.map_or(MOST_HARMONICS, Resolution::most_harmonics);
-        checker.count(
-            &at,
-            "compare_harmonics",
-            &raw.compare_harmonics,
-            1..=most,
-            1,
-        )
-    });
+    let most = resolution.map(Resolution::most_harmonics);
+    let compare = checker.optional_count(&at, "compare_harmonics", &raw.compare_harmonics, most);
     let eps = checker.choice(
         &at,
         "eps",
         &raw.eps,
-        &["dynamic", "pair", "spectral_radius"],
         &[
             EpsChoice::Dynamic,
             EpsChoice::Pair,
             EpsChoice::SpectralRadius,
         ],
     );
-    let eps_scale = checker.number(
+    let eps_scale = checker.number(&at, "eps_scale", &raw.eps_scale);
+    let iterations = checker.count(&at, "max_newton_iterations", &raw.max_newton_iterations);
+    let most_seconds = checker.optional_number(
         &at,
-        "eps_scale",
-        &raw.eps_scale,
-        Limits::POSITIVE,
-        Some(1.0),
+        "most_seconds_per_frequency",
+        &raw.most_seconds_per_frequency,
     );
-    let iterations = checker.count(
-        &at,
-        "max_newton_iterations",
-        &raw.max_newton_iterations,
-        1..=100_000,
-        60,
-    );
-    let most_seconds = raw.most_seconds_per_frequency.as_ref().map(|_| {
-        checker.number(
-            &at,
-            "most_seconds_per_frequency",
-            &raw.most_seconds_per_frequency,
-            Limits::POSITIVE,
-            None,
-        )
-    });
     let solver = checker.choice(
         &at,
         "solver",
         &raw.solver,
-        &["newton_krylov", "powell"],
         &[Solver::NewtonKrylov, Solver::Powell],
     );
-    let stuck_modes = raw
-        .stuck_modes
-        .as_ref()
-        .map(|_| checker.count(&at, "stuck_modes", &raw.stuck_modes, 1..=10_000, 1));
-    let threshold = raw.slip_threshold_m.as_ref().map(|_| {
-        checker.number(
-            &at,
-            "slip_threshold_m",
-            &raw.slip_threshold_m,
-            Limits::NOT_NEGATIVE,
-            None,
-        )
-    });
+    let stuck_modes = checker.optional_count(&at, "stuck_modes", &raw.stuck_modes, None);
+    let threshold = checker.optional_number(&at, "slip_threshold_m", &raw.slip_threshold_m);
     Some(ResponseSpec {
         range: range?,
         points: points?,
         most_added_points: added?,
         resolution: resolution?,
-        compare_harmonics: match compare {
-            None => None,
-            Some(compare) => Some(compare?),
-        },
+        compare_harmonics: compare?,
         eps: eps?,
         eps_scale: eps_scale?,
         tolerance: tolerance?,
         max_newton_iterations: iterations?,
-        most_seconds_per_frequency: match most_seconds {
-            None => None,
-            Some(seconds) => Some(seconds?),
-        },
+        most_seconds_per_frequency: most_seconds?,
         solver: solver?,
-        stuck_modes: match stuck_modes {
-            None => None,
-            Some(modes) => Some(modes?),
-        },
-        slip_threshold_m: match threshold {
-            None => None,
-            Some(threshold) => Some(threshold?),
-        },
+        stuck_modes: stuck_modes?,
+        slip_threshold_m: threshold?,
     })
 }
 
@@ -136,13 +73,7 @@ fn resolution(
         ),
         (None, Some(_)) => (
             fixed(checker, at, raw),
-            checker.number(
-                at,
-                "tolerance",
-                &raw.tolerance,
-                Limits::between(0.0, entries::LARGEST_TOLERANCE),
-                Some(1e-8),
-            ),
+            checker.number(at, "tolerance", &raw.tolerance),
         ),
         (None, None) => (
             by_default(checker, at, raw),
@@ -158,9 +89,9 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
             checker.fault(none.span(), Fault::NoHarmonic);
             None
         }
-        _ => checker.count(at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 1),
+        _ => checker.count(at, "harmonics", &raw.harmonics),
     };
-    let samples = checker.count(at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
+    let samples = checker.count(at, "samples", &raw.samples);
     let (harmonics, samples) = (harmonics?, samples?);
     let least = Resolution::least_samples(harmonics);
     if samples < least {
@@ -218,13 +149,9 @@ fn adapted(
     let remedy =
         "keep `accuracy`, from which harmonics, samples and tolerance follow, or those, not both";
     checker.exclude(at, ("accuracy", accuracy.span()), &others, remedy)?;
-    let accuracy = checker.number(at, "accuracy", &raw.accuracy, ACCURACY, None)?;
+    let accuracy = checker.number(at, "accuracy", &raw.accuracy)?;
     Some(Resolution::Accuracy(accuracy))
 }
-
-/// Accepted accuracies: below them, motions that differ by 1e-3 all satisfy the balance
-/// (docs/method.md).
-const ACCURACY: Limits = Limits::between(1e-4, 0.5);
 
 /// Accuracy of a scene that gives neither an accuracy nor harmonics.
 const DEFAULT_ACCURACY: f64 = 0.01;

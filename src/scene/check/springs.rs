@@ -3,7 +3,6 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use crate::scene::kinds::Limits;
 use crate::scene::raw::RawSpring;
 use dovetail_solver::model::SpringSpec;
 
@@ -29,7 +28,7 @@ pub fn springs(checker: &mut Checker, raw: &[Spanned<RawSpring>]) -> Option<Vec<
             given => checker.text(&at, "second", given).map(Some),
         };
         let key = "stiffness_n_m";
-        let stiffness_n_m = checker.number(&at, key, &raw.stiffness_n_m, Limits::POSITIVE, None);
+        let stiffness_n_m = checker.number(&at, key, &raw.stiffness_n_m);
         let direction = match &raw.direction {
             None => Some(None),
             given => checker.direction(&at, "direction", given).map(Some),
