@@ -20,7 +20,8 @@ pub fn open(path: &Path) -> Result<File> {
 /// Checks that there is a regular file, without opening it: opening a named pipe waits for its
 /// other end.
 ///
-/// # Errors The errors of [`open`].
+/// # Errors
+/// The errors of [`open`].
 pub fn check(path: &Path) -> Result<()> {
     let kind = std::fs::metadata(path)?.file_type();
     match kind.is_file() {
@@ -54,7 +55,8 @@ fn called(kind: FileType) -> &'static str {
 
 /// Reads all bytes of a regular file.
 ///
-/// # Errors The errors of [`open`] and of reading.
+/// # Errors
+/// The errors of [`open`] and of reading.
 pub fn bytes(path: &Path) -> Result<Vec<u8>> {
     check(path)?;
     std::fs::read(path)
@@ -62,8 +64,8 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
 
 /// Reads the bytes of a file that a person writes, at most [`MOST_TEXT_BYTES`].
 ///
-/// # Errors The errors of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer
-/// file.
+/// # Errors
+/// The errors of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer file.
 pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?
@@ -83,8 +85,8 @@ pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
 
 /// Reads the text of a file that a person writes, at most [`MOST_TEXT_BYTES`] of UTF-8.
 ///
-/// # Errors The errors of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not
-/// UTF-8.
+/// # Errors
+/// The errors of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not UTF-8.
 pub fn text(path: &Path) -> Result<String> {
     String::from_utf8(short_bytes(path)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

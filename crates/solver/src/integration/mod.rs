@@ -20,7 +20,7 @@ pub mod contact_forces;
 pub mod steady;
 pub mod step;
 
-/// Why a motion could not be integrated.
+/// Error of a motion that was not integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum IntegrationError {

@@ -179,7 +179,8 @@ impl BodyBuilder {
     /// Puts the middle nodes of the flanks' edges, which move with the mean of their corners, half
     /// way between these. Returns `None` where all of them are there already.
     ///
-    /// # Errors Elements fold over themselves after the change.
+    /// # Errors
+    /// Elements fold over themselves after the change.
     pub(super) fn straighten_flanks(
         &mut self,
         mesh: &Mesh,

@@ -12,8 +12,8 @@ use dovetail_mesh::{Group, Mesh};
 /// Adds the bodies that have meshes of their own to the mesh that the others share. `read` gives
 /// the mesh of a file; each file is read once.
 ///
-/// # Errors The errors of `read`, and [`ModelError`] where a volume or the original of a copy is
-/// missing.
+/// # Errors
+/// The errors of `read`, and [`ModelError`] where a volume or the original of a copy is missing.
 pub fn gather<E: From<ModelError>>(
     assembly: &Assembly,
     shared: Option<Mesh>,

@@ -18,7 +18,8 @@ const DENSE: &str = "%%MatrixMarket matrix array real general";
 /// Writes a dense array, column by column, below a comment line. Numbers have the shortest digits
 /// that read back exactly.
 ///
-/// # Errors The errors of the file.
+/// # Errors
+/// The errors of the file.
 pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     writeln!(file, "{DENSE}\n% {comment}\n{} {}", a.nrows(), a.ncols())?;
@@ -32,7 +33,8 @@ pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
 
 /// Comment lines below the header of a matrix, without their sign.
 ///
-/// # Errors The errors of the file.
+/// # Errors
+/// The errors of the file.
 pub fn comments(path: &Path) -> io::Result<Vec<String>> {
     let mut lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
     lines.next().transpose()?;
@@ -49,7 +51,8 @@ pub fn comments(path: &Path) -> io::Result<Vec<String>> {
 /// Reads a matrix. The size in the header is compared with the length of the file before memory is
 /// allocated.
 ///
-/// # Errors A description of the error, with the line where there is one.
+/// # Errors
+/// A description of the error, with the line where there is one.
 pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let said = |e: io::Error| e.to_string();
     let file = input::open(path).map_err(said)?;

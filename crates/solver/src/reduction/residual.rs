@@ -47,8 +47,9 @@ pub enum ResidualError {
 /// mass and orthogonal to each other and to the modes. Loads that depend on each other, or that the
 /// modes answer in full, give fewer vectors than there are loads.
 ///
-/// # Errors Loads or answers that are not finite, or too large to be squared; a dense eigenvalue
-/// solver that does not converge.
+/// # Errors
+/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that
+/// does not converge.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
     answers: MatRef<'_, f64>,

@@ -62,7 +62,8 @@ impl Transformation {
     /// `first_coordinate` gives the first of the three that are the displacement of a node of an
     /// interface.
     ///
-    /// # Errors [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
+    /// # Errors
+    /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
     /// [`ReductionError::Circle`] where slaves are each other's masters,
     /// [`ReductionError::NotOfInterface`].
     pub(super) fn new(

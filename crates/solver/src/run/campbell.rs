@@ -66,7 +66,8 @@ impl Crossing {
 /// the stiffness is a parabola of the speed, so that two assemblies, at rest and at the highest
 /// speed, give it at any speed. The stress is that with all pairs stuck.
 ///
-/// # Errors [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of
+/// # Errors
+/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of
 /// [`modes`](super::modes) at the lowest speed. A higher speed at which the structure is unstable
 /// is no error: see [`Campbell::failed`].
 pub fn campbell(

@@ -45,7 +45,8 @@ pub struct StaticResult {
 impl StaticResult {
     /// Checks that there is a static state to vibrate about.
     ///
-    /// # Errors [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
     pub fn usable(&self) -> Result<(), Error> {
         match self.state.outcome {
             Outcome::NothingHolds => Err(Error::NothingHolds {
@@ -94,7 +95,8 @@ pub struct Compared {
 impl Run {
     /// Checks that the run reached its full result.
     ///
-    /// # Errors [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
     /// [`Error::MovesTooFar`], [`Error::NotConverged`] where some frequencies failed.
     pub fn verdict(&self) -> Result<(), Error> {
         let Some(found) = &self.response else {
