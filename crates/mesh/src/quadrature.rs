@@ -12,7 +12,7 @@
 pub struct Rule {
     /// Coordinates in the reference element.
     pub points: Vec<[f64; 3]>,
-    /// Weights; they sum to its volume.
+    /// Weights; they sum to the volume of the reference element.
     pub weights: Vec<f64>,
 }
 
@@ -94,7 +94,7 @@ impl Rule {
         rule
     }
 
-    /// Points without weights, to evaluate at.
+    /// Rule of points without weights, for evaluation.
     pub fn at(points: &[[f64; 3]]) -> Self {
         Self {
             points: points.to_vec(),
@@ -102,7 +102,7 @@ impl Rule {
         }
     }
 
-    /// Orbits of barycentric points, each with the weight of one of its points.
+    /// Rule of orbits of barycentric points, each with the weight of one of its points.
     fn of(orbits: &[(&[[f64; 4]], f64)]) -> Self {
         let all = || {
             orbits
@@ -115,7 +115,7 @@ impl Rule {
         }
     }
 }
-/// Three barycentric coordinates `a`, the fourth the rest.
+/// Orbit with three barycentric coordinates `a`.
 fn corner_orbit(a: f64) -> Vec<[f64; 4]> {
     (0..4)
         .map(|corner| {
@@ -126,7 +126,7 @@ fn corner_orbit(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// Two coordinates `a`, two 1/2 - a.
+/// Orbit with two coordinates `a`, and two 1/2 - a.
 fn edge_orbit(a: f64) -> Vec<[f64; 4]> {
     pairs()
         .map(|(i, j)| {
@@ -137,7 +137,7 @@ fn edge_orbit(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// Two coordinates `a`, one `b`, one the rest.
+/// Orbit with two coordinates `a`, one `b`, and the fourth as the rest.
 fn pair_orbit(a: f64, b: f64) -> Vec<[f64; 4]> {
     let c = 1.0 - 2.0 * a - b;
     pairs()
@@ -154,7 +154,7 @@ fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j)))
 }
 
-/// Points and weights of Gauss and Legendre on -1 to 1: 1 to 4 of them, exact to degree 2 n - 1.
+/// Gauss-Legendre rule on -1 to 1: 1 to 4 points with their weights, exact to degree 2 n - 1.
 pub fn gauss_line(n: usize) -> Vec<(f64, f64)> {
     let both = |x: f64, w: f64| [(-x, w), (x, w)];
     match n {
@@ -175,7 +175,7 @@ pub fn gauss_line(n: usize) -> Vec<(f64, f64)> {
     }
 }
 
-/// Rules of the reference triangle (area 1/2), by the degree to which they are exact: 2, 4, 5 or 6.
+/// Rule of the reference triangle (area 1/2) that is exact to this degree: 2, 4, 5 or 6.
 pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
     // Weights for an area of 1.
     let mut points: Vec<([f64; 3], f64)> = Vec::new();
@@ -217,8 +217,8 @@ pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
     points.map(|(l, w)| ([l[1], l[2]], 0.5 * w)).collect()
 }
 
-/// Rules on a reference facet: of the triangle to degree 5, of the quadrilateral to degree 5 in each
-/// direction.
+/// Rule on a reference facet: to degree 5 on the triangle, to degree 5 in each direction on the
+/// quadrilateral.
 pub fn facet(corners: usize) -> Vec<([f64; 2], f64)> {
     if corners == 3 {
         return triangle(5);
