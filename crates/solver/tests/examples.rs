@@ -41,7 +41,8 @@ fn a_mass_on_friction_approaches_den_hartogs_amplitude() {
     assert!(many.abs() < 0.4 * few.abs() && many.abs() < 0.01);
 }
 
-/// At 5000 rpm: the same matrices by scipy (tests/program/blade_frequencies.rs of the program).
+/// At 5000 rpm scipy finds these frequencies for the same matrices
+/// (tests/program/blade_frequencies.rs of the program).
 #[test]
 fn modes_of_a_mesh_are_those_of_other_programs() {
     let modes = mesh_modes::modes_hz(4).unwrap();

@@ -52,7 +52,7 @@ pub struct Setting<'a> {
 
 /// Balance of one frequency.
 pub struct Balance<'a> {
-    /// What all frequencies share.
+    /// Settings and data that all frequencies share.
     pub setting: &'a Setting<'a>,
     /// Dynamic stiffness of the mean and the harmonics 1..H.
     pub stiffness: HarmonicStiffness<'a>,

@@ -174,7 +174,7 @@ impl Orbit {
     }
 }
 
-/// What one pair does over one period.
+/// Behaviour of one pair over one period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
     /// Status of the pair.
@@ -266,7 +266,7 @@ pub struct Response {
     pub orbits: Vec<Orbit>,
     /// Number of frequencies asked for; the others were added at peaks.
     pub asked: usize,
-    /// Ranges in which another motion was found beside that of `orbits`, ascending.
+    /// Ranges in which another motion was found in addition to that of `orbits`, ascending.
     pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,

@@ -11,8 +11,8 @@ pub const LEAST_RISE: f64 = 1e-3;
 const NEAREST: f64 = 0.02;
 /// The parabola says little where one interval is so many times wider than the other.
 const UNEVEN: f64 = 2.0;
-/// Where both neighbours of the highest point are lower than this fraction of it, they lie outside
-/// of the resonance, and a parabola through the three says nothing of its height.
+/// Fraction of the highest point below which both its neighbours lie outside of the resonance; a
+/// parabola through the three then says nothing of its height.
 const OUTSIDE: f64 = 0.9;
 /// Largest ratio of the squared height of a resonance between the three points to that of the
 /// middle one.

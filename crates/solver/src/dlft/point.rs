@@ -208,19 +208,19 @@ fn resized(u: &[f64], entries: usize) -> Vec<f64> {
 /// Way to approach a balance.
 #[derive(Debug, Clone, Copy)]
 enum Strategy {
-    /// From the neighbour, as it is and continued.
+    /// Start from the neighbour, as it is and continued.
     FromNeighbour(Method),
-    /// From the static state without vibration.
+    /// Start from the static state without vibration.
     FromRest(Method),
-    /// From the neighbour, in this many steps in frequency.
+    /// Steps in frequency from the neighbour.
     InFrequency(u32),
-    /// From the static state, in this many steps of the vibrating part of the load.
+    /// Steps of the vibrating part of the load from the static state.
     InForce(u32),
-    /// From the static state with rounded laws ([`super::rounded`]); each solution is the start of
-    /// the next sharper one.
+    /// Start from the static state with rounded laws ([`super::rounded`]); each solution is the
+    /// start of the next sharper one.
     InSharpness,
-    /// From the static state with the coefficients of friction at most `from`, then `growth` times
-    /// that and so on. Each start lies on the straight line in 1 / mu through the last two
+    /// Start from the static state with the coefficients of friction at most `from`, then `growth`
+    /// times that and so on. Each start lies on the straight line in 1 / mu through the last two
     /// solutions.
     InFriction { from: f64, growth: f64 },
 }

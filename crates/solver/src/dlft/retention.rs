@@ -47,7 +47,7 @@ pub enum Mean {
     Retained,
 }
 
-/// What holds the bodies of a model besides friction, found when first asked for.
+/// Supports of a model besides friction, and its free motions, found when first asked for.
 #[derive(Debug)]
 pub struct Holding<'a> {
     problem: &'a Problem,

@@ -46,10 +46,10 @@ impl TwoMotions {
 /// Amplitudes of another motion at a frequency; `None` where there is none.
 type Other = Option<Vec<f64>>;
 
-/// Where a second motion is looked for between two neighbouring orbits.
+/// Condition for the search of a second motion between two neighbouring orbits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// In any case.
+    /// Always.
     Always,
     /// Only where the curve steps from one motion to the other.
     AtSteps,
@@ -106,9 +106,9 @@ pub fn second_motions<'s, 'a: 's>(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Small,
-    /// By more than a factor of [`STEP`].
+    /// An amplitude changes by more than a factor of [`STEP`].
     Large,
-    /// [`ABRUPT`] times as fast as on either side.
+    /// An amplitude changes [`ABRUPT`] times as fast as on either side.
     Abrupt,
 }
 

@@ -346,7 +346,7 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// Single node that it meets, where the nodes of both flanks coincide.
+    /// Single node that it is paired with, where the nodes of both flanks coincide.
     pub fn partner(&self) -> Option<BodyNode> {
         match self.masters.as_slice() {
             [(partner, _)] => Some(*partner),
@@ -360,11 +360,11 @@ impl Slave {
 pub struct ContactPair {
     /// Number of its contact in [`Model::contact_names`].
     pub contact: usize,
-    /// Node, and the nodes of the other flank that it meets.
+    /// Slave node, and the nodes of the other flank that it is paired with.
     pub slave: Slave,
     /// Flank that has the slave node.
     pub side: Side,
-    /// Position half way between the node and what it meets, m.
+    /// Position half way between the node and its counterpart, m.
     pub position_m: [f64; 3],
     /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in the
     /// direction in which most of the length of the first flank's edge runs (along the slot). The relative
@@ -411,7 +411,7 @@ pub struct FlankMatch {
     pub facet_m: f64,
     /// Largest absolute weight of a master node.
     pub largest_weight: f64,
-    /// True if each node meets exactly one node.
+    /// True if each node is paired with exactly one node.
     pub nodes_match: bool,
 }
 

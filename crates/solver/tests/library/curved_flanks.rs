@@ -1,5 +1,5 @@
-//! Flanks whose edges are curved in the mesh: the model has them straight, so that a turn of the body strains nothing
-//! and a uniform pressure stays uniform.
+//! Flanks whose edges are curved in the mesh. The model makes them straight, so that a rotation of
+//! the body strains nothing and a uniform pressure stays uniform.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ fn on_ground(flanks: &[&str]) -> Assembly {
     floating
 }
 
-/// K u of a motion of the nodes, and the largest product that is summed up in it.
+/// Forces K u of a motion of the nodes, and the largest product in their sums.
 fn forces_n(model: &Model, motion: impl Fn([f64; 3]) -> [f64; 3]) -> (Vec<f64>, f64) {
     let body = &model.bodies[0];
     let mut u = vec![0.0; 3 * body.dofs.free_nodes()];
@@ -87,8 +87,9 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
     }
 }
 
-/// Edges that wind in the plane of the flank: along z all stretches alike, and the sides narrow as Poisson's ratio
-/// says, so that nothing but the flanks bears a force. Each of their nodes has its area of the stress.
+/// Edges that wind in the plane of the flank: along z all strains are alike, and the sides narrow
+/// according to Poisson's ratio, so that only the flanks bear a force. Each of their nodes has its
+/// area of the stress.
 #[test]
 fn a_uniform_pressure_on_a_plane_flank_with_curved_edges_stays_uniform() {
     for element in QUADRATIC {

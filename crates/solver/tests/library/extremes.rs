@@ -1,4 +1,5 @@
-//! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so. The whole table: `make extremes`, docs/extremes.md.
+//! Ends of the input on the 72-pair reference model: each converges, with figures that must result.
+//! The whole table: `make extremes`, docs/extremes.md.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -27,7 +28,7 @@ fn statics(model: &Problem) -> StaticState {
     static_state(model, 10, NEWTON)
 }
 
-/// At multiples of the first stuck mode, 0.1 % damping.
+/// Response at multiples of the first stuck mode, with 0.1 % damping.
 fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usize) -> Response {
     let first = model.reduced.omega2[0].sqrt();
     let settings = SweepSettings::new(

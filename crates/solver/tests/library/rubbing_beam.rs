@@ -161,7 +161,7 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
     }
 }
 
-/// The integration is of first order in its step.
+/// Error of the integration, which is of first order in its step.
 const OF_INTEGRATION: f64 = 3e-3;
 
 /// The estimate is above the difference from the integration, whatever eps.

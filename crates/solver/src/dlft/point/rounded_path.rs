@@ -19,8 +19,7 @@ const BLUNTEST: f64 = 2.0;
 /// where that is too far.
 const MOST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH: f64 = 1.1;
-/// From the first sharpness on the law itself is tried after each solution; no law is sharper than
-/// the second.
+/// Sharpness from which on the law itself is tried after each solution, and the largest sharpness.
 const SHARP: f64 = 32.0;
 const SHARPEST: f64 = 1024.0;
 /// Newton iterations allowed to the first law and to the law itself, and to the laws between. A law
