@@ -247,12 +247,11 @@ fn middle(shape: Shape, [a, b]: [usize; 2], linear: &[ShapeValue], point: [f64; 
 /// Function of the middle of a side of the quadrilateral of eight nodes.
 fn side_of_square([a, b]: [usize; 2], x: ShapeValue, y: ShapeValue) -> ShapeValue {
     let ([p, q], [r, s]) = (SQUARE[a], SQUARE[b]);
-    match p == r {
-        true => 0.5 * ((ONE - y.squared()) * (ONE + p * x)),
-        false => {
-            debug_assert_eq!(q, s, "corners of a side share a coordinate");
-            0.5 * ((ONE - x.squared()) * (ONE + q * y))
-        }
+    if p == r {
+        0.5 * ((ONE - y.squared()) * (ONE + p * x))
+    } else {
+        debug_assert_eq!(q, s, "corners of a side share a coordinate");
+        0.5 * ((ONE - x.squared()) * (ONE + q * y))
     }
 }
 

@@ -24,12 +24,13 @@ pub fn open(path: &Path) -> Result<File> {
 /// The errors of [`open`].
 pub fn check(path: &Path) -> Result<()> {
     let kind = std::fs::metadata(path)?.file_type();
-    match kind.is_file() {
-        true => Ok(()),
-        false => Err(Error::new(
+    if kind.is_file() {
+        Ok(())
+    } else {
+        Err(Error::new(
             ErrorKind::InvalidInput,
             format!("it is {}; give a regular file", called(kind)),
-        )),
+        ))
     }
 }
 
@@ -47,9 +48,10 @@ fn called(kind: FileType) -> &'static str {
             return "a socket";
         }
     }
-    match kind.is_dir() {
-        true => "a folder",
-        false => "no regular file",
+    if kind.is_dir() {
+        "a folder"
+    } else {
+        "no regular file"
     }
 }
 
@@ -71,15 +73,16 @@ pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
     open(path)?
         .take(MOST_TEXT_BYTES + 1)
         .read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > MOST_TEXT_BYTES {
-        true => Err(Error::new(
+    if bytes.len() as u64 > MOST_TEXT_BYTES {
+        Err(Error::new(
             ErrorKind::InvalidData,
             format!(
                 "it is longer than {} MiB, too long for a text that a person writes",
                 MOST_TEXT_BYTES >> 20
             ),
-        )),
-        false => Ok(bytes),
+        ))
+    } else {
+        Ok(bytes)
     }
 }
 

@@ -108,12 +108,13 @@ pub fn pass<D: Real>(
 ) -> Passed<D> {
     let [_, from, to, _] = *window;
     let zero = D::from(0.0);
-    let (contact, force) = match from[0].re() >= 0.0 {
-        true => (Contact::Open, [zero; 3]),
-        false => (
+    let (contact, force) = if from[0].re() >= 0.0 {
+        (Contact::Open, [zero; 3])
+    } else {
+        (
             at_ends.map_or(Contact::Stick, |[before, _]| before),
             [from[0], from[1] - state[0], from[2] - state[1]],
-        ),
+        )
     };
     let mut walk = Walk {
         law,

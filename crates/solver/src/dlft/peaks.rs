@@ -106,9 +106,10 @@ impl Top {
         if below + above < ONE_FREQUENCY * middle.0 {
             return None;
         }
-        let (wide, narrow, fall) = match below > above {
-            true => (0.5 * (low.0 + middle.0), above, middle.1 - high.1),
-            false => (0.5 * (middle.0 + high.0), below, middle.1 - low.1),
+        let (wide, narrow, fall) = if below > above {
+            (0.5 * (low.0 + middle.0), above, middle.1 - high.1)
+        } else {
+            (0.5 * (middle.0 + high.0), below, middle.1 - low.1)
         };
         let widths = below.max(above) / narrow;
         if widths > UNEVEN && fall * widths > LEAST_RISE * middle.1 {
@@ -117,9 +118,10 @@ impl Top {
         if self.rise <= LEAST_RISE {
             return None;
         }
-        let (from, to) = match self.vertex_hz < middle.0 {
-            true => (low.0, middle.0),
-            false => (middle.0, high.0),
+        let (from, to) = if self.vertex_hz < middle.0 {
+            (low.0, middle.0)
+        } else {
+            (middle.0, high.0)
         };
         let margin = NEAREST * (to - from);
         let is_free = (from + margin..=to - margin).contains(&self.vertex_hz);

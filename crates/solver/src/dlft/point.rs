@@ -66,9 +66,10 @@ pub struct Neighbour {
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
     pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
-        let mean = match orbit.retention_n > 0.0 {
-            true => Mean::Retained,
-            false => Mean::Free,
+        let mean = if orbit.retention_n > 0.0 {
+            Mean::Retained
+        } else {
+            Mean::Free
         };
         Self::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
     }
@@ -480,11 +481,11 @@ impl<'a> FrequencySolver<'a> {
                     }
                     let is_held = self.is_blocked_by_friction(&solved);
                     if !self.walked_off(&solved.u) {
-                        return match is_held {
-                            true => solved,
-                            false => self
-                                .with_mean_retained(frequency_hz, &solved, work)
-                                .unwrap_or(solved),
+                        return if is_held {
+                            solved
+                        } else {
+                            self.with_mean_retained(frequency_hz, &solved, work)
+                                .unwrap_or(solved)
                         };
                     }
                     // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.

@@ -414,9 +414,12 @@ mod tests {
     fn several_bodies_have_all_their_motions() {
         let one = chain(4, 0.0);
         let n = one.nrows();
-        let k = Mat::from_fn(5 * n, 5 * n, |i, j| match i / n == j / n {
-            true => one[(i % n, j % n)],
-            false => 0.0,
+        let k = Mat::from_fn(5 * n, 5 * n, |i, j| {
+            if i / n == j / n {
+                one[(i % n, j % n)]
+            } else {
+                0.0
+            }
         });
         assert_eq!(Retention::new(&k, &vec![1.0; 5 * n]).motions.len(), 10);
     }

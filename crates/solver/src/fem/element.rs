@@ -132,9 +132,10 @@ impl<const N: usize> Element for Isoparametric<N> {
             }
         }
         // Minima skip NaN, sums do not.
-        let flatness = match volume_m3.is_finite() {
-            true => smallest / longest.powi(3),
-            false => f64::NAN,
+        let flatness = if volume_m3.is_finite() {
+            smallest / longest.powi(3)
+        } else {
+            f64::NAN
         };
         Form {
             flatness,
@@ -196,9 +197,10 @@ impl<const N: usize> Element for Isoparametric<N> {
             let (det, gradients) = map_gradients(coords, reference);
             // A curved element may be pinched at a node, though valid at its quadrature points, and
             // a pyramid is pinched at its apex.
-            let gradients = match det > PINCHED * middle {
-                true => gradients,
-                false => in_middle,
+            let gradients = if det > PINCHED * middle {
+                gradients
+            } else {
+                in_middle
             };
             *out = stress_at::<N>(&gradients, nodal(displacement_m), lame);
         }

@@ -221,14 +221,15 @@ impl BodyBuilder {
                 }
             }
         }
-        match folded.is_empty() {
-            true => Ok(Some(found)),
-            false => Err(ModelError::FoldedAtFlank {
+        if folded.is_empty() {
+            Ok(Some(found))
+        } else {
+            Err(ModelError::FoldedAtFlank {
                 body: self.name.clone(),
                 count: folded.len(),
                 tags: folded.into_iter().take(5).collect(),
                 largest_m: found.largest_m,
-            }),
+            })
         }
     }
 

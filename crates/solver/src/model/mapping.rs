@@ -260,9 +260,10 @@ fn interpolation_error(
         (re - pressures_pa[i][0]).hypot(im - pressures_pa[i][1])
     };
     let misses: Vec<f64> = (0..points_m.len()).into_par_iter().map(miss).collect();
-    Some(match size > 0.0 {
-        true => rms(misses.into_iter()) / size,
-        false => 0.0,
+    Some(if size > 0.0 {
+        rms(misses.into_iter()) / size
+    } else {
+        0.0
     })
 }
 
@@ -345,9 +346,10 @@ fn moment_error(
     };
     let scale: f64 = points_m.iter().zip(given).map(lever).sum();
     let [re, im] = [0, 1].map(|part| distance(given_moment[part], applied_moment[part]));
-    match scale > 0.0 {
-        true => re.hypot(im) / scale,
-        false => 0.0,
+    if scale > 0.0 {
+        re.hypot(im) / scale
+    } else {
+        0.0
     }
 }
 

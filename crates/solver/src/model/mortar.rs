@@ -312,9 +312,10 @@ impl Facet {
         let mut mixed: Vec<Vec<((usize, usize), f64)>> = vec![Vec::new(); corners];
         for (number, part) in parts {
             let outline = self.outline_of(&masters[*number]);
-            let cuts = match is_affine(&own) && is_affine(&outline) {
-                true => 0,
-                false => CUTS,
+            let cuts = if is_affine(&own) && is_affine(&outline) {
+                0
+            } else {
+                CUTS
             };
             let mut sums = Mat::<f64>::zeros(corners, outline.len());
             for (point, weight) in points_in(part, cuts) {
@@ -530,11 +531,13 @@ mod tests {
             for j in 0..m {
                 for i in 0..n {
                     let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    match self.quadrilaterals {
-                        true => facets.push(vec![a, b, c, d]),
-                        // The diagonals of neighbours cross.
-                        false if (i + j) % 2 == 0 => facets.extend([vec![a, b, c], vec![a, c, d]]),
-                        false => facets.extend([vec![a, b, d], vec![b, c, d]]),
+                    // The diagonals of neighbours cross.
+                    if self.quadrilaterals {
+                        facets.push(vec![a, b, c, d]);
+                    } else if (i + j) % 2 == 0 {
+                        facets.extend([vec![a, b, c], vec![a, c, d]]);
+                    } else {
+                        facets.extend([vec![a, b, d], vec![b, c, d]]);
                     }
                 }
             }

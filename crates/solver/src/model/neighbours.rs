@@ -160,9 +160,10 @@ fn inside(nodes: usize, [r, s]: [f64; 2]) -> [f64; 2] {
         return [r.clamp(-1.0, 1.0), s.clamp(-1.0, 1.0)];
     }
     let beyond = r + s - 1.0;
-    let [r, s] = match beyond > 0.0 {
-        true => [r - 0.5 * beyond, s - 0.5 * beyond],
-        false => [r, s],
+    let [r, s] = if beyond > 0.0 {
+        [r - 0.5 * beyond, s - 0.5 * beyond]
+    } else {
+        [r, s]
     };
     let r = r.clamp(0.0, 1.0);
     [r, s.clamp(0.0, 1.0 - r)]

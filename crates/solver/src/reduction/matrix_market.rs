@@ -69,9 +69,10 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let mut found = 0;
     while let Some(text) = lines.content()? {
         found += 1;
-        let entry = match form.is_placed {
-            true => form.placed(text, &size).map(Some),
-            false => number(text).map(|value| places.next().map(|place| (place, value))),
+        let entry = if form.is_placed {
+            form.placed(text, &size).map(Some)
+        } else {
+            number(text).map(|value| places.next().map(|place| (place, value)))
         };
         // There may be more entries than places: all are counted.
         if let Some(((row, column), value)) = entry.map_err(|why| lines.here(&why))? {
@@ -85,12 +86,13 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
             }
         }
     }
-    match found == size.entries {
-        true => Ok(a),
-        false => Err(format!(
+    if found == size.entries {
+        Ok(a)
+    } else {
+        Err(format!(
             "{} entries are announced, {found} found",
             size.entries
-        )),
+        ))
     }
 }
 
@@ -230,9 +232,10 @@ impl Form {
             index.ok_or_else(|| format!("\"{word}\" is not a {what} from 1 to {most}"))
         };
         let (row, column) = (index("row", size.rows)?, index("column", size.columns)?);
-        let value = match self.has_values {
-            true => number(words.next().unwrap_or_default())?,
-            false => 1.0,
+        let value = if self.has_values {
+            number(words.next().unwrap_or_default())?
+        } else {
+            1.0
         };
         if let Some(word) = words.next() {
             return Err(format!("nothing may follow the entry, there is \"{word}\""));

@@ -70,9 +70,12 @@ impl Highest {
     /// Rounds up to the next power of the square root of two, so that ranges which hardly differ
     /// lead to the same reduction.
     pub fn rounded_up(self) -> Self {
-        let up = |x: f64| match x > 0.0 && x.is_finite() {
-            true => (0.5 * (2.0 * x.log2()).ceil()).exp2(),
-            false => x,
+        let up = |x: f64| {
+            if x > 0.0 && x.is_finite() {
+                (0.5 * (2.0 * x.log2()).ceil()).exp2()
+            } else {
+                x
+            }
         };
         match self {
             Self::RadS(x) => Self::RadS(up(x)),

@@ -75,9 +75,12 @@ pub(super) fn residual_vectors(
         })
     };
     let (loads, residual) = (scaled(loads), scaled(residual.as_ref()));
-    let share = |(left, whole): (&f64, &f64)| match *whole > 0.0 {
-        true => (left / whole).max(0.0),
-        false => 0.0,
+    let share = |(left, whole): (&f64, &f64)| {
+        if *whole > 0.0 {
+            (left / whole).max(0.0)
+        } else {
+            0.0
+        }
     };
     Ok(ResidualVectors {
         vectors: orthonormal(loads.as_ref(), residual.as_ref(), mass)?,

@@ -167,9 +167,10 @@ const LEAST_FRICTION: f64 = 1e-9;
 /// the normal forces outweighs it.
 pub fn friction_power_w(orbit: &Orbit) -> f64 {
     let least = LEAST_FRICTION * orbit.input_power_w.abs();
-    match orbit.friction_power_w > least {
-        true => orbit.friction_power_w,
-        false => 0.0,
+    if orbit.friction_power_w > least {
+        orbit.friction_power_w
+    } else {
+        0.0
     }
 }
 
@@ -587,9 +588,10 @@ mod tests {
                     let mut orbit = orbit(10.0 + at, Outcome::Converged, 1.0);
                     orbit.point = i;
                     orbit.cycles[0].friction_power_w = at * (1.0 - at);
-                    orbit.cycles[0].status = match (0.25..0.5).contains(&at) {
-                        true => CycleStatus::Opening,
-                        false => CycleStatus::Slipping,
+                    orbit.cycles[0].status = if (0.25..0.5).contains(&at) {
+                        CycleStatus::Opening
+                    } else {
+                        CycleStatus::Slipping
                     };
                     orbit
                 })

@@ -172,9 +172,10 @@ impl Assembly<'_> {
                 self.element_groups(&shown(&set.name), &elements, Origin::Solids);
             }
             for surface in scope.surfaces.values().filter(|surface| !surface.internal) {
-                let result = match surface.of_nodes {
-                    true => self.node_surface(&shown(&surface.name), number, surface),
-                    false => self.surface(&shown(&surface.name), number, surface),
+                let result = if surface.of_nodes {
+                    self.node_surface(&shown(&surface.name), number, surface)
+                } else {
+                    self.surface(&shown(&surface.name), number, surface)
                 };
                 let error = |e| {
                     self.model
@@ -427,9 +428,10 @@ impl Assembly<'_> {
         if has_solids {
             return;
         }
-        let name = match groups.contains_key(ALL) {
-            true => format!("{ALL} solids"),
-            false => ALL.to_owned(),
+        let name = if groups.contains_key(ALL) {
+            format!("{ALL} solids")
+        } else {
+            ALL.to_owned()
         };
         let all = self.content.all_solids();
         self.content.groups.insert(name, all);

@@ -488,13 +488,14 @@ impl Reader {
                 *line += 1;
                 self.placement_line(text, *line)
             }
-            Mode::Property { elastic, is_read } => match std::mem::replace(is_read, true) {
-                false => self.material_line(text, *elastic),
-                true => {
+            Mode::Property { elastic, is_read } => {
+                if std::mem::replace(is_read, true) {
                     self.other_temperatures();
                     Ok(())
+                } else {
+                    self.material_line(text, *elastic)
                 }
-            },
+            }
         };
         self.mode = mode;
         result
@@ -753,19 +754,19 @@ impl Reader {
         if !self.aside.is_empty() {
             let keywords = crate::text::list(&self.aside);
             let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
-            let scene = match self
+            let scene = if self
                 .aside
                 .iter()
                 .any(|k| of_the_scene.contains(&k.as_str()))
             {
-                true => " What holds, touches and loads the bodies stands in the scene.",
-                false => "",
+                " What holds, touches and loads the bodies stands in the scene."
+            } else {
+                ""
             };
-            let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
-                true => {
-                    " What *TIE joins is joined in the scene by a contact with the law `bonded`."
-                }
-                false => "",
+            let tie = if self.aside.iter().any(|keyword| keyword == "*TIE") {
+                " What *TIE joins is joined in the scene by a contact with the law `bonded`."
+            } else {
+                ""
             };
             self.deck.remarks.push(format!(
                 "These keywords were not read: {keywords}.{scene}{tie}"

@@ -70,9 +70,10 @@ impl<'a> Model<'a> {
     /// # Errors
     /// An element names a node that does not exist.
     pub fn new(deck: &'a Deck, files: &'a Files) -> Result<Self, MeshError> {
-        let instances = match deck.instances.is_empty() {
-            true => &deck.parts,
-            false => &deck.instances,
+        let instances = if deck.instances.is_empty() {
+            &deck.parts
+        } else {
+            &deck.instances
         };
         let mut model = Self {
             scopes: Vec::new(),

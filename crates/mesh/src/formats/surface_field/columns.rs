@@ -340,9 +340,10 @@ impl<'a> Named<'a> {
         ]
         .map(|part| self.find(of(part)));
         let is_polar = amplitude.is_some() || phase.is_some();
-        let extra = match is_polar {
-            true => whole.as_ref().or(re.as_ref()).or(im.as_ref()),
-            false => whole.as_ref().filter(|_| re.is_some() || im.is_some()),
+        let extra = if is_polar {
+            whole.as_ref().or(re.as_ref()).or(im.as_ref())
+        } else {
+            whole.as_ref().filter(|_| re.is_some() || im.is_some())
         };
         if let Some(column) = extra {
             return Err(SurfaceFieldError::TwoWays {

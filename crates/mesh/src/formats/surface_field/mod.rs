@@ -116,11 +116,12 @@ impl SurfaceField {
             }
             field.add(&columns, &record, path)?;
         }
-        match field.points_m.is_empty() {
-            true => Err(SurfaceFieldError::NoPoints {
+        if field.points_m.is_empty() {
+            Err(SurfaceFieldError::NoPoints {
                 path: path.to_owned(),
-            }),
-            false => Ok(field),
+            })
+        } else {
+            Ok(field)
         }
     }
 

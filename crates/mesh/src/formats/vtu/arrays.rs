@@ -106,9 +106,10 @@ fn decoded(file: &File<'_>, array: &Array<'_>, tuples: usize) -> Result<Vec<f64>
             }
         }
     };
-    let bytes = match file.compressed {
-        true => inflated(file, stream, bytes)?,
-        false => plain(file, stream, bytes)?,
+    let bytes = if file.compressed {
+        inflated(file, stream, bytes)?
+    } else {
+        plain(file, stream, bytes)?
     };
     Ok(numbers(&bytes, scalar, file.big_endian))
 }
@@ -122,9 +123,10 @@ fn ascii(text: &[u8], count: usize) -> Result<Vec<f64>, String> {
             .map_err(|_| format!("`{word}` is not a number"))?;
         found.push(number);
     }
-    match found.len() == count {
-        true => Ok(found),
-        false => Err(format!("it has {} numbers, expected {count}", found.len())),
+    if found.len() == count {
+        Ok(found)
+    } else {
+        Err(format!("it has {} numbers, expected {count}", found.len()))
     }
 }
 

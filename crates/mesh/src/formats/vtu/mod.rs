@@ -251,12 +251,13 @@ impl Grid {
             let base: f64 = (0..3).map(|i| at(i)[axis]).sum();
             top - base
         });
-        match dot(normal, up) < 0.0 {
-            true => TURNED_WEDGE[..nodes.len()]
+        if dot(normal, up) < 0.0 {
+            TURNED_WEDGE[..nodes.len()]
                 .iter()
                 .map(|i| nodes[*i])
-                .collect(),
-            false => nodes,
+                .collect()
+        } else {
+            nodes
         }
     }
 

@@ -71,12 +71,11 @@ impl FrequencySolver<'_> {
         let harmonics = cheap.max(1).min(self.setting.fourier.harmonics());
         let is_exact =
             self.solver == Solver::NewtonKrylov && blocks(harmonics) * n <= MOST_DENSE_UNKNOWNS;
-        let (method, slides_past) = match is_exact {
-            true => {
-                let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
-                (Method::Exact, slides_past(&self.setting, &slips_m))
-            }
-            false => (self.stepping(), 0.0),
+        let (method, slides_past) = if is_exact {
+            let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
+            (Method::Exact, slides_past(&self.setting, &slips_m))
+        } else {
+            (self.stepping(), 0.0)
         };
         let mut path = Path {
             solver: self,
