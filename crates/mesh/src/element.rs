@@ -227,8 +227,8 @@ impl ElementType {
         self.face(face).into_iter().map(|i| nodes[i]).collect()
     }
 
-    /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between each
-    /// corner and the next, as in a facet.
+    /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between
+    /// each corner and the next, as in a facet.
     pub fn face(self, face: usize) -> Vec<usize> {
         let corners = self.shape.faces()[face];
         let mut nodes = corners.to_vec();

@@ -100,9 +100,9 @@ mod tests {
             .sum()
     }
 
-    /// The field r^2 has the values of its shape functions, and its square r^4 the mean 1/5 over a straight
-    /// quadrilateral of any shape: its determinant is linear in r and s, and the odd parts vanish. Over a triangle the
-    /// mean is 1/15.
+    /// The field r^2 has the values of its shape functions, and its square r^4 the mean 1/5 over a
+    /// straight quadrilateral of any shape: its determinant is linear in r and s, and the odd parts
+    /// vanish. Over a triangle the mean is 1/15.
     #[test]
     fn products_of_shape_functions_are_exact_where_edges_are_straight() {
         let corners = [[0.0, 0.0], [3.0, 0.2], [2.5, 2.0], [0.4, 1.1]];

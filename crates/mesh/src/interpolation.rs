@@ -1,8 +1,8 @@
 //! Shape functions of all elements and facets, with their gradients.
 //!
 //! Reference coordinates: a tetrahedron and a triangle have the corners (0,0,0), (1,0,0), (0,1,0),
-//! (0,0,1); a hexahedron and a quadrilateral go from -1 to 1; a wedge has those of a triangle,
-//! and -1 to 1 along it. A pyramid is a cube whose upper face is one point: with `u`, `v`, `w` from -1
+//! (0,0,1); a hexahedron and a quadrilateral go from -1 to 1; a wedge has those of a triangle, and
+//! -1 to 1 along it. A pyramid is a cube whose upper face is one point: with `u`, `v`, `w` from -1
 //! to 1 and `s = (1 - w) / 2` its point is `(s u, s v)` across. In these coordinates its functions,
 //! rational in space (Bedrosian, Int. J. Numer. Meth. Engng 35 (1992) 95-108), are polynomials.
 //!

@@ -1,11 +1,11 @@
 //! Quadrature on the reference elements and facets of [`interpolation`](super::interpolation).
 //!
 //! Rules on the tetrahedron (weights sum to its volume, 1/6): 1 point, degree 1; 4 points, degree 2
-//! (Hammer and Stroud 1956); 14 points, degree 5 (Walkington 2000); 24 points, degree 6 (Keast 1986). On
-//! the cube (volume 8), for hexahedra and for pyramids as collapsed cubes: n x n x n points of Gauss and
-//! Legendre, degree 2 n - 1 in each direction. On the wedge (volume 1): rules of the triangle, 3, 6, 7
-//! and 12 points of degrees 2, 4, 5 and 6 (Dunavant, Int. J. Numer. Meth. Engng 21 (1985) 1129-1148), times
-//! n points along it. All weights are positive.
+//! (Hammer and Stroud 1956); 14 points, degree 5 (Walkington 2000); 24 points, degree 6
+//! (Keast 1986). On the cube (volume 8), for hexahedra and for pyramids as collapsed cubes: n x n x
+//! n points of Gauss and Legendre, degree 2 n - 1 in each direction. On the wedge (volume 1): rules
+//! of the triangle, 3, 6, 7 and 12 points of degrees 2, 4, 5 and 6 (Dunavant, Int. J. Numer. Meth.
+//! Engng 21 (1985) 1129-1148), times n points along it. All weights are positive.
 
 /// Points and weights of a rule.
 #[derive(Debug, Clone)]

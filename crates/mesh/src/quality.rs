@@ -24,8 +24,8 @@ pub struct Quality {
     pub worst_shape: f64,
     /// Tag of the element with that ratio.
     pub worst_tag: u64,
-    /// Smallest ratio, over all elements but linear tetrahedra, of the least Jacobian determinant to that
-    /// of an undistorted element of the same volume.
+    /// Smallest ratio, over all elements but linear tetrahedra, of the least Jacobian determinant
+    /// to that of an undistorted element of the same volume.
     pub worst_jacobian_ratio: f64,
     /// Volume of the elements with straight edges, m3.
     pub volume_m3: f64,
@@ -257,8 +257,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
     dot(a, cross(b, c))
 }
 
-/// Gradients of the shape functions at a point, and the Jacobian determinant of the undistorted element
-/// there.
+/// Gradients of the shape functions at a point, and the Jacobian determinant of the undistorted
+/// element there.
 type Probe = (Vec<[f64; 3]>, f64);
 
 /// Points at which a type of element is checked: its nodes, and points inside it.

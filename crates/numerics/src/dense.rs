@@ -76,8 +76,8 @@ impl<T: ComplexField> Lu<T> {
     }
 }
 
-/// Lower Cholesky factor of a symmetric matrix (lower triangle read). The strict upper triangle of the
-/// result is not zero.
+/// Lower Cholesky factor of a symmetric matrix (lower triangle read). The strict upper triangle of
+/// the result is not zero.
 ///
 /// # Errors
 /// The first pivot that is not positive.

@@ -23,8 +23,8 @@ impl Symbolic {
     /// Factors a positive definite matrix of this pattern.
     ///
     /// # Errors
-    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the one
-    /// analysed, entries that are not finite, too little memory.
+    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the
+    /// one analysed, entries that are not finite, too little memory.
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         Ok(self.eliminated(&[matrix], matrix)?.0)
     }

@@ -1,8 +1,9 @@
 //! Truncated Fourier series to equally spaced samples of a period and back.
 //!
-//! A signal is `x(t) = c_0 + sum_k a_k cos(k t) + b_k sin(k t)`, stored `c_0, a_1, b_1, ..., a_H, b_H`;
-//! sample n is at `t = 2 pi n / N`. Few harmonics go through a cosine table, many through `rustfft`
-//! (at H = 3, N = 128 the table takes a third of the time of the transform).
+//! A signal is `x(t) = c_0 + sum_k a_k cos(k t) + b_k sin(k t)`, stored
+//! `c_0, a_1, b_1, ..., a_H, b_H`; sample n is at `t = 2 pi n / N`. Few harmonics go through a
+//! cosine table, many through `rustfft` (at H = 3, N = 128 the table takes a third of the time of
+//! the transform).
 
 use crate::spectrum::{blocks, cosine, sine};
 use rustfft::num_complex::Complex;

@@ -1,4 +1,5 @@
-//! Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7 (1986)).
+//! Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7
+//! (1986)).
 //!
 //! Right preconditioning ensures that the minimised residual is the true one.
 
@@ -20,8 +21,9 @@ pub struct GmresEnd {
     pub converged: bool,
 }
 
-/// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v; `apply(v, w)` writes A P v
-/// into w. Stops at `|b - A x| <= tolerance |b|` or after `max_iterations`.
+/// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v;
+/// `apply(v, w)` writes A P v into w. Stops at `|b - A x| <= tolerance |b|` or after
+/// `max_iterations`.
 pub fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]),

@@ -1,4 +1,5 @@
-//! Order and symbolic analysis of a sparse symmetric matrix, by faer in the order of [`super::order`].
+//! Order and symbolic analysis of a sparse symmetric matrix, by faer in the order of
+//! [`super::order`].
 
 use std::sync::Arc;
 
@@ -63,8 +64,8 @@ struct Analysis {
 }
 
 impl Symbolic {
-    /// Analyses a structurally symmetric matrix (both triangles stored) whose unknowns come in nodes
-    /// of three.
+    /// Analyses a structurally symmetric matrix (both triangles stored) whose unknowns come in
+    /// nodes of three.
     ///
     /// # Errors
     /// A matrix that is not square, too large, or does not fit in memory.

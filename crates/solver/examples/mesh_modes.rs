@@ -1,5 +1,5 @@
-//! Modes of a meshed blade in its dovetail at 5000 rpm: of the blade with its flanks held, and of the
-//! assembly with all contacts stuck.
+//! Modes of a meshed blade in its dovetail at 5000 rpm: of the blade with its flanks held, and of
+//! the assembly with all contacts stuck.
 //!
 //!     cargo run --release --package dovetail-solver --example mesh_modes
 

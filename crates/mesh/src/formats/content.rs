@@ -9,8 +9,8 @@ use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
-/// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of a
-/// [`Mesh`]; a set of nodes is a group of dimension 0.
+/// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of
+/// a [`Mesh`]; a set of nodes is a group of dimension 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Content {
     /// Positions of the nodes, in the unit of length of the file.

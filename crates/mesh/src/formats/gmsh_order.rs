@@ -74,7 +74,8 @@ mod tests {
             .map(|row| row.split(' ').map(|word| word.parse().unwrap()).collect())
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
+    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let text = include_str!("../../../../meshes/elements/order2_msh2.msh");

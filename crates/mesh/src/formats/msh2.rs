@@ -1,8 +1,9 @@
 //! Gmsh's MSH 2.2 files, ASCII and binary.
 //!
-//! An element names its physical group itself. Gmsh writes an element that is in several groups once
-//! for each of them: such copies become one element, with the tag of the first. Elements without a
-//! physical group are left out. Format: Gmsh reference manual, "MSH file format version 2".
+//! An element names its physical group itself. Gmsh writes an element that is in several groups
+//! once for each of them: such copies become one element, with the tag of the first. Elements
+//! without a physical group are left out. Format: Gmsh reference manual, "MSH file format version
+//! 2".
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -383,7 +384,8 @@ mod tests {
         }
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
+    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let content = parse(BINARY).unwrap();

@@ -294,7 +294,8 @@ mod tests {
 
     #[test]
     fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
+        // one.
         for count in [7, 12, 21] {
             let lattice = Lattice {
                 shape: [9, 4, 4],

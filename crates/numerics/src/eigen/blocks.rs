@@ -360,7 +360,8 @@ mod tests {
 
     #[test]
     fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
+        // one.
         for count in [7, 12, 21] {
             against_dense([9, 4, 4], 0.0, count);
         }
@@ -395,7 +396,8 @@ mod tests {
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
         against_dense([3, 2, 2], 0.1, 24);
-        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions at most.
+        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions
+        // at most.
         let spring = |i: usize| [1.0, 4.0, 9.0][i];
         let lowest = |times: usize, count: usize| {
             let m = CscMatrix::identity(3 * times);

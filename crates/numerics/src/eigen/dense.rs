@@ -106,8 +106,8 @@ fn pencil(
 /// [`EigenError::Dense`].
 pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
     let n = a.nrows();
-    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of order
-    // one, or all but the largest are lost in the thresholds.
+    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of
+    // order one, or all but the largest are lost in the thresholds.
     let scale = a.norm_max();
     if scale > 0.0 && scale.is_finite() {
         zip!(a.as_mut()).for_each(|unzip!(v)| *v /= scale);
@@ -209,7 +209,8 @@ mod tests {
 
     #[test]
     fn a_chain_has_its_textbook_frequencies_from_lowest_to_highest() {
-        // n equal masses between springs, both ends held: omega_k = 2 sqrt(k/m) sin(k pi / (2 (n+1))).
+        // n equal masses between springs, both ends held: omega_k = 2 sqrt(k/m) sin(k pi / (2
+        // (n+1))).
         let n = 40;
         let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
             0 => 2e9,
@@ -227,8 +228,9 @@ mod tests {
 
     #[test]
     fn high_modes_are_right_in_any_unit() {
-        // The chain again, larger than what the eigenvalue solver treats in one piece. Its eigenvalues
-        // 1/omega^2 are of order 1e-17 to 1e-12 in SI; scaled by 1e12 nothing but the unit changes.
+        // The chain again, larger than what the eigenvalue solver treats in one piece. Its
+        // eigenvalues 1/omega^2 are of order 1e-17 to 1e-12 in SI; scaled by 1e12 nothing but the
+        // unit changes.
         let n = 300;
         for unit in [1.0, 1e12] {
             let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
@@ -258,8 +260,8 @@ mod tests {
         assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
     }
 
-    /// Two masses on springs, and between them a point without any: under any static load the modes move it
-    /// as the springs do.
+    /// Two masses on springs, and between them a point without any: under any static load the modes
+    /// move it as the springs do.
     #[test]
     fn a_motion_without_mass_follows_statically() {
         let k = Mat::from_fn(3, 3, |i, j| {

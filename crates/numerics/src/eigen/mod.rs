@@ -178,7 +178,8 @@ fn fix_signs(vectors: &mut Mat<f64>) {
     }
 }
 
-/// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2 M v.
+/// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2
+/// M v.
 #[cfg(test)]
 fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, count: usize) {
     let (k, m) = (sparse::dense(k), sparse::dense(m));
@@ -217,7 +218,8 @@ mod tests {
         assert_eq!(vectors.col_as_slice(3), [0.0; 3]);
     }
 
-    /// A third of the unknowns has no mass: the modes are those of the rest, with the third condensed out.
+    /// A third of the unknowns has no mass: the modes are those of the rest, with the third
+    /// condensed out.
     #[test]
     fn unknowns_without_mass_follow_the_others() {
         let lattice = Lattice {

@@ -27,7 +27,8 @@ const GAP: f64 = 1e-6;
 /// Number of tries of a Lanczos method, each with other start vectors and more room.
 pub(super) const TRIES: usize = 3;
 
-/// The `count` lowest modes of `lanczos(wanted, attempt)`, tried until the Sturm check accepts them.
+/// The `count` lowest modes of `lanczos(wanted, attempt)`, tried until the Sturm check accepts
+/// them.
 pub(super) fn certified_of_tries(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,

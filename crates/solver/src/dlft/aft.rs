@@ -55,8 +55,8 @@ enum History {
     },
 }
 
-/// Evaluates one pair until its contact force is periodic and writes the coefficients of that force into
-/// `lambda` (component-major, 3 x (2H+1)).
+/// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
+/// into `lambda` (component-major, 3 x (2H+1)).
 pub fn contact_forces(
     fourier: &Fourier,
     input: PairInput<'_>,

@@ -1,7 +1,8 @@
 //! Static state with friction and dynamic Lagrangian frequency-time harmonic balance (DLFT).
 //!
 //! Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
-//! each block has n = 3 pairs entries (N, t1, t2 per pair). `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
+//! each block has n = 3 pairs entries (N, t1, t2 per pair).
+//! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
 use serde::{Deserialize, Serialize};
 

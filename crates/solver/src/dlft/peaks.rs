@@ -43,7 +43,8 @@ pub fn highest(orbits: &[Orbit], observation: usize) -> Option<(usize, f64)> {
 pub struct Top {
     /// Points in the order of their frequencies.
     pub points: [(f64, f64); 3],
-    /// Top of the curve through them, Hz: a parabola, or a resonance where both neighbours lie outside of it.
+    /// Top of the curve through them, Hz: a parabola, or a resonance where both neighbours lie
+    /// outside of it.
     pub vertex_hz: f64,
     /// Height of the vertex above the middle point, relative.
     pub rise: f64,
@@ -166,8 +167,9 @@ mod tests {
         (highest, points.len())
     }
 
-    /// A mass on a spring with 1 rad/s and 0.5 % of critical damping, on a grid of 3 to 14 times its bandwidth, wherever that
-    /// lies: the parabola through the amplitudes is flat at 58 % of the peak.
+    /// A mass on a spring with 1 rad/s and 0.5 % of critical damping, on a grid of 3 to 14 times
+    /// its bandwidth, wherever that lies: the parabola through the amplitudes is flat at 58 % of
+    /// the peak.
     #[test]
     fn a_resonance_that_is_narrow_beside_the_grid_is_found() {
         let ratio = 5e-3_f64;

@@ -454,7 +454,8 @@ impl<'a> FrequencySolver<'a> {
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
             });
-            // Rounded pairs creep under any force, so that they find the mean only where it is retained.
+            // Rounded pairs creep under any force, so that they find the mean only where it is
+            // retained.
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
             let means = if creeps && means.len() > 1 {
                 &[Mean::Retained, Mean::Free]
@@ -488,7 +489,8 @@ impl<'a> FrequencySolver<'a> {
                                 .unwrap_or(solved)
                         };
                     }
-                    // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.
+                    // Friction holds bodies anywhere along a slot: one nearer to where they are at
+                    // rest comes first.
                     if is_held {
                         far.get_or_insert(solved);
                         continue;

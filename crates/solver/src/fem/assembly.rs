@@ -121,8 +121,8 @@ impl NodePattern {
     }
 }
 
-/// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows and
-/// columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
+/// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows
+/// and columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
 pub fn sum_elements<const W: usize>(
     body: &Body,
     pattern: &NodePattern,

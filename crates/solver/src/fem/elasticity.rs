@@ -7,7 +7,8 @@
 //!   G_ab = integral of  g_a^T sigma g_b                                      (times I)
 //!
 //! (Zienkiewicz and Taylor, The Finite Element Method, vol. 1 ch. 6 and vol. 2 ch. 10; Bathe,
-//! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress sigma.
+//! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress
+//! sigma.
 
 use super::tables::Table;
 use crate::model::Material;
@@ -150,8 +151,8 @@ pub fn mass<const N: usize>(
     mirror(N, out);
 }
 
-/// Element geometric stiffness, N/m, under a stress that is given at each point of the table from the
-/// gradients there: G_ab at `a N + b`.
+/// Element geometric stiffness, N/m, under a stress that is given at each point of the table from
+/// the gradients there: G_ab at `a N + b`.
 pub fn geometric_stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
     table: &Table<N>,

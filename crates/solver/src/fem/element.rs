@@ -23,7 +23,8 @@ pub trait Element: Sync + Send {
     /// Consistent mass, kg, times the identity.
     fn mass(&self, coords_m: &[[f64; 3]], affine: bool, density_kg_m3: f64, out: &mut [[f64; 1]]);
 
-    /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal displacements.
+    /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal
+    /// displacements.
     fn geometric_stiffness(
         &self,
         coords_m: &[[f64; 3]],

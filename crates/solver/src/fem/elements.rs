@@ -98,8 +98,8 @@ impl<'a> Elements<'a> {
         integrals(self.body, e).mass(&self.coords_m(e), self.affine[e], density, out);
     }
 
-    /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the body
-    /// ([`Element::geometric_stiffness`]).
+    /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the
+    /// body ([`Element::geometric_stiffness`]).
     pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
         let lame = Lame::from(self.body.material);
         let u = values(self.body, e, displacement_m);

@@ -1,8 +1,8 @@
 //! Loads of the scene as consistent nodal loads, and supports along one axis.
 //!
 //! A uniform traction t on a facet gives node a the force t int N_a dA, a pressure p the force
-//! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with straight edges that is
-//! nothing at the corners and a third of the facet at each mid-edge node.
+//! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with
+//! straight edges that is nothing at the corners and a third of the facet at each mid-edge node.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -214,7 +214,8 @@ mod tests {
         for (i, f) in load.iter().enumerate() {
             found[i % 3] -= f;
         }
-        // Each edge is a parabola through three points; Simpson's rule is exact for x cross dx (degree 3).
+        // Each edge is a parabola through three points; Simpson's rule is exact for x cross dx
+        // (degree 3).
         let mut rim = [0.0; 3];
         for (p, m, q) in [(a, middles[0], b), (b, middles[1], c), (c, middles[2], a)] {
             for (t, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {

@@ -1,7 +1,7 @@
 //! Springs as small elements of a body.
 //!
-//! A spring of stiffness k from a surface of area A to ground is the foundation of Winkler,
-//! k / A int N_a N_b dA between the nodes a and b of a facet; from n nodes it is k / n at each. With a
+//! A spring of stiffness k from a surface of area A to ground is the foundation of Winkler, k / A
+//! int N_a N_b dA between the nodes a and b of a facet; from n nodes it is k / n at each. With a
 //! direction d these act along it alone: they are multiplied by P = d d^T, else P is the identity.
 //!
 //! A spring on a weighted sum sum_j a_j u_j of n displacements would fill a block of all its nodes.
@@ -12,8 +12,9 @@
 //! ```
 //!
 //! and n springs of stiffness c in series are one of stiffness c / n: with the r between them
-//! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of another
-//! such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they are.
+//! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of
+//! another such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they
+//! are.
 
 use crate::model::{Body, Spring, SpringChain, SpringSupport};
 use dovetail_mesh::facet::products;

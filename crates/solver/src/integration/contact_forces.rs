@@ -73,8 +73,8 @@ impl ContactProblem {
         }
     }
 
-    /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with it.
-    /// `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
+    /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with
+    /// it. `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
     pub fn solve(
         &mut self,
         free: &[f64],

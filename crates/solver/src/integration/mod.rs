@@ -10,10 +10,10 @@
 //! ```
 //!
 //! [`step`] is Moreau's time stepping (J. J. Moreau, *Unilateral contact and dry friction in finite
-//! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with the
-//! trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`] goes on to the
-//! steady state and measures a period; [`compare`] puts that beside the orbit of harmonic balance. Only
-//! the last knows of DLFT.
+//! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with
+//! the trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`]
+//! goes on to the steady state and measures a period; [`compare`] puts that beside the orbit of
+//! harmonic balance. Only the last knows of DLFT.
 
 pub mod compare;
 pub mod contact_forces;

@@ -1,7 +1,8 @@
 //! One time step: Moreau's scheme with the trapezoidal rule.
 //!
-//! With X+ = X + h (V + V+)/2 and the equations of motion at the mean of both ends of the step, the mean
-//! velocity Vm = (V + V+)/2 follows from (q eliminated; s = 2/h, c = s + b, all diagonal in the modes)
+//! With X+ = X + h (V + V+)/2 and the equations of motion at the mean of both ends of the step, the
+//! mean velocity Vm = (V + V+)/2 follows from (q eliminated; s = 2/h, c = s + b, all diagonal in
+//! the modes)
 //!
 //! ```text
 //! d = c + (a + h/2) w^2
@@ -28,9 +29,9 @@
 //! The trapezoidal rule itself dissipates nothing: except for the penetration of landing pairs,
 //! input = damping + contact work, step by step.
 //!
-//! **Fitted step.** With h = (2/w) tan(w t_step / 2) in the place of t_step, differing by (w t_step)^2/12,
-//! the rule is exact for motion at the frequency w of the excitation: a resonance is not shifted by the
-//! step, however light its damping.
+//! **Fitted step.** With h = (2/w) tan(w t_step / 2) in the place of t_step, differing by
+//! (w t_step)^2/12, the rule is exact for motion at the frequency w of the excitation: a resonance
+//! is not shifted by the step, however light its damping.
 
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
@@ -50,8 +51,8 @@ pub const LEAST_STEPS: usize = 16;
 /// Most steps of a period: with more, a step is lost in the rounding of the motion.
 pub const MOST_STEPS: usize = 1_000_000;
 
-/// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the last
-/// step.
+/// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the
+/// last step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Relative displacements X, m.

@@ -488,8 +488,8 @@ mod tests {
         assert!((a - b).abs() < tolerance, "{a} {b}");
     }
 
-    /// With p = a + b x + c y the force is -int p dA, and the moments of the nodal forces are those of the
-    /// pressure, -int y p dA and int x p dA: x and y are in the span of the shape functions.
+    /// With p = a + b x + c y the force is -int p dA, and the moments of the nodal forces are those
+    /// of the pressure, -int y p dA and int x p dA: x and y are in the span of the shape functions.
     #[test]
     fn a_linear_pressure_has_its_exact_force_and_moment() {
         let facets = sheet(3, flat);
@@ -633,7 +633,8 @@ mod tests {
         }
     }
 
-    /// The areas of the cells of a grid, pressed on a cylinder: -int p n dA of the arc in closed form.
+    /// The areas of the cells of a grid, pressed on a cylinder: -int p n dA of the arc in closed
+    /// form.
     #[test]
     fn pressures_with_areas_press_along_the_inward_normal() {
         let facets = sheet(8, bent);

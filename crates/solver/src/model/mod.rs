@@ -322,7 +322,8 @@ pub struct Rotation {
 pub enum BodyPrestress {
     /// None: the rotation gives only the centrifugal load.
     None,
-    /// Geometric stiffness of the static state of the body with its contact nodes held, and spin softening.
+    /// Geometric stiffness of the static state of the body with its contact nodes held, and spin
+    /// softening.
     HeldFlanks,
 }
 
@@ -366,9 +367,10 @@ pub struct ContactPair {
     pub side: Side,
     /// Position half way between the node and its counterpart, m.
     pub position_m: [f64; 3],
-    /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in the
-    /// direction in which most of the length of the first flank's edge runs (along the slot). The relative
-    /// displacement of the pair is this times (u of the first flank - u of the second).
+    /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in
+    /// the direction in which most of the length of the first flank's edge runs (along the slot).
+    /// The relative displacement of the pair is this times (u of the first flank - u of the
+    /// second).
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,

@@ -1,4 +1,5 @@
-//! Nearest facets and nearest points, found by trees of boxes. The only place that knows the rstar crate.
+//! Nearest facets and nearest points, found by trees of boxes. The only place that knows the rstar
+//! crate.
 
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};

@@ -292,7 +292,8 @@ fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
     product(moved.as_ref(), scaled.as_ref())
 }
 
-/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend on earlier ones.
+/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend
+/// on earlier ones.
 fn independent(motions: Mat<f64>, weights: &[f64]) -> Mat<f64> {
     let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
     let mut kept: Vec<Vec<f64>> = vec![];

@@ -99,8 +99,8 @@ pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, Redu
         .omega2)
 }
 
-/// Linear static displacement (m) of all free dofs of each body under the steady load, with all pairs stuck. No body is
-/// reduced by itself.
+/// Linear static displacement (m) of all free dofs of each body under the steady load, with all
+/// pairs stuck. No body is reduced by itself.
 ///
 /// # Errors
 /// See [`ReductionError`].
@@ -316,7 +316,8 @@ impl<'a> Joined<'a> {
         let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
             || Symbolic::analyse(&k_gg),
             || {
-                // Most of the mass is a scalar times the identity per pair of nodes: two thirds are zeros.
+                // Most of the mass is a scalar times the identity per pair of nodes: two thirds are
+                // zeros.
                 let matrices = matrices_of(&bodies, BodyMatrix::Mass);
                 (
                     transformation.congruent(&matrices, Zeros::LeftOut),

@@ -1,7 +1,8 @@
 //! Craig-Bampton reduction of one body (Craig, Bampton, AIAA J. 6 (1968) 1313-1319).
 //!
-//! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the static
-//! answers of the interior to its loads that the modes do not give, the residual vectors of `residual.rs`, together V:
+//! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the
+//! static answers of the interior to its loads that the modes do not give, the residual vectors of
+//! `residual.rs`, together V:
 //!
 //! ```text
 //! u_i = Psi u_b + V q,   Psi = -K_ii^-1 K_ib

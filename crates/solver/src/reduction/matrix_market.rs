@@ -200,7 +200,8 @@ impl Form {
             });
             let fits = entries <= most / self.bytes_of_an_entry() + 1
                 && (!self.is_placed || in_all <= most.saturating_mul(ENTRIES_TO_A_BYTE));
-            // A matrix without rows may still announce more columns than could ever be gone through.
+            // A matrix without rows may still announce more columns than could ever be gone
+            // through.
             (fits && rows.max(columns) <= most).then_some(Size {
                 rows,
                 columns,

@@ -202,7 +202,8 @@ impl ReducedModel {
         self.stiffness.nrows() / 3
     }
 
-    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, without the residual vectors.
+    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, without the residual
+    /// vectors.
     pub fn stuck_omega2(&self) -> &[f64] {
         &self.omega2[..self.stuck_modes]
     }

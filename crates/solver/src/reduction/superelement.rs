@@ -170,7 +170,8 @@ pub enum SuperelementError {
     },
 }
 
-/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named `tip`.
+/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named
+/// `tip`.
 ///
 /// # Errors
 /// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric

@@ -19,7 +19,8 @@ pub struct Run {
     pub statics: StaticResult,
     /// Response; `None` where there is no static state to vibrate about, or none was asked for.
     pub response: Option<ResponseResult>,
-    /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they were not asked for.
+    /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they
+    /// were not asked for.
     pub held_omega2: Vec<Vec<f64>>,
 }
 

@@ -35,7 +35,8 @@ fn support() -> Mesh {
     mesh
 }
 
-/// The two blocks, with the groups of `blocks_assembly` called as a scene with own meshes calls them.
+/// The two blocks, with the groups of `blocks_assembly` called as a scene with own meshes calls
+/// them.
 fn own_assembly(upper: BodyMesh, lower: BodyMesh) -> Assembly {
     let mut assembly = blocks_assembly();
     assembly.mesh = None;

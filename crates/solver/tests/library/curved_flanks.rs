@@ -68,7 +68,8 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
                 "{element:?}: {worst:e} of {largest:e}"
             );
         }
-        // The chord of an arc of 20 / 6 mm is 0.0139 mm from it (the sagitta); those along y are straight.
+        // The chord of an arc of 20 / 6 mm is 0.0139 mm from it (the sagitta); those along y are
+        // straight.
         let [told] = &model.straightened[..] else {
             panic!("{:?}", model.straightened);
         };
@@ -76,7 +77,8 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
         assert!((told.largest_m / sagitta_m - 1.0).abs() < 1e-9, "{told:?}");
         let chord_m = 0.2 * (20e-3 / 6.0 / 0.2_f64).sin();
         assert!((told.largest_share / (sagitta_m / chord_m) - 1.0).abs() < 1e-9);
-        // All nodes that are not in the middles of flank edges stay where they are on their cylinders.
+        // All nodes that are not in the middles of flank edges stay where they are on their
+        // cylinders.
         let body = &model.bodies[0];
         for (node, [x, _, z]) in body.dofs.nodes.iter().zip(&body.nodes_m) {
             if matches!(node, NodeMotion::Free(_)) {

@@ -71,8 +71,8 @@ fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assem
 }
 
 /// Under the acceleration A cos(w t) of its base the end of a bar moves, relative to the base, by
-/// -(A / w^2) (1 / cos(w L / c) - 1), c the speed of sound: E u'' + rho w^2 (u + u_base) = 0 with u(0) = 0 and
-/// u'(L) = 0.
+/// -(A / w^2) (1 / cos(w L / c) - 1), c the speed of sound: E u'' + rho w^2 (u + u_base) = 0 with
+/// u(0) = 0 and u'(L) = 0.
 #[test]
 fn a_bar_on_a_shaken_base_moves_as_the_wave_equation_says() {
     let acceleration = 3.0;
@@ -242,7 +242,8 @@ fn a_force_a_traction_and_a_pressure_on_a_plane_are_one() {
     let [pressure, _] = of(LoadKind::Pressure { pressure_pa: 1.0 }, 5.0 / area_m2);
     assert_same_on_x(&traction, &force);
     assert_same_on_x(&pressure, &force);
-    // With all pairs stuck they carry what the base does not: the sum of the normal forces is the load.
+    // With all pairs stuck they carry what the base does not: the sum of the normal forces is the
+    // load.
     assert!(force.iter().any(|f| f.abs() > 1e-6));
 }
 

@@ -134,7 +134,8 @@ fn without_friction_the_response_is_that_of_hardly_any() {
 
 #[test]
 fn flanks_too_rough_to_slide_jam_and_the_response_converges() {
-    // Pairs that jam carry shear under next to no pressure: there the static state and the response grow with friction.
+    // Pairs that jam carry shear under next to no pressure: there the static state and the response
+    // grow with friction.
     let amplitudes = |friction| {
         let model = model(friction, 0.05);
         let response = respond(&model, &statics(&model), &[0.98, 1.02], 1);
@@ -154,7 +155,8 @@ fn an_excitation_beyond_what_presses_the_flanks_is_named() {
     let mut model = model(0.3, 1e6);
     let response = respond(&model, &statics(&model), &[0.98], 1);
     assert_eq!(response.orbits[0].outcome, Outcome::LeavesSlot);
-    // The same force as that of a displacement of the base, which grows as the square of the frequency.
+    // The same force as that of a displacement of the base, which grows as the square of the
+    // frequency.
     let load = &mut model.excitations[0];
     load.growth = Growth::Squared;
     for part in [&mut load.cosine, &mut load.sine] {

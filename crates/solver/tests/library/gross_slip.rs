@@ -55,7 +55,8 @@ fn a_cube_in_gross_slip_is_within_its_accuracy_or_says_that_it_is_not() {
             assert!(error < estimated + OF_INTEGRATION, "{hz} Hz: {error}");
             let converged = orbit.outcome == Outcome::Converged;
             assert_eq!(converged, estimated <= accuracy, "{hz} Hz");
-            // The choice of eps suits an elastic body, and a rigid one has none: it is far stiffer in its contact.
+            // The choice of eps suits an elastic body, and a rigid one has none: it is far stiffer
+            // in its contact.
             assert!(converged || accuracy < 0.05 || eps_scale == 1.0, "{hz} Hz");
         }
     }

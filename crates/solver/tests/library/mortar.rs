@@ -32,7 +32,8 @@ fn bent(element: ElementType, cells: [usize; 3], z_m: f64, grade: f64) -> Mesh {
     mesh
 }
 
-/// An upper block pressed on a lower one of other elements by a uniform pressure; rollers on two sides of both.
+/// An upper block pressed on a lower one of other elements by a uniform pressure; rollers on two
+/// sides of both.
 fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
     let mut both = blocks_assembly();
     both.rotation = None;
@@ -148,8 +149,8 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     }
 }
 
-/// Three blocks on each other and on rigid ground, pressed from above: each contact carries the load, also where the
-/// nodes of the middle one are masters below and slaves above.
+/// Three blocks on each other and on rigid ground, pressed from above: each contact carries the
+/// load, also where the nodes of the middle one are masters below and slaves above.
 #[test]
 fn a_tower_of_three_bodies_on_the_ground_hands_the_load_down() {
     let part =

@@ -113,8 +113,8 @@ impl Mass {
     }
 }
 
-/// Spring and slider in series beside a damped oscillator: the amplitude and the work of a period in closed form, as in
-/// `time_integration`, where the spring is a mode.
+/// Spring and slider in series beside a damped oscillator: the amplitude and the work of a period
+/// in closed form, as in `time_integration`, where the spring is a mode.
 #[test]
 fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let jenkins = Mass {
@@ -192,8 +192,8 @@ fn a_pair_that_sticks_is_a_spring() {
     }
 }
 
-/// Springs that are soft, a mass that lifts off and one that slides around: harmonic balance and steps in time, which
-/// have their own forms of the law.
+/// Springs that are soft, a mass that lifts off and one that slides around: harmonic balance and
+/// steps in time, which have their own forms of the law.
 #[test]
 fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_lift_off() {
     let normal = [1.5, 0.5, 0.0];
@@ -243,7 +243,8 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
     }
 }
 
-/// The flanks of the 72-pair model with stiffer and stiffer springs: the difference to rigid contact falls as 1 / kappa.
+/// The flanks of the 72-pair model with stiffer and stiffer springs: the difference to rigid
+/// contact falls as 1 / kappa.
 #[test]
 fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
     let folder = root().join("tests/data/dovetail72");
@@ -300,7 +301,8 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
     }
 }
 
-/// Pairs under the pressure of a Hertz contact of cylinders, whose forces fall to zero at its edges.
+/// Pairs under the pressure of a Hertz contact of cylinders, whose forces fall to zero at its
+/// edges.
 const HERTZ_PAIRS: usize = 40;
 
 /// Length that each pair represents, of a contact from -1 to 1 m.
@@ -318,8 +320,8 @@ fn hertz_force(pair: usize) -> f64 {
     (1.0 - x * x).sqrt() * HERTZ_SPACING
 }
 
-/// Force of all pairs at the first shift of a body that has not moved: each sticks up to its limit, and the edges slide
-/// first.
+/// Force of all pairs at the first shift of a body that has not moved: each sticks up to its limit,
+/// and the edges slide first.
 fn first_loading(shift: f64) -> f64 {
     (0..HERTZ_PAIRS)
         .map(|pair| (HERTZ_SHEAR * HERTZ_SPACING * shift).min(HERTZ_FRICTION * hertz_force(pair)))
@@ -341,9 +343,9 @@ fn masing(amplitude: f64, loading: fn(f64) -> f64) -> [f64; 2] {
     force
 }
 
-/// A body on a spring, and on pairs that are joined to it by springs. At the frequency where its inertia and its spring
-/// cancel, the contact alone carries the force: the edges slide and the middle sticks (Cattaneo and Mindlin, on a bed of
-/// independent springs).
+/// A body on a spring, and on pairs that are joined to it by springs. At the frequency where its
+/// inertia and its spring cancel, the contact alone carries the force: the edges slide and the
+/// middle sticks (Cattaneo and Mindlin, on a bed of independent springs).
 #[test]
 fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
     let n = 3 * HERTZ_PAIRS;

@@ -363,7 +363,8 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     }
 }
 
-/// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind it.
+/// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind
+/// it.
 fn first_yielding(relative: &ReducedModel) -> f64 {
     let (n, m) = (relative.stiffness.nrows(), relative.omega2.len());
     let own = relative.diagonal_stiffness();
@@ -530,7 +531,8 @@ fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
     }
 }
 
-/// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair its own.
+/// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair
+/// its own.
 fn three_bodies() -> (Model, Structure) {
     let (mut model, structure) = assembly([None, None]);
     let mut third: Body = model.bodies[0].clone();
@@ -710,7 +712,8 @@ fn what_cannot_be_assembled_is_an_error() {
         join(&model, structure.bodies.clone()),
         Err(FemError::ContactNodeNotFree { .. })
     ));
-    // A node of the interior is joined to no other body, whether its own is reduced by itself or not.
+    // A node of the interior is joined to no other body, whether its own is reduced by itself or
+    // not.
     for modes in [None, Some(3)] {
         let (_, mut structure) = assembly([modes, None]);
         structure.joints[1].slave = InterfaceNode { body: 0, node: 4 };

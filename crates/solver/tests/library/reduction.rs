@@ -100,8 +100,8 @@ fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
 
 #[test]
 fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
-    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
-    // linear, and the full one can be solved at once.
+    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is
+    // then linear, and the full one can be solved at once.
     let (model, structure) = assembled(None);
     let problem = Problem::new(reduced(&structure).model, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
@@ -186,7 +186,8 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
 
 #[test]
 fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
-    // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
+    // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its
+    // flank.
     let (model, structure) = assembled(None);
     let problem = Problem::new(reduced(&structure).model, &model);
     let system = ContactSystem::new(&problem, DAMPING);

@@ -1,5 +1,6 @@
-//! Two masses on springs, of which the first rubs on rigid ground. The balance has 3 (2H+1) unknowns. It is solved at any
-//! frequency, from its neighbour or cold, within few iterations, and its error is estimated.
+//! Two masses on springs, of which the first rubs on rigid ground. The balance has 3 (2H+1)
+//! unknowns. It is solved at any frequency, from its neighbour or cold, within few iterations, and
+//! its error is estimated.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;

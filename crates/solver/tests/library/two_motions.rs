@@ -156,8 +156,8 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
     }
 }
 
-/// Few frequencies: with 14 the halves meet in a step that is too far at once, with 20 the peak is above the meeting, and
-/// its motion ends among the frequencies that are added.
+/// Few frequencies: with 14 the halves meet in a step that is too far at once, with 20 the peak is
+/// above the meeting, and its motion ends among the frequencies that are added.
 #[test]
 fn a_fold_between_few_frequencies_and_one_among_those_that_are_added_are_named() {
     for points in [14, 20] {

@@ -39,8 +39,8 @@ mod tests;
 use super::content::Content;
 use crate::MeshError;
 
-/// Parses the bytes of a deck. Lengths and materials are in the units of the deck. `include` gives the
-/// bytes of a file that the deck names.
+/// Parses the bytes of a deck. Lengths and materials are in the units of the deck. `include` gives
+/// the bytes of a file that the deck names.
 ///
 /// # Errors
 /// A deck that cannot be read, or that contradicts itself: see [`MeshError`], which names the line.
