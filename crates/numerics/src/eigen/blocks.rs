@@ -117,7 +117,7 @@ fn lanczos(
             project_out(basis.spanned(), &mut next);
             weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;
         }
-        // No direction has a length any more, as with masses whose products are NaN.
+        // No direction has a length, as with masses whose products leave the range of f64.
         if next.ncols() == 0 || end + next.ncols() > room {
             return Err(EigenError::Basis {
                 converged,
@@ -422,7 +422,7 @@ mod tests {
         );
     }
 
-    /// Products of these masses are NaN: no direction has a length.
+    /// Products of these masses leave the range of f64: no direction has a length.
     #[test]
     fn masses_that_are_next_to_nothing_end_in_an_error() {
         let lattice = Lattice {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::problem::LinearReference;
 
-/// How the solution of one frequency (or of the static state) ended.
+/// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -72,7 +72,7 @@ impl Outcome {
 /// Static state of the pairs.
 #[derive(Debug, Clone)]
 pub struct StaticState {
-    /// How the solution ended.
+    /// Outcome of the solution.
     pub outcome: Outcome,
     /// Relative displacement, m, n.
     pub x: Vec<f64>,
@@ -117,7 +117,7 @@ pub struct Orbit {
     pub frequency_hz: f64,
     /// Number of the frequency. Those asked for count from 0, rising; added ones follow.
     pub point: usize,
-    /// How the solution ended.
+    /// Outcome of the solution.
     pub outcome: Outcome,
     /// Harmonics of the motion, H.
     pub harmonics: usize,

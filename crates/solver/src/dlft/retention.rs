@@ -163,7 +163,7 @@ impl Retention {
         !self.motions.is_empty()
     }
 
-    /// Same motions, on a spring of this fraction of the stiffness.
+    /// Retention with the same motions, on a spring of this fraction of the stiffness.
     pub fn softened(&self, fraction: f64) -> Self {
         Self {
             motions: self.motions.clone(),

@@ -53,7 +53,7 @@ pub enum Look {
     Always,
     /// Only where the curve steps from one motion to the other.
     AtSteps,
-    /// Not at all.
+    /// Never.
     Never,
 }
 

@@ -55,7 +55,7 @@ pub trait Element: Sync + Send {
 #[derive(Debug, Clone, Copy)]
 pub struct Form {
     /// Smallest Jacobian determinant over the cube of the longest edge; NaN where that edge is zero
-    /// or a coordinate is NaN.
+    /// or a coordinate is not finite.
     pub flatness: f64,
     /// True for a tetrahedron with straight edges, whose Jacobian is the same everywhere.
     pub affine: bool,

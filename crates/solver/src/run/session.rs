@@ -146,7 +146,7 @@ pub enum Event<'a> {
         /// Number of steps.
         steps: usize,
     },
-    /// So many more steps of the loop that began last are done.
+    /// A number of further steps of the loop that began last are done.
     LoopAdvances(usize),
     /// The loop that began last has one step more.
     LoopGrows,
