@@ -403,7 +403,7 @@ pub struct FlankMatch {
     pub slave: Side,
     /// Fractions of the areas of the first and of the second flank that lie opposite the other one.
     pub covered: [f64; 2],
-    /// Largest distance between a node and what it meets, m. It is the lever arm between the two
+    /// Largest distance between a node and its counterpart, m. It is the lever arm between the two
     /// contact forces of a pair.
     pub largest_mismatch_m: f64,
     /// Largest distance between them along the normal, m.

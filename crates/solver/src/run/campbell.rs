@@ -21,7 +21,7 @@ pub struct Campbell {
     pub families: [Family; 2],
     /// Speed of the scene, rpm; 0 at rest.
     pub operating_rpm: f64,
-    /// Speeds (rpm) at which the structure is unstable, and why.
+    /// Speeds (rpm) at which the structure is unstable or not held, and why.
     pub failed: Vec<(f64, ReductionError)>,
 }
 
