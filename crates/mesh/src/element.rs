@@ -1,8 +1,8 @@
 //! Types of elements: their corners, edges and faces, and lists of elements of any types.
 //!
-//! Nodes stand in the order of VTK, Abaqus and CalculiX: the corners, then the middles of
-//! [`Shape::edges`]. (Gmsh has the middles in another order.) The first face of a pyramid, a wedge and
-//! a hexahedron is its base; counted from above the base its corners run counter-clockwise.
+//! The order of the nodes is that of VTK, Abaqus and CalculiX: the corners, then the middles of
+//! [`Shape::edges`]. (Gmsh has the middles in another order.) The first face of a pyramid, a wedge
+//! and a hexahedron is its base; seen from above, the corners of the base run counter-clockwise.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// All of them, in the order of their numbers of corners.
+    /// All shapes, in the order of their numbers of corners.
     pub const ALL: [Self; 4] = [
         Self::Tetrahedron,
         Self::Pyramid,
@@ -40,7 +40,7 @@ impl Shape {
         }
     }
 
-    /// The two corners of each edge, in the order of the nodes in their middles.
+    /// Two corners of each edge, in the order of the nodes in their middles.
     pub fn edges(self) -> &'static [[usize; 2]] {
         match self {
             Self::Tetrahedron => &[[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]],
@@ -82,7 +82,7 @@ impl Shape {
         }
     }
 
-    /// The corners of each face, counter-clockwise seen from outside. Face `i` is the face `S<i + 1>`
+    /// Corners of each face, counter-clockwise seen from outside. Face `i` is the face `S<i + 1>`
     /// of Abaqus and CalculiX.
     pub fn faces(self) -> &'static [&'static [usize]] {
         match self {
@@ -112,7 +112,7 @@ impl Shape {
         }
     }
 
-    /// Its name, in the plural.
+    /// Name of the shape, in the plural.
     pub fn plural(self) -> &'static str {
         match self {
             Self::Tetrahedron => "tetrahedra",
@@ -132,12 +132,12 @@ pub enum ElementOrder {
     Quadratic,
 }
 
-/// Shape and order of an element; the number of its nodes says both.
+/// Shape and order of an element; the number of nodes determines both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ElementType {
-    /// What it looks like.
+    /// Shape of the element.
     pub shape: Shape,
-    /// How many nodes it has.
+    /// Order, which determines the nodes on the edges.
     pub order: ElementOrder,
 }
 
@@ -159,7 +159,7 @@ impl ElementType {
     /// Hexahedron of 20 nodes.
     pub const HEX20: Self = Self::new(Shape::Hexahedron, ElementOrder::Quadratic);
 
-    /// All of them.
+    /// All types, by shape and then by order.
     pub const ALL: [Self; 8] = [
         Self::TET4,
         Self::TET10,
@@ -171,12 +171,12 @@ impl ElementType {
         Self::HEX20,
     ];
 
-    /// Of a shape and an order.
+    /// Type with a shape and an order.
     pub const fn new(shape: Shape, order: ElementOrder) -> Self {
         Self { shape, order }
     }
 
-    /// The one that has `nodes` nodes: 4, 5, 6, 8, 10, 13, 15 or 20.
+    /// Type that has `nodes` nodes: 4, 5, 6, 8, 10, 13, 15 or 20.
     pub fn with_nodes(nodes: usize) -> Option<Self> {
         Self::ALL
             .into_iter()
@@ -191,7 +191,7 @@ impl ElementType {
         }
     }
 
-    /// Its name: tet4, tet10, pyramid5, pyramid13, wedge6, wedge15, hex8, hex20.
+    /// Name of the type: tet4, tet10, pyramid5, pyramid13, wedge6, wedge15, hex8, hex20.
     pub fn name(self) -> String {
         let shape = match self.shape {
             Shape::Tetrahedron => "tet",
@@ -202,12 +202,12 @@ impl ElementType {
         format!("{shape}{}", self.nodes())
     }
 
-    /// Its place in [`ElementType::ALL`].
+    /// Position of the type in [`ElementType::ALL`].
     pub fn number(self) -> usize {
         2 * self.shape as usize + self.order as usize
     }
 
-    /// Number and corners of each face of an element with these nodes, in the way of
+    /// Number and corners of each face of an element with these nodes, sorted as by
     /// [`sorted_corners`].
     pub fn sorted_faces(self, nodes: &[u32]) -> impl Iterator<Item = (usize, [u32; 4])> {
         let faces = self.shape.faces().iter().enumerate();
@@ -227,8 +227,8 @@ impl ElementType {
         self.face(face).into_iter().map(|i| nodes[i]).collect()
     }
 
-    /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between each
-    /// corner and the next, as in a facet.
+    /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between
+    /// each corner and the next, as in a facet.
     pub fn face(self, face: usize) -> Vec<usize> {
         let corners = self.shape.faces()[face];
         let mut nodes = corners.to_vec();
@@ -253,7 +253,8 @@ pub fn facet_corners(nodes: usize) -> usize {
     }
 }
 
-/// Corners of an element or a facet, ascending and filled up: two of them are the same where these are.
+/// Corners of an element or a facet, ascending and padded. Two results are equal if the corners are
+/// the same.
 pub fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
     let mut sorted = [u32::MAX; N];
     sorted[..corners.len()].copy_from_slice(corners);
@@ -261,16 +262,16 @@ pub fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
     sorted
 }
 
-/// Nodes and tags of elements (or of facets), one element after the other.
+/// Nodes and tags of elements (or of facets), element after element.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Connectivity {
-    /// Where the nodes of each begin, and where those of the last end.
+    /// Index of the first node of each element, and the end of the last one.
     offsets: Vec<usize>,
     nodes: Vec<u32>,
     tags: Vec<u64>,
 }
 
-/// The type of a solid element.
+/// Type of a solid element.
 fn solid_of(nodes: &[u32]) -> ElementType {
     ElementType::with_nodes(nodes.len())
         .expect("readers keep the eight types of solid elements alone")
@@ -292,7 +293,7 @@ impl Connectivity {
         self.tags.len()
     }
 
-    /// Whether there are none.
+    /// Returns `true` if there are no elements.
     pub fn is_empty(&self) -> bool {
         self.tags.is_empty()
     }
@@ -319,7 +320,7 @@ impl Connectivity {
         &self.tags
     }
 
-    /// How many solid elements there are of each type.
+    /// Number of solid elements of each type.
     pub fn types(&self) -> BTreeMap<ElementType, usize> {
         let mut counts = BTreeMap::new();
         for (element, _) in self.solids() {
@@ -338,8 +339,8 @@ impl Connectivity {
         (solid_of(self.of(e)), self.of(e))
     }
 
-    /// What is left where some nodes are kept, with their new numbers: the elements all of whose nodes
-    /// are; and the new number of each element.
+    /// Connectivity after some nodes are dropped: the elements all of whose nodes remain, with the
+    /// new numbers of these. The second value is the new number of each element.
     pub fn kept(&self, node: &[Option<u32>]) -> (Self, Vec<Option<u32>>) {
         let (mut left, mut numbers) = (Self::default(), Vec::with_capacity(self.len()));
         for (nodes, &tag) in self.iter().zip(&self.tags) {
@@ -352,7 +353,7 @@ impl Connectivity {
         (left, numbers)
     }
 
-    /// Nodes of all elements, one element after the other.
+    /// Nodes of all elements, element after element.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
     }
@@ -362,7 +363,7 @@ impl Connectivity {
         self.tags.iter_mut().for_each(|tag| *tag += by);
     }
 
-    /// As [`Connectivity::nodes`], to be renumbered.
+    /// Like [`Connectivity::nodes`], for renumbering.
     pub fn nodes_mut(&mut self) -> &mut [u32] {
         &mut self.nodes
     }
@@ -382,7 +383,7 @@ mod tests {
         assert_eq!(ElementType::with_nodes(27), None);
     }
 
-    /// Euler's formula, every edge on two faces and passed once in each sense: the faces close.
+    /// Euler's formula, and every edge on two faces and passed once in each sense: the faces close.
     #[test]
     fn faces_close_and_turn_alike() {
         for shape in Shape::ALL {

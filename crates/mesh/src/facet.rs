@@ -5,21 +5,21 @@ use super::interpolation::of_facet;
 use super::quadrature;
 use dovetail_numerics::space::{cross, norm};
 
-/// A point of a facet of 3, 4, 6 or 8 nodes, which may be curved.
+/// Point of a facet of 3, 4, 6 or 8 nodes, which may be curved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FacetPoint {
-    /// Where it is.
+    /// Position, m.
     pub position_m: [f64; 3],
     /// Derivatives of the position by the two reference coordinates.
     pub tangents_m: [[f64; 3]; 2],
-    /// The product of the tangents, the normal times the area of a unit of the reference coordinates. It
-    /// points to where the nodes run counter-clockwise.
+    /// Cross product of the tangents: the normal times the area of a unit of the reference
+    /// coordinates. It points to the side from which the nodes run counter-clockwise.
     pub normal_m2: [f64; 3],
     /// Shape functions of the nodes.
     pub shapes: Vec<f64>,
 }
 
-/// The point of a facet at two reference coordinates.
+/// Point of a facet at two reference coordinates.
 pub fn at(coords_m: &[[f64; 3]], point: [f64; 2]) -> FacetPoint {
     let functions = of_facet(coords_m.len(), point);
     let (mut position, mut tangents) = ([0.0; 3], [[0.0; 3]; 2]);
@@ -38,22 +38,23 @@ pub fn at(coords_m: &[[f64; 3]], point: [f64; 2]) -> FacetPoint {
     }
 }
 
-/// The points of the rule of quadrature of a facet, with their weights.
+/// Points of the rule of quadrature of a facet, with their weights.
 pub fn points(coords_m: &[[f64; 3]]) -> impl Iterator<Item = (FacetPoint, f64)> {
     let rule = quadrature::facet(facet_corners(coords_m.len())).into_iter();
     rule.map(|(point, weight)| (at(coords_m, point), weight))
 }
 
-/// A node's part of a facet.
+/// Part of a facet that belongs to a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// Integral of the node's shape function, m2.
     pub area_m2: f64,
-    /// The same times the unit normal; it points to where the nodes run counter-clockwise.
+    /// Integral of the node's shape function times the unit normal, m2. It points to the side from
+    /// which the nodes run counter-clockwise.
     pub normal_m2: [f64; 3],
 }
 
-/// The parts of the nodes of a facet.
+/// Parts of a facet that belong to its nodes.
 pub fn shares(coords_m: &[[f64; 3]]) -> Vec<Share> {
     let none = Share {
         area_m2: 0.0,
@@ -99,9 +100,9 @@ mod tests {
             .sum()
     }
 
-    /// The field r^2 has the values of its shape functions, and its square r^4 the mean 1/5 over a straight
-    /// quadrilateral of any shape: its determinant is linear in r and s, and the odd parts vanish. Over a triangle the
-    /// mean is 1/15.
+    /// The field r^2 has the values of its shape functions, and its square r^4 the mean 1/5 over a
+    /// straight quadrilateral of any shape: its determinant is linear in r and s, and the odd parts
+    /// vanish. Over a triangle the mean is 1/15.
     #[test]
     fn products_of_shape_functions_are_exact_where_edges_are_straight() {
         let corners = [[0.0, 0.0], [3.0, 0.2], [2.5, 2.0], [0.4, 1.1]];

@@ -1,25 +1,25 @@
 //! Shape functions of all elements and facets, with their gradients.
 //!
-//! Reference coordinates: of a tetrahedron and a triangle the corners (0,0,0), (1,0,0), (0,1,0),
-//! (0,0,1); of a hexahedron and a quadrilateral -1 to 1; of a wedge those of a triangle and -1 to 1
-//! along it. A pyramid is a cube whose upper face is one point: with `u`, `v`, `w` from -1 to 1 and
-//! `s = (1 - w) / 2` its point is `(s u, s v)` across. In these coordinates its functions, rational in
-//! space (Bedrosian, Int. J. Numer. Meth. Engng 35 (1992) 95-108), are polynomials.
+//! Reference coordinates: a tetrahedron and a triangle have the corners (0,0,0), (1,0,0), (0,1,0),
+//! (0,0,1); a hexahedron and a quadrilateral go from -1 to 1; a wedge has those of a triangle, and
+//! -1 to 1 along it. A pyramid is a cube whose upper face is one point: with `u`, `v`, `w` from -1
+//! to 1 and `s = (1 - w) / 2` its point is `(s u, s v)` across. In these coordinates its functions,
+//! rational in space (Bedrosian, Int. J. Numer. Meth. Engng 35 (1992) 95-108), are polynomials.
 //!
-//! Quadratic elements are serendipity elements: a function of each middle of an edge, and of a corner
-//! the linear one less half of those of its edges (Zienkiewicz and Taylor, The Finite Element Method,
-//! vol. 1, ch. 6).
+//! Quadratic elements are serendipity elements: each middle of an edge has a function, and a corner
+//! has the linear one minus half of those of its edges (Zienkiewicz and Taylor, The Finite Element
+//! Method, vol. 1, ch. 6).
 
 use std::ops::{Add, Mul, Sub};
 
 use super::element::{ElementOrder, ElementType, Shape, facet_corners};
 
-/// A shape function at a point.
+/// Shape function at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeValue {
-    /// Of the function.
+    /// Value of the function.
     pub value: f64,
-    /// Its derivatives by the reference coordinates.
+    /// Derivatives by the reference coordinates.
     pub gradient: [f64; 3],
 }
 
@@ -52,7 +52,7 @@ impl Sub for ShapeValue {
 
 impl Mul for ShapeValue {
     type Output = Self;
-    /// By the product rule.
+    /// Multiplies by the product rule.
     fn mul(self, other: Self) -> Self {
         let of = |(a, b): (&f64, &f64)| other.value.mul_add(*a, self.value * b);
         let mut gradient = [0.0; 3];
@@ -89,7 +89,7 @@ fn coordinate(point: [f64; 3], k: usize) -> ShapeValue {
     }
 }
 
-/// The functions of an element at a reference point, in the order of its nodes.
+/// Shape functions of an element at a reference point, in the order of its nodes.
 pub fn of_element(element: ElementType, point: [f64; 3]) -> Vec<ShapeValue> {
     let linear = corners(element.shape, point);
     match element.order {
@@ -102,7 +102,7 @@ pub fn of_element(element: ElementType, point: [f64; 3]) -> Vec<ShapeValue> {
     }
 }
 
-/// The functions of a facet of `nodes` nodes (3, 4, 6 or 8) at the first two reference coordinates.
+/// Shape functions of a facet of `nodes` nodes (3, 4, 6 or 8) at two reference coordinates.
 pub fn of_facet(nodes: usize, point: [f64; 2]) -> Vec<ShapeValue> {
     let [x, y] = [0, 1].map(|k| coordinate([point[0], point[1], 0.0], k));
     let n = facet_corners(nodes);
@@ -124,8 +124,8 @@ pub fn of_facet(nodes: usize, point: [f64; 2]) -> Vec<ShapeValue> {
     serendipity(linear.clone(), &edges, middles)
 }
 
-/// Reference coordinates of the nodes of an element. (Of a pyramid's apex, which is a face of the
-/// cube, that of its middle.)
+/// Reference coordinates of the nodes of an element. (For a pyramid's apex, which is a face of the
+/// cube, those of its middle.)
 pub fn reference_nodes(element: ElementType) -> Vec<[f64; 3]> {
     let shape = element.shape;
     let mut nodes: Vec<[f64; 3]> = match shape {
@@ -177,7 +177,7 @@ pub fn centre(shape: Shape) -> [f64; 3] {
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 const APEX: usize = 4;
 
-/// Corner functions less half of the functions of their edges, and these.
+/// Corner functions minus half of the functions of their edges, followed by these.
 fn serendipity(
     mut corners: Vec<ShapeValue>,
     edges: &[[usize; 2]],
@@ -247,12 +247,11 @@ fn middle(shape: Shape, [a, b]: [usize; 2], linear: &[ShapeValue], point: [f64; 
 /// Function of the middle of a side of the quadrilateral of eight nodes.
 fn side_of_square([a, b]: [usize; 2], x: ShapeValue, y: ShapeValue) -> ShapeValue {
     let ([p, q], [r, s]) = (SQUARE[a], SQUARE[b]);
-    match p == r {
-        true => 0.5 * ((ONE - y.squared()) * (ONE + p * x)),
-        false => {
-            debug_assert_eq!(q, s, "corners of a side share a coordinate");
-            0.5 * ((ONE - x.squared()) * (ONE + q * y))
-        }
+    if p == r {
+        0.5 * ((ONE - y.squared()) * (ONE + p * x))
+    } else {
+        debug_assert_eq!(q, s, "corners of a side share a coordinate");
+        0.5 * ((ONE - x.squared()) * (ONE + q * y))
     }
 }
 
@@ -305,7 +304,7 @@ mod tests {
     /// theorem behind the patch test, those of degree two the order of the quadratic elements.
     #[test]
     fn polynomials_of_the_order_are_interpolated_exactly_in_affine_elements() {
-        // Of the pyramid the map of space from the cube, of the others the identity.
+        // For the pyramid the map from the cube to space, for the others the identity.
         let place = |shape: Shape, [u, v, w]: [f64; 3]| match shape {
             Shape::Pyramid => [0.5 * (1.0 - w) * u, 0.5 * (1.0 - w) * v, w],
             _ => [u, v, w],
@@ -351,8 +350,9 @@ mod tests {
                         continue;
                     }
                     let on_facet = of_facet(face.len(), at);
-                    // The corner functions of the facet lead to the point of the element: but at the
-                    // apex, where the face of the cube is one point, by its height and its direction.
+                    // The corner functions of the facet lead to the point of the element; only at
+                    // the apex, where the face of the cube is one point, is it found by its height
+                    // and its direction.
                     let corners = of_facet(n, at);
                     let mut point = [0.0; 3];
                     for (c, l) in corners.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
+//! Conversion of the bytes of a file to a [`Mesh`]: nodes, solid elements, facets and named groups,
+//! in metres.
 //!
-//! [`parse`] reads the bytes of a file of any format that is known ([`formats`], behind the feature of
-//! that name), [`quality`] refuses elements no calculation can use. [`interpolation`] has the shape
+//! [`parse`] reads the bytes of a file of any known format ([`formats`], behind the feature of that
+//! name), [`quality`] refuses elements that no calculation can use. [`interpolation`] has the shape
 //! functions, [`quadrature`] the rules, [`facet`] integrals over faces. No file is opened here.
 
 #![forbid(unsafe_code)]
@@ -26,7 +27,7 @@ pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use formats::MeshError;
 pub use quality::{Quality, QualityError};
 
-/// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
+/// Farthest coordinate of a node of a file, m: volumes of larger bodies leave the range of f64.
 pub const FARTHEST_M: f64 = 1e9;
 
 /// A named group: a physical group of Gmsh, a set or a surface of a deck.
@@ -40,8 +41,8 @@ pub struct Group {
     pub nodes: Vec<u32>,
 }
 
-/// A mesh of solid elements. Nodes inside an element stand as [`element`] says. Indices are positions
-/// in `nodes_m`; the tags of the file are kept for messages only.
+/// Mesh of solid elements. The order of the nodes of an element is that of [`element`]. Indices are
+/// positions in `nodes_m`; the tags of the file are kept for messages only.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Node positions, m.
@@ -50,37 +51,37 @@ pub struct Mesh {
     pub node_tags: Vec<u64>,
     /// Solid elements.
     pub elements: Connectivity,
-    /// Faces of elements that are named by groups, whichever way they turn.
+    /// Faces of elements that are named by groups, in either orientation.
     pub facets: Connectivity,
-    /// By name.
+    /// Groups by name.
     pub groups: BTreeMap<String, Group>,
-    /// Those that the file gives to elements.
+    /// Materials that the file gives to elements.
     pub materials: Vec<MeshMaterial>,
-    /// What the file says beside and was not read, one sentence each.
+    /// Remarks on contents of the file that were not read, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// A material of a mesh file.
+/// Material of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshMaterial {
-    /// As the file calls it.
+    /// Name in the file.
     pub name: String,
-    /// Whether the units of the file are known: without them its numbers mean nothing.
+    /// True if the units of the file are known; without them its numbers have no meaning.
     pub has_units: bool,
-    /// Young's modulus, where it is given.
+    /// Young's modulus, Pa, if given.
     pub young_pa: Option<f64>,
-    /// Poisson's ratio, where it is given.
+    /// Poisson's ratio, if given.
     pub poisson: Option<f64>,
-    /// Density, where it is given.
+    /// Density, kg/m3, if given.
     pub density_kg_m3: Option<f64>,
-    /// The elements that are made of it, ascending, each once.
+    /// Elements made of the material, ascending, each once.
     pub elements: Vec<u32>,
 }
 
 /// Parses the bytes of a mesh file that includes no other, whatever its format.
 ///
 /// # Errors
-/// Bytes that are no whole mesh of solid elements in a format that is read: see [`MeshError`].
+/// Bytes that are not a whole mesh of solid elements in a known format: see [`MeshError`].
 #[cfg(feature = "formats")]
 pub fn parse(bytes: impl AsRef<[u8]>, units: impl Into<units::Units>) -> Result<Mesh, MeshError> {
     let mut include = |name: &str| {

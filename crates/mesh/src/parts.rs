@@ -1,25 +1,25 @@
-//! Meshes made of parts: the part of a volume, put in its place, and parts side by side.
+//! Meshes made of parts: the part of a volume, placed elsewhere, and parts side by side.
 
 use std::collections::BTreeMap;
 
 use super::{Group, Mesh, MeshMaterial};
 use dovetail_numerics::space::{cross, dot, norm};
 
-/// Where a part is put: turned about an axis, then moved.
+/// Placement of a part: a rotation about an axis, then a translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Direction of the axis, of any length but zero.
     pub axis: [f64; 3],
-    /// A point of the axis.
+    /// Point of the axis, m.
     pub point_m: [f64; 3],
-    /// By the right hand about the axis.
+    /// Angle of the rotation about the axis by the right-hand rule.
     pub angle_rad: f64,
-    /// Added afterwards.
+    /// Translation after the rotation, m.
     pub translation_m: [f64; 3],
 }
 
 impl Placement {
-    /// The new place of a point (Rodrigues' formula).
+    /// New position of a point, m (Rodrigues' formula).
     pub fn of(&self, point_m: [f64; 3]) -> [f64; 3] {
         let length = norm(self.axis);
         let axis = self.axis.map(|a| a / length);
@@ -38,8 +38,8 @@ fn renumbered(list: &[u32], number: &[Option<u32>]) -> Vec<u32> {
 }
 
 impl Mesh {
-    /// What of the mesh belongs to a volume group: the elements and facets all of whose nodes are its, and
-    /// what of each group is left by that. `None` where there is no such group.
+    /// Part of the mesh that belongs to a volume group: the elements and facets all of whose nodes
+    /// are in the group, and the remainder of each group. `None` where there is no such group.
     pub fn part(&self, volume: &str) -> Option<Self> {
         let whole = self
             .groups
@@ -100,15 +100,15 @@ impl Mesh {
         })
     }
 
-    /// Puts all nodes in another place.
+    /// Moves all nodes to another place.
     pub fn place(&mut self, placement: &Placement) {
         for x in &mut self.nodes_m {
             *x = placement.of(*x);
         }
     }
 
-    /// Adds a mesh; nothing is welded. Its groups and materials keep their names behind that of the part and
-    /// a full stop.
+    /// Adds a mesh without joining its nodes. Its groups and materials keep their names, preceded
+    /// by that of the part and a full stop.
     pub fn add_part(&mut self, name: &str, part: &Self) {
         let first = |count: usize| count as u32;
         let (node, element) = (first(self.nodes_m.len()), first(self.elements.len()));

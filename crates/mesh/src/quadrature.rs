@@ -1,18 +1,18 @@
 //! Quadrature on the reference elements and facets of [`interpolation`](super::interpolation).
 //!
 //! Rules on the tetrahedron (weights sum to its volume, 1/6): 1 point, degree 1; 4 points, degree 2
-//! (Hammer and Stroud 1956); 14 points, degree 5 (Walkington 2000); 24 points, degree 6 (Keast 1986). On
-//! the cube (volume 8), for hexahedra and for pyramids as collapsed cubes: n x n x n points of Gauss and
-//! Legendre, degree 2 n - 1 in each direction. On the wedge (volume 1): rules of the triangle, 3, 6, 7
-//! and 12 points of degrees 2, 4, 5 and 6 (Dunavant, Int. J. Numer. Meth. Engng 21 (1985) 1129-1148), times
-//! n points along it. All weights are positive.
+//! (Hammer and Stroud 1956); 14 points, degree 5 (Walkington 2000); 24 points, degree 6
+//! (Keast 1986). On the cube (volume 8), for hexahedra and for pyramids as collapsed cubes: n x n x
+//! n points of Gauss and Legendre, degree 2 n - 1 in each direction. On the wedge (volume 1): rules
+//! of the triangle, 3, 6, 7 and 12 points of degrees 2, 4, 5 and 6 (Dunavant, Int. J. Numer. Meth.
+//! Engng 21 (1985) 1129-1148), times n points along it. All weights are positive.
 
 /// Points and weights of a rule.
 #[derive(Debug, Clone)]
 pub struct Rule {
     /// Coordinates in the reference element.
     pub points: Vec<[f64; 3]>,
-    /// Weights; they sum to its volume.
+    /// Weights; they sum to the volume of the reference element.
     pub weights: Vec<f64>,
 }
 
@@ -94,7 +94,7 @@ impl Rule {
         rule
     }
 
-    /// Points without weights, to evaluate at.
+    /// Rule of points without weights, for evaluation.
     pub fn at(points: &[[f64; 3]]) -> Self {
         Self {
             points: points.to_vec(),
@@ -102,7 +102,7 @@ impl Rule {
         }
     }
 
-    /// Orbits of barycentric points, each with the weight of one of its points.
+    /// Rule of orbits of barycentric points, each with the weight of one of its points.
     fn of(orbits: &[(&[[f64; 4]], f64)]) -> Self {
         let all = || {
             orbits
@@ -115,7 +115,7 @@ impl Rule {
         }
     }
 }
-/// Three barycentric coordinates `a`, the fourth the rest.
+/// Orbit with three barycentric coordinates `a`.
 fn corner_orbit(a: f64) -> Vec<[f64; 4]> {
     (0..4)
         .map(|corner| {
@@ -126,7 +126,7 @@ fn corner_orbit(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// Two coordinates `a`, two 1/2 - a.
+/// Orbit with two coordinates `a`, and two 1/2 - a.
 fn edge_orbit(a: f64) -> Vec<[f64; 4]> {
     pairs()
         .map(|(i, j)| {
@@ -137,7 +137,7 @@ fn edge_orbit(a: f64) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// Two coordinates `a`, one `b`, one the rest.
+/// Orbit with two coordinates `a`, one `b`, and the fourth as the rest.
 fn pair_orbit(a: f64, b: f64) -> Vec<[f64; 4]> {
     let c = 1.0 - 2.0 * a - b;
     pairs()
@@ -154,7 +154,7 @@ fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j)))
 }
 
-/// Points and weights of Gauss and Legendre on -1 to 1: 1 to 4 of them, exact to degree 2 n - 1.
+/// Gauss-Legendre rule on -1 to 1: 1 to 4 points with their weights, exact to degree 2 n - 1.
 pub fn gauss_line(n: usize) -> Vec<(f64, f64)> {
     let both = |x: f64, w: f64| [(-x, w), (x, w)];
     match n {
@@ -175,7 +175,7 @@ pub fn gauss_line(n: usize) -> Vec<(f64, f64)> {
     }
 }
 
-/// Rules of the reference triangle (area 1/2), by the degree to which they are exact: 2, 4, 5 or 6.
+/// Rule of the reference triangle (area 1/2) that is exact to this degree: 2, 4, 5 or 6.
 pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
     // Weights for an area of 1.
     let mut points: Vec<([f64; 3], f64)> = Vec::new();
@@ -217,8 +217,8 @@ pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
     points.map(|(l, w)| ([l[1], l[2]], 0.5 * w)).collect()
 }
 
-/// Rules on a reference facet: of the triangle to degree 5, of the quadrilateral to degree 5 in each
-/// direction.
+/// Rule on a reference facet: to degree 5 on the triangle, to degree 5 in each direction on the
+/// quadrilateral.
 pub fn facet(corners: usize) -> Vec<([f64; 2], f64)> {
     if corners == 3 {
         return triangle(5);

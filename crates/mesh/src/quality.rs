@@ -1,5 +1,5 @@
-//! Elements no calculation can use: turned inside out, flat, doubled, or not joined to their
-//! neighbours; and nodes of no element.
+//! Check for elements that no calculation can use: turned inside out, flat, doubled, or not joined
+//! to their neighbours; and for nodes of no element.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -11,27 +11,27 @@ use super::interpolation::{of_element, reference_nodes};
 use super::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_numerics::space::{cross, dot, middle, sub};
 
-/// An element whose mean ratio is below this is flat for any purpose.
+/// Mean ratio below which an element counts as flat.
 pub const SLIVER_SHAPE: f64 = 1e-3;
 
-/// How good the elements of a usable mesh are.
+/// Quality of the elements of a usable mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Smallest mean ratio 3 det(A)^(2/3) / |A|^2 over all corners: A takes the edges that meet there in an
-    /// element of equal edges to those that do here. 1 for such an element, 0 for a flat one. (Of a
-    /// tetrahedron all corners have the same. Liu and Joe, BIT 34 (1994) 268-287; Knupp, SIAM J. Sci.
-    /// Comput. 23 (2001) 193-218.)
+    /// Smallest mean ratio 3 det(A)^(2/3) / |A|^2 over all corners. A maps the edges that meet
+    /// there in an element of equal edges to those of this element. 1 for an element of equal
+    /// edges, 0 for a flat one. (All corners of a tetrahedron have the same ratio. Liu and Joe, BIT
+    /// 34 (1994) 268-287; Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218.)
     pub worst_shape: f64,
-    /// Tag of that element.
+    /// Tag of the element with that ratio.
     pub worst_tag: u64,
-    /// Smallest ratio, over all elements but linear tetrahedra, of the least Jacobian determinant to that
-    /// of an undistorted element of the same volume.
+    /// Smallest ratio, over all elements but linear tetrahedra, of the least Jacobian determinant
+    /// to that of an undistorted element of the same volume.
     pub worst_jacobian_ratio: f64,
     /// Volume of the elements with straight edges, m3.
     pub volume_m3: f64,
 }
 
-/// Elements that must not be used. Lists hold the first few tags, with the number of all.
+/// Error of elements that must not be used. Lists hold the first few tags, with the number of all.
 #[derive(Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum QualityError {
@@ -138,8 +138,8 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
     Ok(quality)
 }
 
-/// Whether an element with its nodes at `x` folds over itself: its Jacobian determinant is not positive at one of the
-/// points that are looked at.
+/// Returns `true` if an element with its nodes at `x` folds over itself: its Jacobian determinant
+/// is not positive at one of the points that are checked.
 pub fn folds(element: ElementType, x: &[[f64; 3]]) -> bool {
     jacobian_ratio(element, x, volume(element.shape, x)) <= 0.0
 }
@@ -149,7 +149,8 @@ fn jacobian_ratio(element: ElementType, x: &[[f64; 3]], volume: f64) -> f64 {
     least_jacobian(element, x) / (volume / reference_volume(element.shape))
 }
 
-/// Signed volume of the element with straight edges: each face is the bilinear surface of its corners.
+/// Signed volume of the element with straight edges: each face is the bilinear surface of its
+/// corners.
 fn volume(shape: Shape, x: &[[f64; 3]]) -> f64 {
     let origin = x[0];
     let cone = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
@@ -180,8 +181,8 @@ fn reference_volume(shape: Shape) -> f64 {
     }
 }
 
-/// Corners with the ends of the three edges that meet there, right-handed. The apex of a pyramid, where
-/// four meet, is left out; all corners of a tetrahedron are alike.
+/// Corners with the ends of the three edges that meet there, right-handed. The apex of a pyramid,
+/// where four edges meet, is left out; all corners of a tetrahedron are alike.
 fn corners(shape: Shape) -> &'static [[usize; 4]] {
     match shape {
         Shape::Tetrahedron => &[[0, 1, 2, 3]],
@@ -207,8 +208,8 @@ fn corners(shape: Shape) -> &'static [[usize; 4]] {
     }
 }
 
-/// Edges that meet in a corner, in that order, take to those of an element with equal edges and back:
-/// rows are the columns of the inverse.
+/// Inverse of the matrix of the edges, in that order, that meet in a corner of an element with
+/// equal edges. Rows are the columns of the inverse.
 fn to_equal_edges(shape: Shape) -> [[f64; 3]; 3] {
     let third = 1.0 / 3.0_f64.sqrt();
     let root = 2.0_f64.sqrt();
@@ -231,7 +232,7 @@ fn to_equal_edges(shape: Shape) -> [[f64; 3]; 3] {
     }
 }
 
-/// Least signed mean ratio of all corners; 0 where an edge has no length.
+/// Smallest signed mean ratio of all corners; 0 where an edge has no length.
 fn worst_corner(shape: Shape, x: &[[f64; 3]]) -> f64 {
     let back = to_equal_edges(shape);
     let ratio = |&[at, p, q, r]: &[usize; 4]| {
@@ -251,16 +252,16 @@ fn worst_corner(shape: Shape, x: &[[f64; 3]]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Rows a, b, c.
+/// Determinant of the rows a, b, c.
 fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
     dot(a, cross(b, c))
 }
 
-/// Gradients of the shape functions at a point, and the Jacobian determinant of the undistorted element
-/// there.
+/// Gradients of the shape functions at a point, and the Jacobian determinant of the undistorted
+/// element there.
 type Probe = (Vec<[f64; 3]>, f64);
 
-/// The points at which a type of element is looked at: its nodes and points inside it.
+/// Points at which a type of element is checked: its nodes, and points inside it.
 fn probes(element: ElementType) -> &'static [Probe] {
     static ALL: LazyLock<[Vec<Probe>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
     &ALL[element.number()]
@@ -301,7 +302,7 @@ fn made(element: ElementType) -> Vec<Probe> {
     all.filter(|(_, undistorted)| *undistorted > 0.0).collect()
 }
 
-/// Least Jacobian determinant, over that of the reference element.
+/// Smallest ratio of the Jacobian determinant to that of the reference element.
 fn least_jacobian(element: ElementType, x: &[[f64; 3]]) -> f64 {
     let at = |(gradients, undistorted): &Probe| {
         let mut j = [[0.0; 3]; 3];
@@ -332,8 +333,8 @@ fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
     }
 }
 
-/// Edges of elements, then of facets, have one node in the middle, or none, for all that share them.
-/// Where everything has one order there is nothing to see.
+/// Checks that the edges of elements, then of facets, have one node in the middle, or none, for all
+/// that share them. A mesh of one order needs no check.
 fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
     let has_middles = |nodes: &[u32]| nodes.len() > facet_corners(nodes.len());
     let orders = || {
@@ -375,13 +376,13 @@ fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
     }
 }
 
-/// No quadrilateral of one element lies on triangles of others.
+/// Checks that no quadrilateral of one element lies on triangles of others.
 fn check_faces(mesh: &Mesh) -> Result<(), QualityError> {
     let mut shapes = [false; Shape::ALL.len()];
     for (element, _) in mesh.elements.solids() {
         shapes[element.shape as usize] = true;
     }
-    // Of hexahedra alone, or tetrahedra alone, all faces are alike.
+    // All faces of hexahedra alone, or of tetrahedra alone, are alike.
     if shapes.iter().filter(|is_there| **is_there).count() < 2 {
         return Ok(());
     }
@@ -520,7 +521,7 @@ mod tests {
         assert_eq!(check(&m), Err(QualityError::Orphan { count: 1, tags }));
     }
 
-    /// With equal edges every shape is as good as can be; its mirror image is inside out.
+    /// Every shape with equal edges has the best ratio; its mirror image is inside out.
     #[test]
     fn elements_of_equal_edges_are_the_best_there_are() {
         let h = 0.75_f64.sqrt();

@@ -3,7 +3,7 @@
 /// Forces or pressures at points in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceField {
-    /// Where the points are.
+    /// Positions of the points, m.
     pub points_m: Vec<[f64; 3]>,
     /// One value for each point.
     pub values: FieldValues,
@@ -12,13 +12,13 @@ pub struct SurfaceField {
 /// Complex values at points, the real part first.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldValues {
-    /// N, along x, y, z.
+    /// Forces along x, y, z, N.
     Forces(Vec<[[f64; 3]; 2]>),
     /// Pressures, positive where they press.
     Pressures {
-        /// Pa.
+        /// Complex pressure at each point, Pa.
         pressures_pa: Vec<[f64; 2]>,
-        /// The part of the surface that each stands for; `None` where it is not known.
+        /// Area of the surface that belongs to each point, m2; `None` where it is not known.
         areas_m2: Option<Vec<f64>>,
     },
 }

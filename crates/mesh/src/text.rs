@@ -1,5 +1,5 @@
-//! Words that come from outside (names, paths, output of gmsh) on their way into messages: bounded
-//! in length, and without anything that a terminal would obey.
+//! Preparation of words from outside (names, paths, output of gmsh) for messages: bounded in
+//! length, and without anything that a terminal would obey.
 
 use std::fmt::Display;
 
@@ -10,7 +10,7 @@ const MOST_OF_A_WORD: usize = 300;
 /// Most characters of a message.
 const MOST_OF_A_MESSAGE: usize = 6000;
 
-/// `a, b, c`, of many items the first few and how many more there are, of none `none`.
+/// `a, b, c`; for many items the first few and how many more there are, for none `none`.
 pub fn list<T: Display>(items: &[T]) -> String {
     joined(items, ", ")
 }
@@ -28,7 +28,8 @@ pub fn joined<T: Display>(items: &[T], separator: &str) -> String {
     }
 }
 
-/// The text as a message may have it: [`visible`], long words and a long text without their middle.
+/// Text in the form for messages: [`visible`], with long words and a long text shortened in the
+/// middle.
 pub fn plain(text: &str) -> String {
     let mut shown = String::with_capacity(text.len().min(MOST_OF_A_MESSAGE));
     let mut rest = text;
@@ -43,20 +44,21 @@ pub fn plain(text: &str) -> String {
     without_middle(&shown, MOST_OF_A_MESSAGE)
 }
 
-/// The text with line ends and tabs as they are, and every other character that a terminal would
-/// obey written `\u{1b}`.
+/// Text with line ends and tabs unchanged, and every other character that a terminal would obey
+/// written as `\u{1b}`.
 pub fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match is_plain(c) {
-            true => shown.push(c),
-            false => shown.extend(c.escape_unicode()),
+        if is_plain(c) {
+            shown.push(c);
+        } else {
+            shown.extend(c.escape_unicode());
         }
     }
     shown
 }
 
-/// Of a text longer than `most` characters the first two thirds and the last third.
+/// Shortens a text longer than `most` characters to its first two thirds and its last third.
 fn without_middle(text: &str, most: usize) -> String {
     // Characters have at least a byte.
     let long = text.len() > most;
@@ -77,7 +79,7 @@ fn without_middle(text: &str, most: usize) -> String {
     )
 }
 
-/// Whether a terminal may have this character as it is.
+/// Returns `true` if a terminal may receive this character unchanged.
 pub fn is_plain(c: char) -> bool {
     let turns_writing = matches!(c,
         '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');

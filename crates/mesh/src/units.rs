@@ -1,6 +1,6 @@
-//! The units of a mesh file.
+//! Units of a mesh file.
 
-/// What the numbers of a mesh file are in; no format says it.
+/// Units of the numbers of a mesh file, which no format records.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Units {
     /// Length of one unit in metres. Materials of the file cannot be used.
@@ -12,7 +12,7 @@ pub enum Units {
 }
 
 impl Units {
-    /// The systems of units by the words that name them.
+    /// Systems of units, by the words that name them.
     pub const SYSTEMS: [(&'static str, Self); 2] = [
         ("m-kg-s", Self::MetreKilogramSecond),
         ("mm-t-s", Self::MillimetreTonneSecond),
@@ -27,7 +27,7 @@ impl Units {
         }
     }
 
-    /// One unit of stress in Pa and one of density in kg/m3, where they are known.
+    /// One unit of stress in Pa and one of density in kg/m3, if they are known.
     pub fn stress_pa_and_density_kg_m3(self) -> Option<[f64; 2]> {
         match self {
             Self::MetresPerUnit(_) => None,

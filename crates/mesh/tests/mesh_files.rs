@@ -1,4 +1,4 @@
-//! Real mesh files through the reader: what they say, and what is said of broken ones.
+//! Tests of the reader with real mesh files, sound and broken.
 
 use std::collections::BTreeSet;
 
@@ -50,8 +50,8 @@ fn the_ready_meshes_hold_what_their_readme_says() {
     }
 }
 
-/// Where the mid-edge nodes are decides which corners they lie between: the order of the file
-/// against the one the code relies on.
+/// The positions of the mid-edge nodes determine which corners they lie between: the order of the
+/// file against the one that the code relies on.
 #[test]
 fn mid_edge_nodes_lie_between_the_corners_of_their_edge() {
     let mesh = ready("dovetail.msh");
@@ -124,8 +124,8 @@ fn edited(name: &str, edit: impl Fn(&mut Vec<String>)) -> Vec<u8> {
     (lines.join("\n") + "\n").into_bytes()
 }
 
-/// Dense tags that do not stand in the order of the file, as partitioners and renumbering write
-/// them: element connectivity goes by tag.
+/// Dense tags that are not in the order of the file, as partitioners and renumbering write them:
+/// element connectivity goes by tag.
 #[test]
 fn node_tags_need_not_stand_in_order() {
     let count = ready("blocks_order1.msh").nodes_m.len();

@@ -1,47 +1,49 @@
-//! Static condensation in the course of a Cholesky factorisation.
+//! Static condensation during a Cholesky factorisation.
 //!
-//! Unknowns in two parts, interior i and boundary b; with the constraint modes Psi = -K_ii^-1 K_ib,
+//! The unknowns have two parts, interior i and boundary b. With the constraint modes Psi = -K_ii^-1
+//! K_ib,
 //!
 //! ```text
 //! K = K_bb + K_bi Psi                                             (the Schur complement of K_ii)
 //! M = M_bb + M_bi Psi + Psi^T M_ib + Psi^T M_ii Psi               (Guyan's mass)
 //! ```
 //!
-//! M is the derivative of the Schur complement of K + s M by s at s = 0. So both come out of one
-//! multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) that carries, beside
-//! each frontal matrix, its derivative: eliminating the unknowns 1 of the front `[F_11 F_21^T; F_21 F_22]`
-//! with derivative D,
+//! M is the derivative of the Schur complement of K + s M by s at s = 0. Both therefore come out of
+//! one multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) that carries
+//! the derivative of each frontal matrix with it. The elimination of the unknowns 1 of
+//! the front `[F_11 F_21^T; F_21 F_22]` with derivative D computes
 //!
 //! ```text
 //! F_22 := F_22 - F_21 F_11^-1 F_21^T
 //! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T T    T + T^T = D_11
 //! ```
 //!
-//! with T lower triangular. No constraint mode is ever formed. The boundary takes part as rows below the
-//! interior ones of each front (`fronts.rs`), so the factor of K_ii is the one an ordinary factorisation gives.
+//! with T lower triangular. No constraint mode is ever formed. The boundary takes part as rows
+//! below the interior ones of each front (`fronts.rs`), so that the factor of K_ii is the one of an
+//! ordinary factorisation.
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{Cholesky, FactorError, Symbolic};
 
-/// K_ii = L L^T, and what is left on the boundary.
+/// Factor of K_ii = L L^T, and the matrices condensed on the boundary.
 #[derive(Debug)]
 pub struct Condensed {
-    /// The factor of the block that was eliminated.
+    /// Factor of the block that was eliminated.
     pub factor: Cholesky,
-    /// Boundary x boundary, symmetric to the last bit.
+    /// Condensed stiffness, boundary x boundary, symmetric to the last bit.
     pub stiffness: Mat<f64>,
-    /// Likewise.
+    /// Condensed mass, boundary x boundary, symmetric to the last bit.
     pub mass: Mat<f64>,
 }
 
-/// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of `inner` = K_ii with its
-/// analysis, are eliminated. M has no entry where K has none.
+/// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of `inner` =
+/// K_ii with its analysis, are eliminated. M has no entry where K has none.
 ///
 /// # Errors
-/// Those of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where the mass couples what
-/// the stiffness does not.
+/// The errors of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where the mass
+/// couples unknowns that the stiffness does not.
 pub fn condense(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
@@ -64,7 +66,7 @@ mod tests {
     use dovetail_testkit::lattice::Lattice;
     use faer::linalg::solvers::Solve;
 
-    /// A cantilever; whichever of its unknowns stand last will be the boundary.
+    /// A cantilever whose last unknowns will be the boundary.
     fn matrices(shape: [usize; 3]) -> (CscMatrix<f64>, CscMatrix<f64>) {
         Lattice {
             shape,
@@ -85,7 +87,7 @@ mod tests {
         condense(k, m, &k_ii, &Symbolic::analyse(&k_ii)?)
     }
 
-    /// By constraint modes, dense.
+    /// Condensed matrices by constraint modes, dense.
     fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> [Mat<f64>; 2] {
         let (k, m) = (dense(k), dense(m));
         let (i, b) = (0..interior, interior..k.nrows());

@@ -1,8 +1,8 @@
 //! Dense operations on one thread, to the same bits however many threads there are.
 //!
-//! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`) take
-//! the number of threads from a setting of the process, which belongs to the program and not to a
-//! library.
+//! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`)
+//! take the number of threads from a setting of the process, which belongs to the program and not
+//! to a library.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -18,16 +18,16 @@ use faer::prelude::ReborrowMut;
 use faer::traits::ComplexField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
-/// a b.
+/// Product a b.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
     matmul(&mut c, Accum::Replace, a, b, 1.0, Par::Seq);
     c
 }
 
-/// P A = L U with partial pivoting. Of a singular matrix the solutions are not finite.
+/// Factors P A = L U with partial pivoting. The solutions for a singular matrix are not finite.
 pub struct Lu<T = f64> {
-    /// L without its unit diagonal, and U.
+    /// Factors L without its unit diagonal, and U.
     factors: Mat<T>,
     forward: Vec<usize>,
     backward: Vec<usize>,
@@ -69,15 +69,15 @@ impl<T: ComplexField> Lu<T> {
         );
     }
 
-    /// [`Lu::solve_in_place`] of one column.
+    /// Solves for one column, like [`Lu::solve_in_place`].
     pub fn solve_column_in_place(&self, rhs: &mut [T]) {
         let n = rhs.len();
         self.solve_in_place(MatMut::from_column_major_slice_mut(rhs, n, 1));
     }
 }
 
-/// Lower Cholesky factor of a symmetric matrix (lower triangle read). The strict upper triangle of the
-/// result is not zero.
+/// Lower Cholesky factor of a symmetric matrix (lower triangle read). The strict upper triangle of
+/// the result is not zero.
 ///
 /// # Errors
 /// The first pivot that is not positive.
@@ -101,7 +101,7 @@ pub fn solve_in_place(factor: MatRef<'_, f64>, mut rhs: MatMut<'_, f64>) {
     solve_upper_triangular_in_place(factor.transpose(), rhs, Par::Seq);
 }
 
-/// Eigenvalues of a symmetric matrix (lower triangle read), ascending, and a vector per column;
+/// Eigenvalues of a symmetric matrix (lower triangle read), ascending, with one vector per column;
 /// `None` where they are not found.
 pub fn self_adjoint_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     if a.nrows() == 0 {
@@ -112,7 +112,7 @@ pub fn self_adjoint_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     Some((values, vectors))
 }
 
-/// The values of [`self_adjoint_eigen`] alone.
+/// Eigenvalues of [`self_adjoint_eigen`] alone.
 pub fn self_adjoint_eigenvalues(a: MatRef<'_, f64>) -> Option<Vec<f64>> {
     decomposed(a, None)
 }

@@ -5,26 +5,26 @@ use super::newton::{NewtonEnd, NewtonOptions, NewtonStatus};
 use super::vector::{axpy, dot, norm};
 use faer::Mat;
 
-/// A square system with a dense Jacobian.
+/// Square system with a dense Jacobian.
 pub trait DoglegSystem {
-    /// The residual at `x`.
+    /// Residual at `x`.
     fn residual(&mut self, x: &[f64]) -> Vec<f64>;
     /// Relative size of a residual; convergence is `measure(f) <= tolerance`.
     fn measure(&self, f: &[f64]) -> f64;
-    /// The derivative of the residual at `x`.
+    /// Derivative of the residual at `x`.
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64>;
-    /// Whether the time is over.
+    /// Returns `true` if the time limit has passed.
     fn is_late(&self) -> bool {
         false
     }
-    /// The trust region is a ball in `scaling(i) x_i`.
+    /// Scale of unknown `i`: the trust region is a ball in `scaling(i) x_i`.
     fn scaling(&self, i: usize) -> f64;
 }
 
-/// The region is given up below this fraction of the first Newton step.
+/// Radius below which the region is given up, as a fraction of the first Newton step.
 const SMALLEST_RADIUS: f64 = 1e-12;
 
-/// Iterates from `x`; each iteration evaluates the Jacobian afresh.
+/// Iterates from `x`; each iteration evaluates the Jacobian again.
 pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let n = x.len();
     let scaling: Vec<f64> = (0..n).map(|i| system.scaling(i)).collect();
@@ -107,7 +107,8 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
     }
 }
 
-/// Newton's step inside the region, else the steepest-descent step, else the leg between them.
+/// Newton's step inside the region, otherwise the steepest-descent step, otherwise the leg between
+/// them.
 fn dogleg_step(newton: &[f64], gradient: &[f64], cauchy: f64, radius: f64) -> Vec<f64> {
     if norm(newton) <= radius {
         return newton.to_vec();

@@ -1,5 +1,6 @@
-//! Multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) of the inner unknowns of a
-//! positive definite matrix, on all threads; where asked with the derivative that [`super::condense`] is about.
+//! Multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) of the inner
+//! unknowns of a positive definite matrix, on all threads, if asked for with the derivative of
+//! [`super::condense`].
 
 use std::sync::Mutex;
 
@@ -15,12 +16,12 @@ use super::fronts::{
 };
 use super::symbolic::Symbolic;
 
-/// The elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and the mass where
-/// its derivative is asked for, both triangles stored.
+/// Elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and
+/// the mass where its derivative is asked for, both triangles stored.
 pub(super) struct Plan<'a> {
     symbolic: &'a Symbolic,
     matrices: &'a [&'a CscMatrix<f64>],
-    /// `None` where nothing is eliminated.
+    /// Elimination tree; `None` where nothing is eliminated.
     tree: Option<Tree<'a>>,
 }
 
@@ -35,8 +36,8 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Bytes that it takes at its peak, the factor and what is left included, about: branches that are eliminated
-    /// side by side are taken to reach their peaks at once.
+    /// Approximate number of bytes at the peak, including the factor and the remaining matrices.
+    /// Branches that are eliminated in parallel are assumed to reach their peaks at once.
     pub fn needed_bytes(&self) -> u64 {
         let left: usize = self.left().map(|order| order.pow(2)).sum();
         let need = |tree| Need {
@@ -49,7 +50,7 @@ impl<'a> Plan<'a> {
         8 * (self.symbolic.factor_entries() + left + fronts) as u64
     }
 
-    /// Writes the factor into `values` and gives what is left of each matrix on the other unknowns.
+    /// Writes the factor into `values` and returns the rest of each matrix on the other unknowns.
     pub fn eliminate(&self, values: &mut [f64]) -> Result<Vec<Mat<f64>>, EliminationError> {
         let mut sums: Vec<Mat<f64>> = self.left().map(|order| Mat::zeros(order, order)).collect();
         if let Some(tree) = &self.tree {
@@ -82,21 +83,22 @@ impl<'a> Plan<'a> {
         Ok(sums)
     }
 
-    /// Unknowns of each matrix that are not eliminated.
+    /// Number of unknowns of each matrix that are not eliminated.
     fn left(&self) -> impl Iterator<Item = usize> {
         let all = self.matrices.iter().map(|matrix| matrix.ncols());
         all.map(|all| all - self.symbolic.unknowns())
     }
 }
 
-/// Counts the numbers that fronts and contributions hold.
+/// Counter of the numbers in fronts and contributions.
 struct Need<'a> {
     tree: &'a Tree<'a>,
     matrices: usize,
 }
 
 impl Need<'_> {
-    /// At the peak of branches, which `threads` threads eliminate; their contributions are kept.
+    /// Numbers at the peak of branches that `threads` threads eliminate; their contributions are
+    /// kept.
     fn of_branches(&self, at: &[usize], threads: usize) -> usize {
         if threads > 1 && self.tree.is_shared(at) {
             let each = threads.div_ceil(at.len());
@@ -117,7 +119,7 @@ impl Need<'_> {
         let handed_on: usize = children.iter().map(|&c| self.contributions(c)).sum();
         let (width, rows) = (tree.columns(s).len(), tree.rows_below(s));
         let fronts = self.matrices * (width + rows) * width;
-        // With a mass: P and G twice, and what the children hand on of the stiffness is gone.
+        // With a mass: P and G twice, and the children's contributions to the stiffness are gone.
         let own = match self.matrices {
             1 => handed_on + self.contributions(s),
             _ => (handed_on / 2 + self.contributions(s) + 4 * rows * width)
@@ -126,20 +128,20 @@ impl Need<'_> {
         below.max(fronts + own)
     }
 
-    /// What a supernode hands on.
+    /// Numbers in the contributions of a supernode.
     fn contributions(&self, s: usize) -> usize {
         self.matrices * Contribution::size(self.tree.rows_below(s))
     }
 }
 
-/// Why an elimination ended early.
+/// Reason why an elimination ended early.
 pub(super) enum EliminationError {
     NotPositiveDefinite,
     /// A matrix has an entry where the analysed pattern has none.
     PatternDiffers,
 }
 
-/// The place of each supernode in the values of the factor.
+/// Part of the factor's values that belongs to each supernode.
 fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
     let starts = tree.supernodes.col_ptr_for_val();
     (0..tree.children.len())
@@ -151,7 +153,8 @@ fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f
         .collect()
 }
 
-/// Contribution blocks of a branch of the tree to its parent: K and M on the rows below its last columns.
+/// Contribution blocks of a branch of the tree to its parent: K and M on the rows below its last
+/// columns.
 type Contributions = Vec<Contribution>;
 
 struct Elimination<'a> {
@@ -202,7 +205,7 @@ impl<'a> Elimination<'a> {
     }
 }
 
-/// The derivative's part of an elimination: the contributions of the children, less G P + (G P)^T.
+/// Derivative's part of an elimination: the contributions of the children, minus G P + (G P)^T.
 fn condense_mass(
     factor: MatRef<'_, f64>,
     mass: MatMut<'_, f64>,

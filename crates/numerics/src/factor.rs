@@ -1,5 +1,5 @@
 //! Sparse factorisations of symmetric matrices: Cholesky for definite ones, LDL^T with inertia for
-//! indefinite ones. Analysed by faer, ordered by [`super::order`].
+//! indefinite ones. They are analysed by faer and ordered by [`super::order`].
 //!
 //! The Cholesky factor is computed by `elimination.rs` and used by `solve.rs`, both on all threads.
 
@@ -15,7 +15,7 @@ use super::solve::Factor;
 use super::sparse::view;
 pub use super::symbolic::{FactorError, Symbolic};
 
-/// A pivot below this share of its diagonal entry is rounding, not stiffness: a structure that
+/// A pivot below this fraction of its diagonal entry is rounding, not stiffness: a structure that
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
 const SINGULAR_PIVOT: f64 = 1e-12;
 
@@ -23,14 +23,14 @@ impl Symbolic {
     /// Factors a positive definite matrix of this pattern.
     ///
     /// # Errors
-    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the one
-    /// analysed, entries that are not finite, too little memory.
+    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the
+    /// one analysed, entries that are not finite, too little memory.
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         Ok(self.eliminated(&[matrix], matrix)?.0)
     }
 
-    /// Eliminates the unknowns of `inner` = K_ii, which come first in the matrices ([`Plan`]): its factor, and what is left of
-    /// each matrix on the others.
+    /// Eliminates the unknowns of `inner` = K_ii, which come first in the matrices ([`Plan`]).
+    /// Returns the factor, and the rest of each matrix on the other unknowns.
     pub(super) fn eliminated(
         &self,
         matrices: &[&CscMatrix<f64>],
@@ -88,8 +88,8 @@ impl Symbolic {
         }
     }
 
-    /// Why there is no Cholesky factor: the first pivot that is not clearly positive is rounding of zero, or
-    /// negative.
+    /// Reason why there is no Cholesky factor: the first pivot that is not clearly positive is
+    /// rounding of zero, or negative.
     fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
         let mut first = None;
         match self.ldlt(matrix) {
@@ -112,7 +112,7 @@ impl Symbolic {
         }
     }
 
-    /// The Cholesky factor of `matrix` from its values, laid out by supernodes.
+    /// Cholesky factor of `matrix` from its values, laid out by supernodes.
     fn factored(&self, values: Vec<f64>, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         let factor = Cholesky {
             symbolic: self.clone(),
@@ -123,7 +123,7 @@ impl Symbolic {
     }
 }
 
-/// L L^T of a positive definite matrix.
+/// Cholesky factor L L^T of a positive definite matrix.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
     symbolic: Symbolic,
@@ -131,15 +131,15 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// Analyses and factors in one go; see [`Symbolic::analyse`] and [`Symbolic::cholesky`].
+    /// Analyses and factors in one step; see [`Symbolic::analyse`] and [`Symbolic::cholesky`].
     ///
     /// # Errors
-    /// Those of the two.
+    /// The errors of both.
     pub fn factor(matrix: &CscMatrix<f64>) -> Result<Self, FactorError> {
         Symbolic::analyse(matrix)?.cholesky(matrix)
     }
 
-    /// The analysis that the factor was made by.
+    /// Analysis that the factor was made with.
     pub fn symbolic(&self) -> &Symbolic {
         &self.symbolic
     }
@@ -149,7 +149,7 @@ impl Cholesky {
         &self.values
     }
 
-    /// The factor of these [`values`](Self::values); `None` where they are not as many as it has.
+    /// Factor of these [`values`](Self::values); `None` where their number is wrong.
     pub(super) fn of_values(symbolic: Symbolic, values: Vec<f64>) -> Option<Self> {
         (values.len() == symbolic.factor_entries()).then_some(Self { symbolic, values })
     }
@@ -171,8 +171,8 @@ impl Cholesky {
         }
     }
 
-    /// [`Cholesky::solve_in_place`] for one right-hand side, on the calling thread: it does not touch the
-    /// thread pool.
+    /// Solves for one right-hand side like [`Cholesky::solve_in_place`], on the calling thread: it
+    /// does not use the thread pool.
     pub fn solve_vector(&self, rhs: &mut [f64]) {
         let symbolic = self.symbolic.analysis();
         let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
@@ -204,8 +204,8 @@ impl Cholesky {
     }
 }
 
-/// L D L^T of an indefinite matrix, without pivoting: the inertia is right even near an eigenvalue of the
-/// pencil.
+/// Factors L D L^T of an indefinite matrix, without pivoting: the inertia is right even near an
+/// eigenvalue of the pencil.
 #[derive(Debug, Clone)]
 pub struct Ldlt {
     symbolic: Symbolic,
@@ -213,10 +213,10 @@ pub struct Ldlt {
 }
 
 impl Ldlt {
-    /// Analyses and factors in one go; see [`Symbolic::analyse`] and [`Symbolic::ldlt`].
+    /// Analyses and factors in one step; see [`Symbolic::analyse`] and [`Symbolic::ldlt`].
     ///
     /// # Errors
-    /// Those of the two.
+    /// The errors of both.
     pub fn factor(matrix: &CscMatrix<f64>) -> Result<Self, FactorError> {
         Symbolic::analyse(matrix)?.ldlt(matrix)
     }

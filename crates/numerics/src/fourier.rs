@@ -1,22 +1,23 @@
 //! Truncated Fourier series to equally spaced samples of a period and back.
 //!
-//! A signal is `x(t) = c_0 + sum_k a_k cos(k t) + b_k sin(k t)`, stored `c_0, a_1, b_1, ..., a_H, b_H`;
-//! sample n is at `t = 2 pi n / N`. Few harmonics go through a cosine table, many through `rustfft`
-//! (at H = 3, N = 128 the table takes a third of the time of the transform).
+//! A signal is `x(t) = c_0 + sum_k a_k cos(k t) + b_k sin(k t)`, stored
+//! `c_0, a_1, b_1, ..., a_H, b_H`; sample n is at `t = 2 pi n / N`. Few harmonics go through a
+//! cosine table, many through `rustfft` (at H = 3, N = 128 the table takes a third of the time of
+//! the transform).
 
 use crate::spectrum::{blocks, cosine, sine};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 
-/// Above this many harmonics the fast transform is used.
+/// Number of harmonics above which the fast transform is used.
 const TABLE_HARMONICS: usize = 15;
 
-/// The transforms between so many harmonics and so many samples.
+/// Transforms between a number of harmonics and a number of samples.
 pub struct Fourier {
     harmonics: usize,
     samples: usize,
-    /// Row n: 1, cos t_n, sin t_n, cos 2 t_n, ...
+    /// Synthesis table, with row n: 1, cos t_n, sin t_n, cos 2 t_n, ...
     table: Vec<f64>,
     transforms: Option<Transforms>,
 }
@@ -27,7 +28,7 @@ struct Transforms {
 }
 
 impl Fourier {
-    /// Needs `samples > 2 harmonics`, so that the analysis of a synthesis is the identity.
+    /// Transforms for `samples > 2 harmonics`, so that the analysis of a synthesis is the identity.
     pub fn new(harmonics: usize, samples: usize) -> Self {
         assert!(
             samples > 2 * harmonics,
@@ -60,11 +61,11 @@ impl Fourier {
         }
     }
 
-    /// Harmonics besides the mean.
+    /// Number of harmonics besides the mean.
     pub fn harmonics(&self) -> usize {
         self.harmonics
     }
-    /// Samples of a period.
+    /// Number of samples of a period.
     #[inline]
     pub fn samples(&self) -> usize {
         self.samples
@@ -74,19 +75,19 @@ impl Fourier {
     pub fn width(&self) -> usize {
         blocks(self.harmonics)
     }
-    /// 1, cos t_n, sin t_n, cos 2 t_n, ... at sample `n`: what the coefficients are multiplied by.
+    /// Factors of the coefficients at sample `n`: 1, cos t_n, sin t_n, cos 2 t_n, ...
     #[inline]
     pub fn synthesis_row(&self, n: usize) -> &[f64] {
         &self.table[n * self.width()..(n + 1) * self.width()]
     }
 
-    /// All those rows, N x (2H+1), row-major.
+    /// All synthesis rows, N x (2H+1), row-major.
     #[inline]
     pub fn synthesis(&self) -> &[f64] {
         &self.table
     }
 
-    /// Coefficients (2H+1) to samples (N).
+    /// Converts coefficients (2H+1) to samples (N).
     #[inline(always)]
     pub fn to_time(&self, coefficients: &[f64], signal: &mut [f64]) {
         let width = self.width();
@@ -110,7 +111,8 @@ impl Fourier {
         }
     }
 
-    /// Samples (N) to coefficients (2H+1): least squares, exact for a signal of H harmonics.
+    /// Converts samples (N) to coefficients (2H+1): least squares, exact for a signal of H
+    /// harmonics.
     #[inline(always)]
     pub fn to_frequency(&self, signal: &[f64], coefficients: &mut [f64]) {
         let scale = 1.0 / self.samples as f64;

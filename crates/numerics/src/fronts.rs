@@ -1,6 +1,6 @@
-//! Frontal matrices of a multifrontal elimination: the tree of the supernodes, and what one front does to the
-//! next. Independent branches, and fixed blocks of the large fronts, are shared among the threads; what is
-//! added to what, and in which order, does not depend on their number.
+//! Frontal matrices of a multifrontal elimination: the tree of the supernodes, and the contribution
+//! of one front to the next. Independent branches, and fixed blocks of the large fronts, are shared
+//! among the threads. The summands and their order do not depend on the number of threads.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt::factor as ldlt, llt::factor as llt};
@@ -19,12 +19,12 @@ use rayon::iter::{
 
 use super::symbolic::Symbolic;
 
-/// Rows or columns of a front that one task takes.
+/// Number of rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
 /// Branches of the tree with less work than this (multiplications) are not worth a task.
 const BRANCH: f64 = 3e7;
 
-/// The elimination tree by supernodes, with the boundary rows of each.
+/// Elimination tree by supernodes, with the boundary rows of each.
 pub(super) struct Tree<'a> {
     pub supernodes: &'a SymbolicSupernodalCholesky<usize>,
     pub new_to_old: &'a [usize],
@@ -33,7 +33,7 @@ pub(super) struct Tree<'a> {
     pub roots: Vec<usize>,
     /// Boundary unknowns in each front, ascending.
     pub boundary: Vec<Vec<usize>>,
-    /// Multiplications of the branch below and at each supernode, about.
+    /// Approximate number of multiplications of the branch below and at each supernode.
     work: Vec<f64>,
 }
 
@@ -88,8 +88,8 @@ impl<'a> Tree<'a> {
         self.supernodes.supernode_begin()[s]..self.supernodes.supernode_end()[s]
     }
 
-    /// Row of a front (its columns, its pattern, its boundary) at which an interior unknown, in the
-    /// new order, stands.
+    /// Row of a front (its columns, its pattern, its boundary) that belongs to an interior unknown,
+    /// given in the new order.
     pub fn row(&self, s: usize, unknown: usize) -> Option<usize> {
         let columns = self.columns(s);
         if unknown < columns.end {
@@ -104,7 +104,7 @@ impl<'a> Tree<'a> {
         Some(above + self.boundary[s].binary_search(&unknown).ok()?)
     }
 
-    /// Rows of the front of `s` for the rows left by its child: ascending.
+    /// Rows of the front of `s` for the remaining rows of its child, ascending.
     fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
         let pattern = self.supernodes.supernode(child).pattern();
         let inner = pattern.iter().map(|&i| self.row(s, i));
@@ -114,17 +114,17 @@ impl<'a> Tree<'a> {
             .collect()
     }
 
-    /// Rows of the front of `s` below its own.
+    /// Number of rows of the front of `s` below its own.
     pub fn rows_below(&self, s: usize) -> usize {
         self.supernodes.supernode(s).pattern().len() + self.boundary[s].len()
     }
 
-    /// Whether the branches at these supernodes are eliminated side by side.
+    /// Returns `true` if the branches at these supernodes are eliminated in parallel.
     pub fn is_shared(&self, at: &[usize]) -> bool {
         at.iter().filter(|&&s| self.work[s] > BRANCH).count() > 1
     }
 
-    /// What each of the supernodes `at` gives, side by side where that is worth it.
+    /// Results of the supernodes `at`, computed in parallel where that is worthwhile.
     pub fn branches<T: Send, E: Send>(
         &self,
         at: &[usize],
@@ -137,8 +137,8 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The front of a supernode: what its children contribute, and the entries of a sum of
-    /// matrices, each with a factor. `None` where the tree has no place for one.
+    /// Front of a supernode: the contributions of its children, and the entries of a sum of
+    /// matrices, each with a factor. `None` where the tree has no place for an entry.
     pub fn front(
         &self,
         s: usize,
@@ -171,8 +171,8 @@ impl<'a> Tree<'a> {
         Some(front)
     }
 
-    /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
-    /// to its front; `None` where the tree has no place for one.
+    /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the
+    /// diagonal, to its front. `None` where the tree has no place for an entry.
     fn add_entries(
         &self,
         s: usize,
@@ -196,8 +196,9 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// A contribution block: the Schur complement that a front adds to its parent. Its lower triangle in panels of
-/// [`BLOCK`] columns, each from its diagonal block down: half of the memory, and a panel is what one task computes.
+/// Contribution block: the Schur complement that a front adds to its parent. Its lower triangle is
+/// stored in panels of [`BLOCK`] columns, each from its diagonal block down. This takes half of the
+/// memory, and one task computes one panel.
 pub(super) struct Contribution {
     order: usize,
     values: Vec<f64>,
@@ -211,7 +212,7 @@ impl Contribution {
         }
     }
 
-    /// Numbers that one of this order holds.
+    /// Number of values in a block of this order.
     pub fn size(order: usize) -> usize {
         let panels = order.div_ceil(BLOCK);
         panel_start(order, panels.saturating_sub(1)) + last_panel(order)
@@ -241,7 +242,7 @@ impl Contribution {
             .collect()
     }
 
-    /// Adds its entries to the rows and columns `rows` (ascending) of a whole matrix, lower triangle.
+    /// Adds the block to the rows and columns `rows` (ascending) of a whole matrix, lower triangle.
     pub fn add_to(&self, whole: &mut Mat<f64>, rows: &[usize]) {
         for (j, &column) in rows.iter().enumerate() {
             let into = whole.col_as_slice_mut(column);
@@ -252,7 +253,7 @@ impl Contribution {
     }
 }
 
-/// Numbers in the panels before this one.
+/// Number of values in the panels before this one.
 fn panel_start(order: usize, panel: usize) -> usize {
     match panel.checked_sub(1) {
         None => 0,
@@ -267,8 +268,8 @@ fn last_panel(order: usize) -> usize {
     }
 }
 
-/// The columns of a front that are eliminated, its own rows first, and what its children contribute
-/// besides.
+/// Columns of a front that are eliminated, with its own rows first, and the contributions of its
+/// children.
 pub(super) struct Front {
     values: Vec<f64>,
     width: usize,
@@ -282,16 +283,16 @@ impl Front {
     }
 }
 
-/// How the own rows of a front are factored.
+/// Factorisation of the own rows of a front.
 #[derive(Clone, Copy)]
 pub(super) enum Pivots {
-    /// L L^T
+    /// Cholesky factor L L^T.
     Positive,
-    /// L D L^T, D in the place of the unit diagonal.
+    /// Factor L D L^T, with D in the place of the unit diagonal.
     Signed,
 }
 
-/// A pivot that is not positive, or zero.
+/// Error of a pivot that is not positive, or zero.
 pub(super) struct BadPivot;
 
 /// Factors the own rows of a front and solves the rows below with L, in place: these are then F_21
@@ -332,14 +333,14 @@ pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(),
     Ok(())
 }
 
-/// The contribution block of a child, and the rows of its parent's front for its rows (ascending).
+/// Contribution block of a child, and the rows of its parent's front for its rows (ascending).
 pub(super) struct ChildContribution {
     contribution: Contribution,
     rows: Vec<usize>,
 }
 
 impl ChildContribution {
-    /// Adds it to the columns of its parent's front.
+    /// Adds the block to the columns of its parent's front.
     fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
         let width = front.ncols();
         for (j, &column) in self.rows.iter().enumerate() {
@@ -356,7 +357,8 @@ impl ChildContribution {
         }
     }
 
-    /// Adds it to the columns from `start` on of the contribution block of its parent, which has `width` columns.
+    /// Adds the block to the columns from `start` on of the contribution block of its parent, which
+    /// has `width` columns.
     fn add_to_panel(&self, start: usize, width: usize, panel: &mut MatMut<'_, f64>) {
         let above = width + start;
         let first = self.rows.partition_point(|&row| row < above);
@@ -376,7 +378,8 @@ impl ChildContribution {
     }
 }
 
-/// Contribution block of a front of `width` columns: what its children contribute below them, less a b^T.
+/// Contribution block of a front of `width` columns: the contributions of its children below them,
+/// minus a b^T.
 pub(super) fn schur_complement(
     width: usize,
     a: MatRef<'_, f64>,
@@ -416,7 +419,7 @@ pub(super) fn schur_complement(
     contribution
 }
 
-/// Blocks of rows, with the first row of each, on all threads.
+/// Runs `each` on blocks of rows, with the first row of each, on all threads.
 pub(super) fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
     if a.nrows() == 0 || a.ncols() == 0 {
     } else if a.nrows() <= 2 * BLOCK {

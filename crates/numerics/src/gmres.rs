@@ -1,27 +1,29 @@
-//! Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7 (1986)).
+//! Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7
+//! (1986)).
 //!
-//! Right preconditioning keeps the residual that is minimised the true one.
+//! Right preconditioning ensures that the minimised residual is the true one.
 
 use super::vector::{axpy, dot, norm};
 
-/// One pass of Gram-Schmidt is enough where more than this fraction of the length is left.
+/// One pass of Gram-Schmidt suffices where more than this fraction of the length is left.
 const KEPT_LENGTH: f64 = 0.7;
-/// Below this fraction the Krylov space is invariant: it holds the solution.
+/// Fraction of the length below which the Krylov space is invariant: it contains the solution.
 const INVARIANT: f64 = 1e-15;
 
-/// How a solve ended.
+/// End of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GmresEnd {
-    /// Products with the matrix, at most as many as were allowed.
+    /// Number of products with the matrix, at most as many as were allowed.
     pub iterations: usize,
-    /// |b - A x| / |b|.
+    /// Relative residual |b - A x| / |b|.
     pub relative_residual: f64,
-    /// Whether the residual fell below the tolerance.
+    /// True if the residual fell below the tolerance.
     pub converged: bool,
 }
 
-/// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v; `apply(v, w)` writes A P v
-/// into w. Stops at `|b - A x| <= tolerance |b|` or after `max_iterations`.
+/// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v;
+/// `apply(v, w)` writes A P v into w. Stops at `|b - A x| <= tolerance |b|` or after
+/// `max_iterations`.
 pub fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]),
@@ -86,8 +88,8 @@ pub fn gmres(
     }
 }
 
-/// Makes w orthogonal to the basis by modified Gram-Schmidt, twice where the first pass loses digits. Gives its
-/// components in the basis, and the length of what is left.
+/// Makes w orthogonal to the basis by modified Gram-Schmidt, twice where the first pass loses
+/// digits. Returns its components in the basis, and the length of the rest.
 fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let before = norm(w);
     let mut h = vec![0.0; basis.len() + 1];
@@ -105,7 +107,7 @@ fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
     h
 }
 
-/// y with R y = g, R upper triangular by columns.
+/// Solution y of R y = g, with R upper triangular by columns.
 fn back_substituted(triangle: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let m = triangle.len();
     let mut y = vec![0.0; m];

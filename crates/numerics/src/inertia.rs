@@ -1,6 +1,6 @@
-//! Inertia of an indefinite matrix by a multifrontal LDL^T that keeps no factor (Duff, Reid, ACM Trans.
-//! Math. Softw. 9 (1983) 302-325): a count of the negative pivots, on all threads. Without pivoting, as
-//! [`Ldlt`](super::factor::Ldlt).
+//! Inertia of an indefinite matrix by a multifrontal LDL^T that keeps no factor (Duff, Reid, ACM
+//! Trans. Math. Softw. 9 (1983) 302-325): a count of the negative pivots, on all threads. There is
+//! no pivoting, as in [`Ldlt`](super::factor::Ldlt).
 
 use faer::MatMut;
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
@@ -10,8 +10,9 @@ use super::factor::{FactorError, Symbolic};
 use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
 use super::sparse::sum;
 
-/// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of K, or of
-/// another matrix: then it is analysed again, as it is where M has entries that K has not.
+/// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of
+/// K. If it belongs to another matrix, or M has entries that K has not, the matrix is analysed
+/// again.
 ///
 /// # Errors
 /// [`FactorError::Singular`] on a zero pivot; those of [`Symbolic::analyse`].
@@ -35,7 +36,8 @@ pub fn negative_eigenvalues(
     }
 }
 
-/// Of the sum of the terms, of which the first has the pattern analysed.
+/// Number of negative eigenvalues of the sum of the terms, of which the first has the pattern
+/// analysed.
 fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize, FactorError> {
     let (Some(supernodes), Some((_, first))) = (symbolic.supernodal(), terms.first()) else {
         return Ok(0);
@@ -45,7 +47,7 @@ fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize,
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
-/// The contribution block of a branch to its parent, and its negative pivots.
+/// Contribution block of a branch to its parent, and the number of its negative pivots.
 fn eliminate(
     tree: &Tree<'_>,
     terms: &[(f64, &CscMatrix<f64>)],

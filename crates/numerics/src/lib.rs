@@ -1,4 +1,4 @@
-//! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
+//! Numerics without physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
 
 #![warn(missing_docs, clippy::missing_errors_doc)]
 

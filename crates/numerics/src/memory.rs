@@ -1,12 +1,12 @@
-//! How much memory the system leaves to this process.
+//! Memory that the system leaves to this process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Less than this is asked for without a look at the system.
+/// Requests below this number of bytes are granted without a check of the system.
 const LITTLE: u64 = 64 << 20;
 
-/// What is asked for is more than there is.
+/// Error of a request for more memory than is available.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "about {:.2} GiB of memory are needed, and {:.2} GiB are available: refine the mesh less, end other programs, or raise the \
@@ -15,9 +15,9 @@ const LITTLE: u64 = 64 << 20;
     gib(*.available)
 )]
 pub struct TooLittle {
-    /// About so many bytes are needed.
+    /// Approximate number of bytes needed.
     pub needed: u64,
-    /// So many are left.
+    /// Number of bytes available.
     pub available: u64,
 }
 
@@ -25,10 +25,10 @@ fn gib(bytes: u64) -> f64 {
     bytes as f64 / f64::from(1u32 << 30)
 }
 
-/// Whether so many bytes more are left to the process.
+/// Checks that so many more bytes are available to the process.
 ///
 /// # Errors
-/// [`TooLittle`]; where the system does not tell, there is enough.
+/// [`TooLittle`]. Where the system gives no information, the memory counts as sufficient.
 pub fn ask_for(needed: u64) -> Result<(), TooLittle> {
     if needed < LITTLE {
         return Ok(());
@@ -39,8 +39,9 @@ pub fn ask_for(needed: u64) -> Result<(), TooLittle> {
     }
 }
 
-/// Bytes that the process may still take: the least of what the system has (`MemAvailable`), of what its control
-/// groups leave, and of the limit of its address space (Linux).
+/// Number of bytes that the process may still take: the least of what the system has
+/// (`MemAvailable`), of what its control groups leave, and of the limit of its address space
+/// (Linux).
 pub fn available() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let system = kib(&read("/proc/meminfo"), "MemAvailable:");
@@ -53,14 +54,14 @@ pub fn available() -> Option<u64> {
     of_groups.chain(system).chain(address_space).min()
 }
 
-/// Of a line such as `MemAvailable:   123 kB`.
+/// Number of bytes in a line such as `MemAvailable:   123 kB`.
 fn kib(text: &str, key: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kib.checked_mul(1024)
 }
 
-/// Of /proc/self/limits; `None` where there is none.
+/// Limit of the address space in /proc/self/limits, bytes; `None` where there is none.
 fn limit_of_address_space(limits: &str) -> Option<u64> {
     let line = limits
         .lines()
@@ -68,7 +69,7 @@ fn limit_of_address_space(limits: &str) -> Option<u64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// Folders of the control groups that limit memory, with those they lie in: of version 2 and version 1.
+/// Folders of the control groups that limit memory, with their parents: of version 2 and version 1.
 fn groups(memberships: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for line in memberships.lines() {
@@ -90,7 +91,8 @@ fn groups(memberships: &str) -> Vec<PathBuf> {
     found
 }
 
-/// Limit less use, of which files that nobody reads any more are no part; `None` where nothing is limited.
+/// Limit minus use of a control group, without files that nobody reads any more; `None` where
+/// nothing is limited.
 fn left_of_group(folder: &Path) -> Option<u64> {
     let number = |file: &str| -> Option<u64> {
         let text = fs::read_to_string(folder.join(file)).ok()?;

@@ -1,22 +1,23 @@
-//! Newton's method, damped by natural monotonicity (Deuflhard, Newton Methods for Nonlinear Problems,
-//! 2011, NLEQ-ERR): a step is judged by the simplified correction under the old Jacobian, which does
-//! not depend on how the equations are scaled. A step that plainly decreases the residual is taken
-//! without paying for that second solve.
+//! Newton's method, damped by natural monotonicity (Deuflhard, Newton Methods for Nonlinear
+//! Problems, 2011, NLEQ-ERR). A step is judged by the simplified correction under the old Jacobian,
+//! which does not depend on how the equations are scaled. A step that clearly decreases the
+//! residual is accepted without that second solve.
 
-/// How a step that does not help is shortened, and what follows where no length of it helps.
+/// Shortening of a step that does not help, and the reaction where no length of it helps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Damping {
     /// Natural monotonicity; the iteration ends as stagnated where no step is accepted.
     Natural,
-    /// A step is halved until the residual decreases, and after `MOST_HALVINGS` taken all the same: for systems
-    /// whose corrections are exact and cheap. Where many kinks lie side by side (rigid friction in many harmonics), no
-    /// monotone way may lead to the solution. The iteration ends with the best point it came by.
+    /// A step is halved until the residual decreases, and accepted after `MOST_HALVINGS` in any
+    /// case, for systems whose corrections are exact and cheap. Where many kinks are close together
+    /// (rigid friction in many harmonics), no monotone path may lead to the solution. The iteration
+    /// ends with the best point that it reached.
     Persistent,
 }
 
-/// A system f(x) = 0 that can linearise itself.
+/// System f(x) = 0 that can linearise itself.
 pub trait NonlinearSystem {
-    /// How steps are shortened.
+    /// Damping of the steps.
     const DAMPING: Damping = Damping::Natural;
 
     /// Writes f(x).
@@ -25,34 +26,36 @@ pub trait NonlinearSystem {
     fn measure(&self, f: &[f64]) -> f64;
     /// Prepares the Jacobian at the x of the last accepted residual.
     fn linearise(&mut self, x: &[f64]);
-    /// Solves J dx = -f with the prepared Jacobian; false when there is no usable answer.
+    /// Solves J dx = -f with the prepared Jacobian. Returns `false` where there is no usable
+    /// answer.
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool;
-    /// The same for a residual whose correction is only measured, not taken: it may be rough.
+    /// Like `correction`, for a correction that is only measured, not applied: it may be rough.
     fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         self.correction(f, dx)
     }
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
-    /// Whether an accepted x is so far off that no solution is wanted there: the iteration then ends as stagnated.
+    /// Returns `true` if an accepted x is so far off that no solution is wanted there. The
+    /// iteration then ends as stagnated.
     fn has_diverged(&self, _x: &[f64]) -> bool {
         false
     }
-    /// Whether the time is over.
+    /// Returns `true` if the time limit has passed.
     fn is_late(&self) -> bool {
         false
     }
 }
 
-/// When an iteration ends.
+/// Criteria that end an iteration.
 #[derive(Debug, Clone, Copy)]
 pub struct NewtonOptions {
-    /// The measure of the residual below which it has converged.
+    /// Measure of the residual below which the iteration has converged.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub max_iterations: usize,
 }
 
-/// Why an iteration ended.
+/// Reason why an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
     /// The measure fell below the tolerance.
@@ -61,32 +64,32 @@ pub enum NewtonStatus {
     Stagnated,
     /// The allowed iterations were used up.
     IterationLimit,
-    /// A number that is not finite came up.
+    /// A number that is not finite occurred.
     NotFinite,
-    /// The time was over.
+    /// The time limit has passed.
     TimeLimit,
 }
 
-/// How an iteration ended.
+/// End of an iteration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonEnd {
-    /// Why it ended.
+    /// Reason why it ended.
     pub status: NewtonStatus,
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: usize,
-    /// The measure of the residual at the end.
+    /// Measure of the residual at the end.
     pub measure: f64,
-    /// The measures on the way: at the start, and after each iteration.
+    /// Measure of the residual at the start, and after each iteration.
     pub residuals: Vec<f64>,
 }
 
-/// Halvings of a step.
+/// Most halvings of a step.
 const MOST_HALVINGS: i32 = 10;
 /// Smallest damping factor tried.
 const SMALLEST_STEP: f64 = 1.0 / (1 << MOST_HALVINGS) as f64;
 
-/// The whole correction at `x`, not taken: zero where the measure is within `tolerance`, `None` where there is no usable
-/// answer.
+/// Full correction at `x`, which is not applied: zero where the measure is within `tolerance`,
+/// `None` where there is no usable answer.
 pub fn correction<S: NonlinearSystem>(
     system: &mut S,
     x: &[f64],
@@ -190,7 +193,8 @@ pub fn newton<S: NonlinearSystem>(
 mod tests {
     use super::*;
 
-    /// f = (a (x0^2 - x1 + 1), b (x0 - cos(pi x1 / 2))): Deuflhard's 2-D example, badly scaled.
+    /// The system f = (a (x0^2 - x1 + 1), b (x0 - cos(pi x1 / 2))): Deuflhard's 2-D example, badly
+    /// scaled.
     struct Scaled {
         jacobian: [[f64; 2]; 2],
         scale: f64,
@@ -244,7 +248,7 @@ mod tests {
         }
     }
 
-    /// f = x, whose first correction points the wrong way.
+    /// The system f = x, whose first correction points the wrong way.
     struct Misled {
         linearisations: usize,
     }
@@ -286,7 +290,7 @@ mod tests {
             };
             let end = newton(&mut Misled { linearisations: 0 }, &mut x, options);
             assert_eq!((end.status, end.measure, x[0]), (status, measure, measure));
-            // The shortest step the wrong way is taken all the same.
+            // The shortest step the wrong way is accepted nevertheless.
             let way = [1.0, 1.0 + SMALLEST_STEP, 0.0];
             assert_eq!(end.residuals[..], way[..=max_iterations]);
         }

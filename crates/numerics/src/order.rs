@@ -1,25 +1,26 @@
-//! Fill-reducing order: nested dissection of the node graph, then a postorder of the elimination tree.
+//! Fill-reducing order: nested dissection of the node graph, then a postorder of the elimination
+//! tree.
 //!
-//! The unknowns of a finite element node come together, so the graph of the nodes is dissected
-//! (a ninth of the entries in 3-D) and each node is expanded into its unknowns. The postorder is that
-//! of the unknowns, which do not always couple as their nodes do: supports may hold single components.
-//! It costs nothing in fill, and the supernodes below another one then follow each other, as
-//! `solve.rs` takes them (Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
+//! The unknowns of a finite element node come together, so that the graph of the nodes is dissected
+//! (a ninth of the entries in 3-D) and each node is expanded into its unknowns. The postorder is
+//! that of the unknowns, which do not always couple as their nodes do: supports may hold single
+//! components. It costs nothing in fill, and the supernodes below another one then follow each
+//! other, as `solve.rs` requires (Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
 
 use feral_metis::{CscPattern, OrderingError, metis_order};
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// A permutation and its inverse.
+/// Permutation and its inverse.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Order {
-    /// The old index at each new position.
+    /// Old index at each new position.
     pub new_to_old: Vec<usize>,
-    /// The new position of each old index.
+    /// New position of each old index.
     pub old_to_new: Vec<usize>,
 }
 
 impl Order {
-    /// `None` where the list is no permutation.
+    /// Order of a list; `None` where the list is no permutation.
     pub fn of(new_to_old: Vec<usize>) -> Option<Self> {
         let mut seen = vec![false; new_to_old.len()];
         for &old in &new_to_old {
@@ -38,7 +39,8 @@ impl Order {
         }
     }
 
-    /// Whether the unknowns below another one in the elimination tree of `pattern` stand right before it.
+    /// Returns `true` if the unknowns below another one in the elimination tree of `pattern`
+    /// directly precede it.
     pub fn is_postorder(&self, pattern: &SparsityPattern) -> bool {
         postorder(&elimination_tree(pattern, self))
             .into_iter()
@@ -46,7 +48,7 @@ impl Order {
     }
 }
 
-/// Why no order was found.
+/// Error of an order that was not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum OrderError {
@@ -176,7 +178,7 @@ fn elimination_tree(pattern: &SparsityPattern, order: &Order) -> Vec<usize> {
     parent
 }
 
-/// The positions of a forest, children before parents, each subtree together.
+/// Positions of a forest, children before parents, each subtree together.
 fn postorder(parent: &[usize]) -> Vec<usize> {
     const NONE: usize = usize::MAX;
     let n = parent.len();
@@ -273,7 +275,7 @@ mod tests {
         }
     }
 
-    /// Whether the subtree of each position is the block of positions that ends with it.
+    /// Returns `true` if the subtree of each position is the block of positions that ends with it.
     fn subtrees_are_together(tree: &[usize]) -> bool {
         let mut descendants = vec![1; tree.len()];
         for (at, &parent) in tree.iter().enumerate() {
@@ -301,7 +303,7 @@ mod tests {
         assert_eq!(fill(&pattern, &gathered), fill(&pattern, &shuffled));
     }
 
-    /// The rows and columns of a pattern but those of which `held` is true.
+    /// Pattern without the rows and columns for which `held` is true.
     fn without(pattern: &SparsityPattern, held: impl Fn(usize) -> bool) -> SparsityPattern {
         let ones = vec![1.0; pattern.nnz()];
         let all = CscMatrix::try_from_pattern_and_values(pattern.clone(), ones).unwrap();

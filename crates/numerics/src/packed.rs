@@ -1,13 +1,14 @@
-//! A dense symmetric matrix for products with a few vectors, which are bound by the memory that they read: single
-//! precision, the lower triangle alone, packed in blocks that stay in the first cache for both their products.
+//! Dense symmetric matrix for products with a few vectors, which are bound by the memory that they
+//! read. It has single precision and only the lower triangle, packed in blocks that stay in the
+//! first cache for both their products.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-/// Rows and columns of a block: 36 kB.
+/// Number of rows and columns of a block: 36 kB.
 const BLOCK: usize = 96;
 
-/// The lower triangle by blocks.
+/// Lower triangle of a symmetric matrix, by blocks.
 #[derive(Debug)]
 pub struct PackedSymmetric {
     size: usize,
@@ -15,7 +16,7 @@ pub struct PackedSymmetric {
     blocks: Vec<Block>,
     /// Entries of all blocks, each by columns.
     entries: Vec<f32>,
-    /// The first block of the second half of the work.
+    /// First block of the second half of the work.
     middle: usize,
 }
 
@@ -23,12 +24,13 @@ pub struct PackedSymmetric {
 struct Block {
     row: usize,
     column: usize,
-    /// In `entries`.
+    /// Index of the first entry of the block in `entries`.
     start: usize,
 }
 
 impl PackedSymmetric {
-    /// Rows and columns `indices` of `matrix`, whose lower triangle is read where `indices` ascend.
+    /// Packs rows and columns `indices` of `matrix`, whose lower triangle is read where `indices`
+    /// ascend.
     pub fn of(matrix: MatRef<'_, f64>, indices: &[usize]) -> Self {
         let size = indices.len();
         let mut blocks = vec![];
@@ -52,7 +54,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// y = A x, x and y of `size` rows.
+    /// Computes y = A x, x and y of `size` rows.
     pub fn times(&self, x: MatRef<'_, f32>, mut y: MatMut<'_, f32>) {
         // Two sums, whatever the number of threads.
         let (mut first, mut second) = (Mat::zeros(0, 0), Mat::zeros(0, 0));

@@ -1,13 +1,14 @@
-//! The pattern of a sparse symmetric matrix in little room: to compare it, and to keep it.
+//! Compact form of the pattern of a sparse symmetric matrix, for comparison and for storage.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// A pattern of entries in 32-bit indices, by square blocks of `block` where all of its blocks are full.
+/// Pattern of entries in 32-bit indices, by square blocks of `block` where all of its blocks are
+/// full.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct CompactPattern {
     pub(super) rows: u64,
     pub(super) block: u32,
-    /// Per column of blocks, entries up to its end.
+    /// Number of entries up to the end of each column of blocks.
     pub(super) ends: Vec<u32>,
     pub(super) indices: Vec<u32>,
 }
@@ -25,7 +26,7 @@ impl CompactPattern {
         })
     }
 
-    /// `None` where some block is not full.
+    /// Pattern by blocks; `None` where some block is not full.
     fn by_blocks(pattern: &SparsityPattern, block: usize) -> Option<Self> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if !rows.is_multiple_of(block) || !columns.is_multiple_of(block) {

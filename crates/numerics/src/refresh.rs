@@ -1,10 +1,10 @@
-//! When to refresh a preconditioner: a factor that is used on while the matrix changes.
+//! Criterion to refresh a preconditioner, a factor that is reused while the matrix changes.
 
-/// Making it anew costs about as much as this many linear iterations.
+/// Cost of a new factor, as a number of linear iterations.
 const ITERATIONS: usize = 20;
 
-/// What an old factor has cost: iterations of its first linear solve, and by how many all later ones together
-/// exceeded that.
+/// Cost of an old factor: the iterations of its first linear solve, and the sum by which all later
+/// ones exceeded that.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RefreshPolicy {
     fresh: Option<usize>,
@@ -12,13 +12,13 @@ pub struct RefreshPolicy {
 }
 
 impl RefreshPolicy {
-    /// Notes a linear solve.
+    /// Records the iterations of a linear solve.
     pub fn record(&mut self, iterations: usize) {
         let fresh = *self.fresh.get_or_insert(iterations);
         self.excess += iterations.saturating_sub(fresh);
     }
 
-    /// Whether the old one has cost more than a new one would.
+    /// Returns `true` if the old factor has cost more than a new one would.
     pub fn is_due(self) -> bool {
         self.excess > ITERATIONS
     }

@@ -1,10 +1,11 @@
 //! Solves with a supernodal Cholesky factor, many right-hand sides at a time.
 //!
-//! The numbers of one unknown, in all columns of a block, stand side by side: what a supernode adds to
-//! another one is moved in whole rows, and each supernode is one product of dense matrices. Independent
-//! branches of the elimination tree are shared among the threads, as are the rows of the large supernodes
-//! above them, so that a block reads the factor once for both threads. Which branches, and in which order
-//! what they give is added, does not depend on the number of threads.
+//! The numbers of one unknown, in all columns of a block, are adjacent: contributions of a
+//! supernode to another one are moved in whole rows, and each supernode is one product of dense
+//! matrices. Independent branches of the elimination tree are shared among the threads, as are the
+//! rows of the large supernodes above them, so that a block reads the factor once for both threads.
+//! The branches, and the order in which their contributions are added, do not depend on the number
+//! of threads.
 
 use std::ops::Range;
 
@@ -18,17 +19,19 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 
-/// Columns solved together at most.
+/// Most columns solved together.
 const WIDEST_BLOCK: usize = 64;
-/// Rows of a supernode multiplied together: what comes out stays in the cache until it is added.
+/// Number of rows of a supernode multiplied together: the result stays in the cache until it is
+/// added.
 const ROWS: usize = 256;
-/// Columns of the right-hand sides that are moved together, and rows that one task moves.
+/// Number of columns of the right-hand sides that are moved together, and of rows that one task
+/// moves.
 const TILE: usize = 16;
 const TASK: usize = 4096;
-/// A branch with a smaller share of the factor than this is not divided.
+/// A branch is not divided if its part of the factor is smaller than one over this.
 const BRANCH: usize = 16;
 
-/// `L L^T`, with the place of each unknown of the factor in the right-hand sides.
+/// Factor `L L^T`, with the place of each unknown of the factor in the right-hand sides.
 #[derive(Clone, Copy)]
 pub(super) struct Factor<'a> {
     pub supernodes: SupernodalLltRef<'a, usize, f64>,
@@ -49,7 +52,7 @@ impl Factor<'_> {
     }
 }
 
-/// Branches of the tree that are solved each by one task, and the supernodes above them.
+/// Branches of the tree that are each solved by one task, and the supernodes above them.
 struct Plan<'a> {
     factor: Factor<'a>,
     branches: Vec<Branch<'a>>,
@@ -60,7 +63,7 @@ struct Plan<'a> {
 struct Branch<'a> {
     supernodes: Range<usize>,
     unknowns: Range<usize>,
-    /// Unknowns above it that it meets.
+    /// Unknowns above the branch that it couples to.
     pattern: &'a [usize],
 }
 
@@ -164,7 +167,7 @@ impl<'a> Plan<'a> {
         self.scatter(&x, rhs.rb_mut());
     }
 
-    /// The right-hand sides in the order of the factor, row by row.
+    /// Copies the right-hand sides to the order of the factor, row by row.
     fn gather(&self, rhs: MatRef<'_, f64>, x: &mut [f64]) {
         let width = rhs.ncols();
         x.par_chunks_mut(TASK * width)
@@ -198,8 +201,8 @@ impl<'a> Plan<'a> {
             });
     }
 
-    /// Runs the branches side by side, each on its own rows of `x` and what it carries to or from the rows
-    /// above.
+    /// Runs the branches in parallel, each on its own rows of `x` and on the values carried to or
+    /// from the rows above.
     fn each_branch(
         &self,
         x: &mut [f64],
@@ -364,7 +367,7 @@ fn rows_ref(rows: &[f64], width: usize) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(rows, width, rows.len() / width)
 }
 
-/// The rows of some unknowns, and all later ones; `x` begins with unknown `base`.
+/// Splits off the rows of some unknowns from all later ones; `x` begins with unknown `base`.
 fn split<'x>(
     x: &'x mut [f64],
     unknowns: &Range<usize>,
@@ -395,7 +398,7 @@ fn add(into: &mut [f64], from: &[f64]) {
     }
 }
 
-/// Positions in an ascending list, asked for in ascending order.
+/// Positions in an ascending list, queried in ascending order.
 struct Rows<'a> {
     list: &'a [usize],
     at: usize,

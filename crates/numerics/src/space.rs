@@ -1,9 +1,9 @@
-//! Vectors of space: three components.
+//! Vectors in space: three components.
 
-/// A point, a direction or a force.
+/// Point, direction or force.
 pub type Vector = [f64; 3];
 
-/// a - b.
+/// Difference a - b.
 pub fn sub(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
@@ -32,17 +32,17 @@ pub fn distance(a: Vector, b: Vector) -> f64 {
     norm(sub(a, b))
 }
 
-/// The point halfway between two.
+/// Point halfway between two points.
 pub fn middle(a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
 }
 
-/// s a.
+/// Product s a.
 pub fn scaled(a: Vector, s: f64) -> Vector {
     a.map(|c| c * s)
 }
 
-/// The direction of a vector; `None` for a zero one.
+/// Unit vector along a vector; `None` for a zero one.
 pub fn unit(a: Vector) -> Option<Vector> {
     let length = norm(a);
     (length > 0.0).then(|| scaled(a, 1.0 / length))

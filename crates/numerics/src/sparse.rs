@@ -1,5 +1,5 @@
-//! What the sparse matrices of this crate need beyond nalgebra-sparse: submatrices, products with
-//! dense blocks on all threads, K + s M. Results do not depend on the number of threads.
+//! Operations on sparse matrices beyond nalgebra-sparse: submatrices, products with dense blocks on
+//! all threads, K + s M. Results do not depend on the number of threads.
 
 use faer::linalg::matmul::matmul;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
@@ -8,15 +8,15 @@ use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
-/// Columns of a dense block that one task takes.
+/// Number of columns of a dense block that one task takes.
 const WIDTH: usize = 64;
 
-/// A nalgebra-sparse matrix seen by faer, without a copy.
+/// View of a nalgebra-sparse matrix for faer, without a copy.
 pub fn view(a: &CscMatrix<f64>) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(symbolic_view(a.pattern()), a.values())
 }
 
-/// A pattern of columns seen by faer, without a copy.
+/// View of a pattern of columns for faer, without a copy.
 pub fn symbolic_view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(
         pattern.minor_dim(),
@@ -27,8 +27,8 @@ pub fn symbolic_view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, u
     )
 }
 
-/// The rows and columns of `a` in the two lists, in their order; rows must ascend. Panics on an
-/// index that `a` does not have.
+/// Rows and columns of `a` in the two lists, in their order; rows must ascend. Panics on an index
+/// that `a` does not have.
 pub fn submatrix(a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]) -> CscMatrix<f64> {
     const ABSENT: usize = usize::MAX;
     debug_assert!(rows.is_sorted_by(|x, y| x < y), "rows must ascend");
@@ -53,7 +53,7 @@ pub fn submatrix(a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]) -> CscMa
         .expect("ascending rows of a valid matrix stay a valid matrix")
 }
 
-/// `k + s m`; on one pattern of entries where the two share it, else on the union.
+/// Sum `k + s m`, on one pattern of entries where the two share it, otherwise on the union.
 pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
     if k.pattern() == m.pattern() {
         let mut sum = k.clone();
@@ -68,7 +68,7 @@ pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
     }
 }
 
-/// `k + s m` where `k` stores every entry of `m`.
+/// Sum `k + s m` where `k` stores every entry of `m`.
 fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatrix<f64>> {
     if (k.nrows(), k.ncols()) != (m.nrows(), m.ncols()) {
         return None;
@@ -85,7 +85,7 @@ fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatri
     Some(sum)
 }
 
-/// `a x` for a dense block of columns.
+/// Product `a x` for a dense block of columns.
 pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     let mut y = Mat::zeros(a.nrows(), x.ncols());
     if a.nrows() == 0 || a.ncols() == 0 || x.ncols() == 0 {
@@ -97,11 +97,11 @@ pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     y
 }
 
-/// Columns multiplied together: one row of the panel is a cache line.
+/// Number of columns multiplied together: one row of the panel is a cache line.
 const PANEL: usize = 8;
 
-/// `y = a x` for at most [`PANEL`] columns, gathered row by row so that each entry of `a` meets
-/// consecutive numbers.
+/// Computes `y = a x` for at most [`PANEL`] columns, gathered row by row so that each entry of `a`
+/// multiplies consecutive numbers.
 fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
     let width = x.ncols();
     let mut sums = vec![[0.0; PANEL]; a.nrows()];
@@ -123,8 +123,8 @@ fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
     }
 }
 
-/// `a x` for a symmetric `a` with both triangles stored and a dense block of columns: each row of the
-/// product is gathered in registers.
+/// Product `a x` for a symmetric `a` with both triangles stored and a dense block of columns. Each
+/// row of the product is gathered in registers.
 pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     let mut y = Mat::zeros(a.nrows(), x.ncols());
     if a.nrows() == 0 || x.ncols() == 0 {
@@ -160,7 +160,7 @@ pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     y
 }
 
-/// `a x` for a symmetric `a` with both triangles stored, on the calling thread.
+/// Computes `y = a x` for a symmetric `a` with both triangles stored, on the calling thread.
 pub fn symmetric_times(a: &CscMatrix<f64>, x: &[f64], y: &mut [f64]) {
     for (y, column) in y.iter_mut().zip(a.col_iter()) {
         *y = column
@@ -172,7 +172,7 @@ pub fn symmetric_times(a: &CscMatrix<f64>, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// `a b` for dense matrices (transposes are views: `product(a.transpose(), b)`).
+/// Product `a b` of dense matrices (transposes are views: `product(a.transpose(), b)`).
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
     if c.nrows() == 0 || c.ncols() == 0 || a.ncols() == 0 {
@@ -186,7 +186,7 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     c
 }
 
-/// `a x` for a dense symmetric `a`, into `y`.
+/// Computes `y = a x` for a dense symmetric `a`.
 pub fn symmetric_dense_times(a: MatRef<'_, f64>, x: &[f64], y: &mut [f64]) {
     let rows = y.len();
     let y = MatMut::from_column_major_slice_mut(y, rows, 1);
@@ -196,12 +196,12 @@ pub fn symmetric_dense_times(a: MatRef<'_, f64>, x: &[f64], y: &mut [f64]) {
         .for_each(|(y, a)| matmul(y, Accum::Replace, a.transpose(), x, 1.0, Par::Seq));
 }
 
-/// The mean of a matrix and its transpose: symmetric to the last bit.
+/// Mean of a matrix and its transpose: symmetric to the last bit.
 pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
 }
 
-/// A sparse matrix as a dense one.
+/// Dense copy of a sparse matrix.
 pub fn dense(a: &CscMatrix<f64>) -> Mat<f64> {
     let mut d = Mat::zeros(a.nrows(), a.ncols());
     for (i, j, v) in a.triplet_iter() {

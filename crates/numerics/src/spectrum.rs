@@ -1,7 +1,8 @@
-//! The order in which the coefficients of a periodic motion stand.
+//! Order of the coefficients of a periodic motion.
 //!
-//! A real signal is `a_0 + sum_k a_k cos(k t) + b_k sin(k t)`, k = 1 to H: 2H+1 coefficients, the mean, then cosine and sine
-//! of each harmonic. A vector of n such signals is 2H+1 blocks of n, one for each coefficient.
+//! A real signal is `a_0 + sum_k a_k cos(k t) + b_k sin(k t)`, k = 1 to H: 2H+1 coefficients, the
+//! mean, then cosine and sine of each harmonic. A vector of n such signals is 2H+1 blocks of n, one
+//! for each coefficient.
 
 /// Number of coefficients of a signal with so many harmonics, 2H+1.
 pub const fn blocks(harmonics: usize) -> usize {
@@ -18,7 +19,7 @@ pub const fn sine(k: usize) -> usize {
     2 * k
 }
 
-/// The coefficients of n signals: 2H+1 blocks of n.
+/// Coefficients of n signals: 2H+1 blocks of n.
 #[derive(Debug, Clone, Copy)]
 pub struct Spectrum<'a> {
     values: &'a [f64],
@@ -26,13 +27,13 @@ pub struct Spectrum<'a> {
 }
 
 impl<'a> Spectrum<'a> {
-    /// `values` are 2H+1 blocks of one length.
+    /// Spectrum of `values`, which are 2H+1 blocks of one length.
     pub fn new(values: &'a [f64], harmonics: usize) -> Self {
         debug_assert_eq!(values.len() % blocks(harmonics), 0, "blocks of one length");
         Self { values, harmonics }
     }
 
-    /// Harmonics besides the mean, H.
+    /// Number of harmonics besides the mean, H.
     pub fn harmonics(self) -> usize {
         self.harmonics
     }

@@ -1,8 +1,8 @@
-//! Matrices and factors in a form that reads back to the last bit, for serde: numbers as bytes of this machine,
-//! indices in 32 bits.
+//! Matrices and factors in a form that reads back to the last bit, for serde: numbers as bytes of
+//! this machine, indices in 32 bits.
 //!
-//! The modules are for `#[serde(with = "...")]`. A [`Cholesky`] goes as its values, its order and the pattern of the
-//! matrix; the symbolic analysis, which follows from these two, is made anew.
+//! The modules are for `#[serde(with = "...")]`. A [`Cholesky`] is stored as its values, its order
+//! and the pattern of the matrix. The symbolic analysis, which follows from these two, is repeated.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -13,7 +13,7 @@ use super::factor::Cholesky;
 use super::pattern::CompactPattern;
 use super::symbolic::Symbolic;
 
-/// Numbers as bytes.
+/// Numbers that are written as bytes.
 struct Bytes<'a, T>(&'a [T]);
 
 impl<T: bytemuck::NoUninit> Serialize for Bytes<'_, T> {
@@ -22,7 +22,7 @@ impl<T: bytemuck::NoUninit> Serialize for Bytes<'_, T> {
     }
 }
 
-/// What [`Bytes`] wrote.
+/// Numbers that are read from the bytes of [`Bytes`].
 struct Owned<T>(Vec<T>);
 
 impl<'de, T: bytemuck::AnyBitPattern> Deserialize<'de> for Owned<T> {
@@ -46,14 +46,14 @@ impl<'de, T: bytemuck::AnyBitPattern> Deserialize<'de> for Owned<T> {
     }
 }
 
-/// A `Vec` of plain numbers, such as `f64` or `u8`.
+/// Storage of a `Vec` of plain numbers, such as `f64` or `u8`.
 pub mod numbers {
     use super::*;
 
-    /// Writes the numbers as they stand in memory.
+    /// Writes the numbers as they are in memory.
     ///
     /// # Errors
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<T: bytemuck::NoUninit, S: Serializer>(
         values: &[T],
         serializer: S,
@@ -61,10 +61,10 @@ pub mod numbers {
         Bytes(values).serialize(serializer)
     }
 
-    /// Reads what [`serialize`] wrote.
+    /// Reads numbers that [`serialize`] wrote.
     ///
     /// # Errors
-    /// Those of the deserializer, and numbers that do not fit together.
+    /// The errors of the deserializer, and bytes that do not make whole numbers.
     pub fn deserialize<'de, T: bytemuck::AnyBitPattern, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vec<T>, D::Error> {
@@ -72,24 +72,24 @@ pub mod numbers {
     }
 }
 
-/// `Mat<f64>`.
+/// Storage of a `Mat<f64>`.
 pub mod matrix {
     use super::*;
 
     /// Writes shape and entries.
     ///
     /// # Errors
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<S: Serializer>(a: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
         let columns = (0..a.ncols()).flat_map(|j| a.col_as_slice(j));
         let values: Vec<f64> = columns.copied().collect();
         (a.nrows() as u64, a.ncols() as u64, Bytes(&values)).serialize(serializer)
     }
 
-    /// Reads what [`serialize`] wrote.
+    /// Reads a matrix that [`serialize`] wrote.
     ///
     /// # Errors
-    /// Those of the deserializer, and numbers that do not fit together.
+    /// The errors of the deserializer, and numbers that do not fit together.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
         let (rows, columns, values): (u64, u64, Owned<f64>) =
             Deserialize::deserialize(deserializer)?;
@@ -101,22 +101,22 @@ pub mod matrix {
     }
 }
 
-/// `CscMatrix<f64>`.
+/// Storage of a `CscMatrix<f64>`.
 pub mod sparse_matrix {
     use super::*;
 
     /// Writes pattern and values.
     ///
     /// # Errors
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<S: Serializer>(a: &CscMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
         (CompactPattern::of(a.pattern()), Bytes(a.values())).serialize(serializer)
     }
 
-    /// Reads what [`serialize`] wrote.
+    /// Reads a matrix that [`serialize`] wrote.
     ///
     /// # Errors
-    /// Those of the deserializer, and numbers that do not fit together.
+    /// The errors of the deserializer, and numbers that do not fit together.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<CscMatrix<f64>, D::Error> {

@@ -1,4 +1,5 @@
-//! Order and symbolic analysis of a sparse symmetric matrix, by faer in the order of [`super::order`].
+//! Order and symbolic analysis of a sparse symmetric matrix, by faer in the order of
+//! [`super::order`].
 
 use std::sync::Arc;
 
@@ -19,7 +20,7 @@ use super::order::{Order, OrderError, nested_dissection};
 use super::pattern::CompactPattern;
 use super::sparse::symbolic_view;
 
-/// Why a matrix was not factored.
+/// Error of a matrix that was not factored.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum FactorError {
@@ -33,10 +34,10 @@ pub enum FactorError {
     },
     #[error("the matrix has another pattern of entries than the one that was analysed")]
     PatternDiffers,
-    /// `dof` in the numbering of the matrix, not of the permuted one.
+    /// Negative pivot. `dof` is in the numbering of the matrix, not of the permuted one.
     #[error("the matrix is not positive definite: negative pivot at unknown {dof}")]
     NotPositiveDefinite { dof: usize },
-    /// As above, with a pivot that is zero but for rounding.
+    /// Pivot that is zero except for rounding, with `dof` in the numbering of the matrix.
     #[error(
         "the matrix is singular: the pivot of unknown {dof} is {share:.1e} of its diagonal entry"
     )]
@@ -63,8 +64,8 @@ struct Analysis {
 }
 
 impl Symbolic {
-    /// Analyses a structurally symmetric matrix (both triangles stored) whose unknowns come in nodes
-    /// of three.
+    /// Analyses a structurally symmetric matrix (both triangles stored) whose unknowns come in
+    /// nodes of three.
     ///
     /// # Errors
     /// A matrix that is not square, too large, or does not fit in memory.
@@ -77,10 +78,10 @@ impl Symbolic {
         Self::ordered(pattern, &nested_dissection(pattern, 3)?)
     }
 
-    /// The analysis of a pattern in an order found earlier, new to old.
+    /// Analysis of a pattern in an order found earlier, new to old.
     ///
     /// # Errors
-    /// As [`Symbolic::analyse`]; an order that is no permutation, or no postorder.
+    /// The errors of [`Symbolic::analyse`]; an order that is no permutation, or no postorder.
     pub(super) fn of_order(
         pattern: &SparsityPattern,
         new_to_old: Vec<usize>,
@@ -114,12 +115,12 @@ impl Symbolic {
         })
     }
 
-    /// The pattern that was analysed.
+    /// Pattern that was analysed.
     pub(super) fn pattern(&self) -> &CompactPattern {
         &self.inner.pattern
     }
 
-    /// What faer made of it.
+    /// Symbolic factorisation of faer.
     pub(super) fn analysis(&self) -> &SymbolicCholesky<usize> {
         &self.inner.symbolic
     }
@@ -129,12 +130,12 @@ impl Symbolic {
         self.inner.symbolic.nrows()
     }
 
-    /// Entries of the factor (with the zeros that supernodes store).
+    /// Number of entries of the factor (including the zeros that supernodes store).
     pub fn factor_entries(&self) -> usize {
         self.inner.symbolic.len_val()
     }
 
-    /// The supernodes; `None` for an empty matrix.
+    /// Supernodes; `None` for an empty matrix.
     pub(super) fn supernodal(&self) -> Option<&SymbolicSupernodalCholesky<usize>> {
         match self.inner.symbolic.raw() {
             SymbolicCholeskyRaw::Supernodal(supernodal) if self.unknowns() > 0 => Some(supernodal),
@@ -142,7 +143,7 @@ impl Symbolic {
         }
     }
 
-    /// New to old, old to new.
+    /// Permutations new to old, and old to new.
     pub(super) fn permutation(&self) -> (&[usize], &[usize]) {
         self.inner
             .symbolic
@@ -150,7 +151,7 @@ impl Symbolic {
             .map_or((&[], &[]), |permutation| permutation.arrays())
     }
 
-    /// Whether `matrix` has the pattern analysed and finite entries.
+    /// Checks that `matrix` has the pattern analysed and finite entries.
     pub(super) fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
         if CompactPattern::of(matrix.pattern()) != self.inner.pattern {
             return Err(FactorError::PatternDiffers);
@@ -168,7 +169,7 @@ impl Symbolic {
         }
     }
 
-    /// The diagonal of the factor, by permuted position.
+    /// Calls `each` with the diagonal of the factor, by permuted position.
     pub(super) fn pivots(&self, values: &[f64], mut each: impl FnMut(usize, f64)) {
         let SymbolicCholeskyRaw::Supernodal(supernodal) = self.inner.symbolic.raw() else {
             // Supernodes are forced; only an empty matrix has none.

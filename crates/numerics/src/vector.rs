@@ -31,7 +31,7 @@ fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + tail
 }
 
-/// y += a x.
+/// Computes y += a x.
 pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
     Arch::new().dispatch(|| y.iter_mut().zip(x).for_each(|(yi, xi)| *yi += a * xi));
 }

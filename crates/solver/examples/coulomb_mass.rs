@@ -18,7 +18,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
-/// Frequency of the force over that of the mass on its spring.
+/// Ratio of the frequency of the force to that of the mass on its spring.
 const RATIO: f64 = 0.7;
 /// Coefficient of friction; the mass is pressed on the ground with 1 N.
 const FRICTION: f64 = 0.2;

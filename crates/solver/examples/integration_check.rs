@@ -1,5 +1,5 @@
-//! Harmonic balance against integration in time, which knows no Fourier series and no parameter of
-//! the balance: a reduced dovetail of 72 pairs, read from a folder of matrices.
+//! Comparison of harmonic balance with integration in time, which uses no Fourier series and no
+//! parameter of the balance, for a reduced dovetail of 72 pairs, read from a folder of matrices.
 //!
 //!     cargo run --release --package dovetail-solver --example integration_check
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A frequency near the peak, where pairs slip and some open.
+/// Comparison at a frequency near the peak, where pairs slip and some open.
 pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
     let law = PairLaw::rigid(0.3, 0.0);
@@ -57,7 +57,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     };
     let settings = SweepSettings::new(vec![699.5], resolution);
     let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
-    // Six periods from the motion of harmonic balance: a motion that is right stays where it is.
+    // Six periods from the motion of harmonic balance: a correct motion stays as it is.
     let steps_per_period = 300;
     let until = Until {
         most_periods: 6,

@@ -1,5 +1,5 @@
-//! Modes of a meshed blade in its dovetail at 5000 rpm: of the blade with its flanks held, and of the
-//! assembly with all contacts stuck.
+//! Modes of a meshed blade in its dovetail at 5000 rpm: of the blade with its flanks held, and of
+//! the assembly with all contacts stuck.
 //!
 //!     cargo run --release --package dovetail-solver --example mesh_modes
 
@@ -22,11 +22,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Frequencies, ascending, Hz.
+/// Natural frequencies, ascending, Hz.
 pub struct ModesHz {
-    /// Of the blade alone.
+    /// Modes of the blade with its flanks held.
     pub held: Vec<f64>,
-    /// Of blade and jaw.
+    /// Modes of blade and jaw with all contacts stuck.
     pub stuck: Vec<f64>,
 }
 
@@ -45,7 +45,7 @@ pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     })
 }
 
-/// What the groups of the mesh are.
+/// Bodies and contacts by the groups of the mesh.
 fn assembly() -> Assembly {
     let body = |name: &str, fixed: &[&str]| BodySpec {
         name: name.into(),

@@ -1,5 +1,5 @@
-//! The scene of Charleux, Thouverez and Lombard (IMAC XXII, 2004) as values: what scenes/paper.toml
-//! says, on the ready mesh.
+//! The scene of Charleux, Thouverez and Lombard (IMAC XXII, 2004) as values: the contents of
+//! scenes/paper.toml, on the ready mesh.
 //!
 //!     cargo run --release --package dovetail-solver --example paper_without_toml
 
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// From the mesh to the response.
+/// Computes the response from the mesh.
 pub fn solve() -> Result<Run, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     let mesh = dovetail_mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
@@ -50,7 +50,8 @@ pub fn solve() -> Result<Run, Box<dyn Error>> {
     Ok(run)
 }
 
-/// What is asked of the assembly: its response near the first mode, at 11 frequencies and some more at the peaks.
+/// Scene: the response of the assembly near the first mode, at 11 frequencies and some more at the
+/// peaks.
 fn scene(assembly: Assembly) -> Scene {
     let range = FrequencyRange::OfFirstLinearMode {
         from: 0.98,
@@ -108,7 +109,7 @@ fn assembly(mesh: PathBuf) -> Assembly {
     }
 }
 
-/// Titanium; the names are those of the volume and of the groups that do not move.
+/// Body of titanium; the names are those of the volume and of the groups that do not move.
 fn body(name: &str, fixed: &[&str]) -> BodySpec {
     BodySpec {
         name: name.into(),

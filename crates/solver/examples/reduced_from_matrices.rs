@@ -2,7 +2,8 @@
 //! displacements of the contact pairs and on the modes that are left while these stick.
 //!
 //! The system is a Jenkins oscillator: a mass of 1 kg on a spring of 1 N/m, and on a second one of
-//! 0.5 N/m that ends in a massless slider, which holds 0.2 N. The mass is shaken with 0.25 N.
+//! 0.5 N/m that ends in a massless slider, whose friction limit is 0.2 N. The mass is excited with
+//! 0.25 N.
 //!
 //!     cargo run --release --package dovetail-solver --example reduced_from_matrices
 
@@ -31,8 +32,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The mass is the first node of the body, the slider the second, which is its interface. Each has three degrees of
-/// freedom; the mass moves along y alone.
+/// Structure of the oscillator. The mass is the first node of the body, the slider the second,
+/// which is its interface. Each has three degrees of freedom; the mass moves along y alone.
 fn oscillator(spring: f64, slider: f64) -> Structure {
     // Across the slider nothing moves; it is as stiff there as both springs in series.
     let across = spring * slider / (spring + slider);
@@ -100,7 +101,7 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
         samples: 8192,
     };
     let mut settings = SweepSettings::new(vec![1.05 / TAU], resolution);
-    // The parameter eps of the method stands for the stiffness that the harmonics left out feel. They
+    // The parameter eps of the method represents the stiffness for the harmonics left out. They
     // leave the mass at rest: it is the slider's spring, where K of the pair has both in series.
     settings.eps = Eps {
         choice: EpsChoice::Pair,

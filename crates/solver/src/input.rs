@@ -20,15 +20,17 @@ pub fn open(path: &Path) -> Result<File> {
 /// Checks that there is a regular file, without opening it: opening a named pipe waits for its
 /// other end.
 ///
-/// # Errors The errors of [`open`].
+/// # Errors
+/// The errors of [`open`].
 pub fn check(path: &Path) -> Result<()> {
     let kind = std::fs::metadata(path)?.file_type();
-    match kind.is_file() {
-        true => Ok(()),
-        false => Err(Error::new(
+    if kind.is_file() {
+        Ok(())
+    } else {
+        Err(Error::new(
             ErrorKind::InvalidInput,
             format!("it is {}; give a regular file", called(kind)),
-        )),
+        ))
     }
 }
 
@@ -46,15 +48,17 @@ fn called(kind: FileType) -> &'static str {
             return "a socket";
         }
     }
-    match kind.is_dir() {
-        true => "a folder",
-        false => "no regular file",
+    if kind.is_dir() {
+        "a folder"
+    } else {
+        "no regular file"
     }
 }
 
 /// Reads all bytes of a regular file.
 ///
-/// # Errors The errors of [`open`] and of reading.
+/// # Errors
+/// The errors of [`open`] and of reading.
 pub fn bytes(path: &Path) -> Result<Vec<u8>> {
     check(path)?;
     std::fs::read(path)
@@ -62,29 +66,30 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
 
 /// Reads the bytes of a file that a person writes, at most [`MOST_TEXT_BYTES`].
 ///
-/// # Errors The errors of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer
-/// file.
+/// # Errors
+/// The errors of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer file.
 pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?
         .take(MOST_TEXT_BYTES + 1)
         .read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > MOST_TEXT_BYTES {
-        true => Err(Error::new(
+    if bytes.len() as u64 > MOST_TEXT_BYTES {
+        Err(Error::new(
             ErrorKind::InvalidData,
             format!(
                 "it is longer than {} MiB, too long for a text that a person writes",
                 MOST_TEXT_BYTES >> 20
             ),
-        )),
-        false => Ok(bytes),
+        ))
+    } else {
+        Ok(bytes)
     }
 }
 
 /// Reads the text of a file that a person writes, at most [`MOST_TEXT_BYTES`] of UTF-8.
 ///
-/// # Errors The errors of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not
-/// UTF-8.
+/// # Errors
+/// The errors of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not UTF-8.
 pub fn text(path: &Path) -> Result<String> {
     String::from_utf8(short_bytes(path)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -31,7 +31,8 @@ fn assert_first_stuck_mode(found_hz: f64) {
     assert!((0.0..1e-4).contains(&above), "{found_hz} Hz");
 }
 
-/// The error falls with the first power of the harmonics (tests/program/closed_forms.rs of the program).
+/// The error falls with the first power of the harmonics (tests/program/closed_forms.rs of the
+/// program).
 #[test]
 fn a_mass_on_friction_approaches_den_hartogs_amplitude() {
     let exact = coulomb_mass::closed_form_m();
@@ -41,7 +42,8 @@ fn a_mass_on_friction_approaches_den_hartogs_amplitude() {
     assert!(many.abs() < 0.4 * few.abs() && many.abs() < 0.01);
 }
 
-/// At 5000 rpm: the same matrices by scipy (tests/program/blade_frequencies.rs of the program).
+/// At 5000 rpm scipy finds these frequencies for the same matrices
+/// (tests/program/blade_frequencies.rs of the program).
 #[test]
 fn modes_of_a_mesh_are_those_of_other_programs() {
     let modes = mesh_modes::modes_hz(4).unwrap();
@@ -56,8 +58,8 @@ fn modes_of_a_mesh_are_those_of_other_programs() {
     assert_eq!([modes.held.len(), modes.stuck.len()], [4, 4]);
 }
 
-/// One harmonic has a closed form (tests/program/closed_forms.rs of the program), and so have all of them
-/// (crates/solver/tests/library/time_integration.rs).
+/// One harmonic has a closed form (tests/program/closed_forms.rs of the program), and so have all
+/// of them (crates/solver/tests/library/time_integration.rs).
 #[test]
 fn a_jenkins_oscillator_from_its_matrices_has_the_known_amplitude() {
     let amplitude_m = |harmonics| reduced_from_matrices::amplitude_m(harmonics).unwrap();

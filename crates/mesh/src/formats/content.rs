@@ -1,4 +1,4 @@
-//! What a mesh file says, whatever its format: the readers of all formats end here.
+//! Contents of a mesh file of any format: the common result of all readers.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
-/// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of a
-/// [`Mesh`]; a set of nodes is a group of dimension 0.
+/// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of
+/// a [`Mesh`]; a set of nodes is a group of dimension 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Content {
-    /// Positions, in the unit of length of the file.
+    /// Positions of the nodes, in the unit of length of the file.
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.
     pub node_tags: Vec<u64>,
@@ -21,26 +21,26 @@ pub struct Content {
     pub elements: Connectivity,
     /// Triangles of 3 or 6 nodes, quadrilaterals of 4 or 8.
     pub facets: Connectivity,
-    /// By name.
+    /// Groups by name.
     pub groups: BTreeMap<String, Group>,
-    /// Those that the file gives to elements.
+    /// Materials that the file gives to elements.
     pub materials: Vec<FileMaterial>,
-    /// What the file says beside and was not read, one sentence each.
+    /// Remarks on contents of the file that were not read, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// A material of a file, in the units of the file.
+/// Material of a file, in the units of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileMaterial {
-    /// As the file calls it.
+    /// Name in the file.
     pub name: String,
-    /// Young's modulus, where it is given.
+    /// Young's modulus, if given.
     pub young: Option<f64>,
-    /// Poisson's ratio, where it is given.
+    /// Poisson's ratio, if given.
     pub poisson: Option<f64>,
-    /// Density, where it is given.
+    /// Density, if given.
     pub density: Option<f64>,
-    /// The elements that are made of it, ascending, each once.
+    /// Elements made of the material, ascending, each once.
     pub elements: Vec<u32>,
 }
 
@@ -60,11 +60,11 @@ impl FileMaterial {
 }
 
 impl Content {
-    /// The mesh in metres: nodes that no group, element or facet has are dropped, the others numbered in
-    /// the order of the file.
+    /// Converts to a mesh in metres. Nodes that no group, element or facet has are dropped, the
+    /// others numbered in the order of the file.
     ///
     /// # Errors
-    /// Without groups or solid elements, and where a coordinate is no number or too far away.
+    /// Missing groups or solid elements, and a coordinate that is not a number or too far away.
     pub fn into_mesh(mut self, units: Units) -> Result<Mesh, MeshError> {
         const UNUSED: u32 = u32::MAX;
         let metres = units.metres();
@@ -118,7 +118,7 @@ impl Content {
         })
     }
 
-    /// The group of all solids.
+    /// Group of all solids.
     pub(super) fn all_solids(&self) -> Group {
         Group {
             dimension: 3,
@@ -127,8 +127,8 @@ impl Content {
         }
     }
 
-    /// Leaves out facets and nodes of groups that no solid has, and groups that are empty then; sorts
-    /// what is left. For formats that also hold rigid tools, masses, springs and supports.
+    /// Drops facets and nodes of groups that no solid has, and groups that are then empty; sorts
+    /// the rest. For formats that also hold rigid tools, masses, springs and supports.
     ///
     /// # Errors
     /// There are no solids.
@@ -180,7 +180,7 @@ impl Content {
         Ok(())
     }
 
-    /// Leaves out the facets of which a node is not on a solid.
+    /// Drops the facets that have a node on no solid.
     fn keep_facets(&mut self, on_solid: &[bool]) {
         let nodes = on_solid.iter().zip(0..);
         let nodes: Vec<Option<u32>> = nodes.map(|(on, n)| on.then_some(n)).collect();

@@ -1,13 +1,14 @@
-//! The format of a mesh file, found by what it holds, and by its name where that says too little.
+//! Detection of the format of a mesh file by its contents, and by its name where these do not
+//! suffice.
 
 use std::path::Path;
 
 use crate::MeshError;
 
-/// A format that is read.
+/// Format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// Gmsh's MSH 4.1, and what is left of that family: its reader says what is wrong with it.
+    /// Gmsh's MSH 4.1, and the rest of that family, whose faults its reader reports.
     Msh4,
     /// Gmsh's MSH 2.2.
     Msh2,
@@ -17,10 +18,10 @@ pub enum Format {
     Vtu,
 }
 
-/// Finds the format of a file.
+/// Detects the format of a file.
 ///
 /// # Errors
-/// One that is not read, with the program that converts it.
+/// A format that is not read, with the program that converts it.
 pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if bytes.trim_ascii().is_empty() {
@@ -53,7 +54,7 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
     Err(other.error(name))
 }
 
-/// The first line that is neither empty nor a comment, if it is a keyword of a deck.
+/// First line that is neither empty nor a comment, if it is a keyword of a deck.
 fn first_keyword(bytes: &[u8]) -> Option<&[u8]> {
     let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     let first = lines
@@ -65,7 +66,7 @@ fn first_keyword(bytes: &[u8]) -> Option<&[u8]> {
         .map(|_| word)
 }
 
-/// A format that another program converts.
+/// Format that another program converts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Other {
     OldMsh,
@@ -106,7 +107,7 @@ impl Other {
         }
     }
 
-    /// The error that says which program converts the file `name`.
+    /// Error that says which program converts the file `name`.
     fn error(self, name: &str) -> MeshError {
         let file = Path::new(name)
             .file_name()
@@ -150,7 +151,7 @@ impl Other {
     }
 }
 
-/// The format that the first bytes say.
+/// Format that the first bytes indicate.
 fn by_content(bytes: &[u8], head: &str) -> Option<Other> {
     let start = head.trim_start();
     let begins = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
@@ -198,14 +199,15 @@ fn by_content(bytes: &[u8], head: &str) -> Option<Other> {
     is_line(&["*KEYWORD"]).then_some(Other::LsDyna)
 }
 
-/// Every line of an IGES file has 80 letters, and the 73rd of the first ones is an S.
+/// Returns `true` for an IGES file: every line has 80 letters, and the 73rd of the first ones is an
+/// S.
 fn is_iges(bytes: &[u8]) -> bool {
     let line = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
     let line = line.strip_suffix(b"\r").unwrap_or(line);
     line.len() == 80 && line[72] == b'S' && line[73..].trim_ascii() == b"1"
 }
 
-/// The format that the ending of the name says.
+/// Format that the ending of the name indicates.
 fn by_name(name: &str) -> Option<Other> {
     let ending = Path::new(name).extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
@@ -267,7 +269,7 @@ mod tests {
         );
     }
 
-    /// What gmsh makes of one geometry, in four formats: the same nodes, elements and groups.
+    /// Files of one geometry that gmsh wrote in four formats: the same nodes, elements and groups.
     #[test]
     fn all_formats_give_the_same_mesh() {
         let four: [[(&[u8], &str); 4]; 2] = [
@@ -308,10 +310,11 @@ mod tests {
         }
     }
 
-    /// Of a node.
+    /// Position of a node, rounded.
     type At = [i64; 3];
 
-    /// Dimension of a group, and where the nodes of its elements, and all of its nodes, stand.
+    /// Dimension of a group, the positions of the nodes of its elements, and those of all its
+    /// nodes.
     fn described(content: &Content, group: &str) -> (u8, Vec<Vec<At>>, Vec<At>) {
         let group = &content.groups[group];
         let list = match group.dimension {

@@ -1,10 +1,10 @@
-//! What can be wrong with a mesh file.
+//! Errors of a mesh file.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why a mesh file cannot be used.
+/// Error of a mesh file that cannot be used.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum MeshError {
@@ -239,8 +239,8 @@ pub enum MeshError {
 }
 
 impl MeshError {
-    /// Whether the file breaks off, or its bytes are no mesh's: the fault is that of its writing,
-    /// not of what was meshed.
+    /// Returns `true` if the file is cut off, or its bytes are not those of a mesh: the fault is in
+    /// its writing, not in what was meshed.
     pub fn is_damage(&self) -> bool {
         match self {
             Self::File { error, .. } | Self::Deck { error, .. } => error.is_damage(),

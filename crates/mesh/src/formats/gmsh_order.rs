@@ -1,11 +1,11 @@
-//! What Gmsh's files, of whatever version of the format, say of elements: their types, the order of the
-//! nodes inside them, and the groups that they belong to.
+//! Elements in Gmsh's files of any version of the format: their types, the order of their nodes,
+//! and their groups.
 
 use super::sections::Names;
 use crate::element::{ElementOrder, ElementType, Shape};
 
-/// Dimension and number of nodes of an element by Gmsh's number of its type. Those that have nodes inside
-/// faces or elements are among them.
+/// Dimension and number of nodes of an element by Gmsh's number of its type. Elements with nodes
+/// inside faces or elements are included.
 pub fn dimension_and_nodes(kind: u64) -> Option<(u8, usize)> {
     Some(match kind {
         15 => (0, 1),
@@ -43,9 +43,9 @@ pub(super) fn group_name(names: &Names, dimension: u8, tag: u32) -> String {
     })
 }
 
-/// Where in Gmsh's element each of our nodes stands: node `i` is Gmsh's node `from_gmsh(element)[i]`.
-/// Corners are the same; the middles of the edges follow another list of edges. Facets and lines
-/// need no table: Gmsh's order is ours.
+/// Position in Gmsh's element of each of our nodes: node `i` is Gmsh's node
+/// `from_gmsh(element)[i]`. Corners are the same; the middles of the edges follow another list of
+/// edges. Facets and lines need no table, because Gmsh's order is ours.
 pub fn from_gmsh(element: ElementType) -> &'static [usize] {
     use ElementOrder::{Linear, Quadratic};
     const CORNERS: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
 
-    /// Rows of numbers of a section of an ASCII file in MSH 2.2, behind its count.
+    /// Rows of numbers of a section of an ASCII file in MSH 2.2, after its count.
     fn rows<'a>(text: &'a str, section: &str) -> impl Iterator<Item = Vec<f64>> + 'a {
         let (_, from) = text.split_once(&format!("${section}\n")).unwrap();
         let (rows, _) = from.split_once("$End").unwrap();
@@ -74,7 +74,8 @@ mod tests {
             .map(|row| row.split(' ').map(|word| word.parse().unwrap()).collect())
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
+    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let text = include_str!("../../../../meshes/elements/order2_msh2.msh");

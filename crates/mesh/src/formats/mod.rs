@@ -1,8 +1,9 @@
-//! The bytes of a file -> [`Content`], what it says in its own units -> [`Mesh`](crate::Mesh).
+//! Readers that convert the bytes of a file to its [`Content`] in its own units, and then to a
+//! [`Mesh`](crate::Mesh).
 //!
-//! [`detect`](fn@detect) finds the format. Each has a reader: [`msh`] and [`msh2`] Gmsh's files,
-//! [`deck`] decks of Abaqus and CalculiX, [`vtu`] VTK's. [`surface_field`] reads forces or pressures at
-//! points.
+//! [`detect`](fn@detect) finds the format. Each has a reader: [`msh`] and [`msh2`] for Gmsh's
+//! files, [`deck`] for decks of Abaqus and CalculiX, [`vtu`] for VTK's. [`surface_field`] reads
+//! forces or pressures at points.
 
 mod content;
 pub mod deck;
@@ -19,11 +20,12 @@ pub use content::{Content, FileMaterial};
 pub use detect::{Format, detect};
 pub use error::MeshError;
 
-/// Parses the bytes of a mesh file, in the units of the file. `name` is that of the file, for its ending;
-/// `include` gives the bytes of another file that a deck names.
+/// Parses the bytes of a mesh file, in the units of the file. `name` is that of the file, for its
+/// ending; `include` gives the bytes of another file that a deck names.
 ///
 /// # Errors
-/// A format that is not read, with the program that converts it; or bytes that are no whole mesh.
+/// A format that is not read, with the program that converts it; or bytes that are not a whole
+/// mesh.
 pub fn parse(
     bytes: &[u8],
     name: &str,

@@ -1,12 +1,12 @@
 //! Gmsh's MSH 4.1 files, ASCII and binary.
 //!
-//! `mshio` does the parsing. What it leaves out is done here: it skips `$PhysicalNames`; it drops
-//! node tags that look dense and then takes file order for tag order, so the header is patched in
-//! memory to look sparse; it looks for the end of a section that it does not know at every byte,
-//! across all blanks that follow, so those sections are made blank; and it believes every count and
-//! tag, so all of them are checked here.
+//! `mshio` does the parsing, and its gaps are closed here. It skips `$PhysicalNames`. It drops node
+//! tags that look dense and then takes file order for tag order, so the header is patched in memory
+//! to look sparse. It looks for the end of an unknown section at every byte, across all blanks that
+//! follow, so those sections are made blank. It trusts every count and tag, so all of them are
+//! checked here.
 //!
-//! Kept is what a physical group names, and the nodes that is made of. Format: Gmsh reference
+//! The elements that a physical group names are kept, with their nodes. Format: Gmsh reference
 //! manual, "MSH file format".
 
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -25,7 +25,7 @@ use crate::{Group, MeshError};
 /// Parses the bytes of a file, in the units of the file.
 ///
 /// # Errors
-/// Bytes that are no whole mesh in MSH 4.1: see [`MeshError`].
+/// Bytes that are not a whole mesh in MSH 4.1: see [`MeshError`].
 pub fn parse(bytes: impl Into<Vec<u8>>) -> Result<Content, MeshError> {
     let mut bytes = bytes.into();
     let encoding = encoding(&bytes, "4.1")?;
@@ -186,7 +186,8 @@ fn flatten_nodes(
 
 type GroupsOf = BTreeMap<(i32, i32), Vec<String>>;
 
-/// (dimension, entity tag) -> names of its physical groups. See [`group_name`].
+/// Names of the physical groups of each entity, given by (dimension, entity tag). See
+/// [`group_name`].
 fn groups_of_entities(
     entities: Option<&Entities<i32, f64>>,
     names: &Names,

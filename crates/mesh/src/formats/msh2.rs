@@ -1,8 +1,9 @@
 //! Gmsh's MSH 2.2 files, ASCII and binary.
 //!
-//! An element names its physical group itself. Gmsh writes an element that is in several groups once
-//! for each of them: such copies become one element, with the tag of the first. Elements without a
-//! physical group are left out. Format: Gmsh reference manual, "MSH file format version 2".
+//! An element names its physical group itself. Gmsh writes an element that is in several groups
+//! once for each of them: such copies become one element, with the tag of the first. Elements
+//! without a physical group are left out. Format: Gmsh reference manual, "MSH file format version
+//! 2".
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -17,7 +18,7 @@ use crate::{Group, MeshError};
 /// Parses the bytes of a mesh file. Lengths are those of the file.
 ///
 /// # Errors
-/// Bytes that are no whole mesh in MSH 2.2: see [`MeshError`].
+/// Bytes that are not a whole mesh in MSH 2.2: see [`MeshError`].
 pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     let encoding = encoding(bytes, "2.2")?;
     let sections = sections(bytes)?;
@@ -37,12 +38,12 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     reader.finish()
 }
 
-/// The numbers of a section, one after the other.
+/// Numbers of a section, in their order.
 struct Numbers<'a> {
     bytes: &'a [u8],
     encoding: Encoding,
     section: &'static str,
-    /// What is not yet read.
+    /// Range of bytes that are not yet read.
     at: Range<usize>,
 }
 
@@ -55,7 +56,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// The next word, of text.
+    /// Next word of text.
     fn word(&mut self) -> Result<&'a str, MeshError> {
         let rest = &self.bytes[self.at.clone()];
         let is_space = |b: &u8| b.is_ascii_whitespace();
@@ -76,7 +77,7 @@ impl<'a> Numbers<'a> {
             .map_err(|_| self.error(self.at.start - word.len(), "expected a number"))
     }
 
-    /// The next bytes of binary numbers.
+    /// Next bytes of binary numbers.
     fn raw<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
         let rest = &self.bytes[self.at.clone()];
         let Some(found) = rest.first_chunk::<N>() else {
@@ -86,8 +87,8 @@ impl<'a> Numbers<'a> {
         Ok(*found)
     }
 
-    /// The count on the first line, of text in binary files too, no more than the bytes that follow
-    /// can hold of items of `least` bytes.
+    /// Count on the first line, which is text in binary files, too. It is at most the number of
+    /// items of `least` bytes that the bytes that follow can hold.
     fn count(&mut self, least: usize) -> Result<usize, MeshError> {
         let count: usize = self.parsed()?;
         if self.encoding != Encoding::Ascii {
@@ -117,7 +118,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// A number that cannot be negative.
+    /// Next number, which must not be negative.
     fn natural(&mut self, what: &str) -> Result<u64, MeshError> {
         let byte = self.at.start;
         let found = self.int()?;
@@ -135,7 +136,7 @@ struct Reader<'a> {
     content: Content,
     index_of: HashMap<u64, u32>,
     element_tags: HashSet<u64>,
-    /// Elements by dimension and nodes.
+    /// Numbers of the elements by dimension and nodes.
     found: HashMap<(u8, Vec<u32>), u32>,
     groups: BTreeMap<(u8, u32), Group>,
 }
@@ -279,7 +280,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Adds an element, unless it is there already, and puts it into its group.
+    /// Adds an element, unless it exists already, and puts it into its group.
     fn keep(&mut self, dimension: u8, physical: u32, tag: u64, nodes: Vec<u32>) {
         let solid = ElementType::with_nodes(nodes.len()).filter(|_| dimension == 3);
         let nodes = match solid {
@@ -336,7 +337,7 @@ mod tests {
     const BINARY: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2_binary.msh");
     const LINEAR: &[u8] = include_bytes!("../../../../meshes/elements/order1_msh2.msh");
 
-    /// A tetrahedron with a face, and what `change` makes of the text.
+    /// A tetrahedron with a face, from the text after `change`.
     fn one(change: impl Fn(&str) -> String) -> Result<Content, MeshError> {
         let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"blade\"\n\
             $EndPhysicalNames\n$Nodes\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n40 0 0 1\n$EndNodes\n\
@@ -344,7 +345,7 @@ mod tests {
         parse(change(text).as_bytes())
     }
 
-    /// The message of the error that a changed text leads to.
+    /// Message of the error that a changed text leads to.
     fn message(from: &str, to: &str) -> String {
         let change = |text: &str| {
             assert!(text.contains(from), "{from}");
@@ -383,7 +384,8 @@ mod tests {
         }
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
+    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let content = parse(BINARY).unwrap();

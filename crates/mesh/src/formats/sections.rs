@@ -1,4 +1,4 @@
-//! The parts of an MSH file that are read, checked or changed before `mshio` sees it.
+//! Parts of an MSH file that are read, checked or changed before `mshio` reads it.
 
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
@@ -12,7 +12,7 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// How the numbers of a file of this `version` are written.
+/// Encoding of the numbers of a file of this `version`.
 pub(super) fn encoding(bytes: &[u8], version: &str) -> Result<Encoding, MeshError> {
     let rest = bytes
         .strip_prefix(b"$MeshFormat")
@@ -49,17 +49,17 @@ fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|w| w == needle)
 }
 
-/// A section behind the header of the file.
+/// Section after the header of the file.
 pub(super) struct Section {
     name: String,
-    /// From the `$` of its name to the end of its `$End`.
+    /// Range from the `$` of its name to the end of its `$End`.
     whole: Range<usize>,
-    /// Between the line of its name and its `$End`.
+    /// Range between the line of its name and its `$End`.
     content: Range<usize>,
 }
 
-/// All sections, one behind the other up to the end of the file. What only looks like the beginning
-/// of a section inside another is none.
+/// All sections up to the end of the file, in their order. Text inside a section that looks like
+/// the beginning of another one does not count.
 pub(super) fn sections(bytes: &[u8]) -> Result<Vec<Section>, MeshError> {
     const HEADER_END: &[u8] = b"$EndMeshFormat";
     let malformed = |byte: usize, name: &str, reason: String| MeshError::Malformed {
@@ -111,7 +111,7 @@ pub(super) fn sections(bytes: &[u8]) -> Result<Vec<Section>, MeshError> {
     }
 }
 
-/// Where the content of a section stands.
+/// Range of the content of a section.
 pub(super) fn content(sections: &[Section], name: &str) -> Option<Range<usize>> {
     let section = sections.iter().find(|s| s.name == name);
     section.map(|s| s.content.clone())
@@ -120,7 +120,8 @@ pub(super) fn content(sections: &[Section], name: &str) -> Option<Range<usize>> 
 /// Sections whose content counts: those that mshio reads, and the names of the groups.
 const USED: [&str; 4] = ["Entities", "Nodes", "Elements", "PhysicalNames"];
 
-/// Overwrites all sections that mshio does not read with blanks: what is left stands where it stood.
+/// Overwrites all sections that mshio does not read with blanks, so that the others keep their
+/// positions.
 pub(super) fn blank_other_sections(bytes: &mut [u8], sections: &[Section]) {
     let is_read = |s: &&Section| USED[..3].contains(&s.name.as_str());
     for section in sections.iter().filter(|s| !is_read(s)) {
@@ -128,8 +129,8 @@ pub(super) fn blank_other_sections(bytes: &mut [u8], sections: &[Section]) {
     }
 }
 
-/// The four counts at the head of `$Nodes` and `$Elements` (blocks, total, lowest and highest tag)
-/// and where the last one stands.
+/// Four counts at the head of `$Nodes` and `$Elements` (blocks, total, lowest and highest tag) and
+/// the range of the last one.
 fn section_header(
     bytes: &[u8],
     encoding: Encoding,
@@ -172,7 +173,7 @@ fn section_header(
     Ok((counts, at))
 }
 
-/// mshio subtracts one from the total: an empty section must not reach it.
+/// Refuses an empty section, because mshio subtracts one from the total.
 pub(super) fn check_elements_header(
     bytes: &[u8],
     encoding: Encoding,
@@ -212,7 +213,7 @@ pub(super) fn keep_node_tags(
 
 pub(super) type Names = BTreeMap<(u8, u32), String>;
 
-/// `$PhysicalNames`, which is text in binary files too: (dimension, tag) -> name.
+/// Names in `$PhysicalNames`, which is text in binary files, too, by (dimension, tag).
 pub(super) fn physical_names(bytes: &[u8], sections: &[Section]) -> Result<Names, MeshError> {
     let Some(content) = content(sections, "PhysicalNames") else {
         return Ok(Names::new());

@@ -1,9 +1,9 @@
 //! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
-//! dsaupd in mode 3, generalised problem); `sturm.rs` checks what comes out.
+//! dsaupd in mode 3, generalised problem); `sturm.rs` checks the result.
 //!
-//! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
-//! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
-//! start another run on the thread that holds the lock.
+//! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the
+//! whole process is held over a run; inside it nothing may wait for the thread pool, because the
+//! pool could start another run on the thread that holds the lock.
 
 #![expect(unsafe_code, reason = "calls of a foreign library")]
 
@@ -20,7 +20,7 @@ use crate::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
+/// Size up to which problems are left to the dense solver: the Lanczos basis would span them.
 pub(super) fn smallest_size(count: usize) -> usize {
     3 * basis(count + SPARE)
 }
@@ -72,8 +72,9 @@ fn lanczos(
     })
 }
 
-/// OpenBLAS, where ARPACK has it for its BLAS, shares its sums among all cores, and they round differently for each
-/// number of cores. On one thread the results are the same on every machine with the same processor.
+/// Restricts OpenBLAS, where it is ARPACK's BLAS, to one thread. It shares its sums among all
+/// cores, and they round differently for each number of cores. On one thread the results are the
+/// same on every machine with the same processor.
 fn blas_on_one_thread() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -85,7 +86,7 @@ fn blas_on_one_thread() {
     });
 }
 
-/// A function of a loaded library, by its name.
+/// Function of a loaded library, by its name.
 fn function(name: &CStr) -> Option<*mut std::ffi::c_void> {
     // SAFETY: the name ends with a zero byte; the default handle is always valid.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
@@ -95,13 +96,13 @@ fn function(name: &CStr) -> Option<*mut std::ffi::c_void> {
 const PROBLEM: &CStr = c"G"; // generalised
 const WHICH: &CStr = c"LM"; // the largest of the inverse
 
-/// The arrays that ARPACK works on, of the lengths that the Users' Guide asks for: resid n, v n x
-/// ncv, workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
+/// Arrays that ARPACK works on, of the lengths that the Users' Guide requires: resid n, v n x ncv,
+/// workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
 struct Run {
     n: usize,
     wanted: usize,
     vectors: usize,
-    /// n, wanted and vectors as ARPACK counts.
+    /// Numbers n, wanted and vectors as integers of ARPACK.
     counts: [c_int; 3],
     residual: Vec<f64>,
     basis: Vec<f64>,
@@ -137,7 +138,7 @@ impl Run {
         })
     }
 
-    /// dsaupd until it has converged. The lock is held.
+    /// Runs dsaupd until it has converged. The lock is held.
     fn iterate(&mut self, mass: &CscMatrix<f64>, factor: &Cholesky) -> Result<(), EigenError> {
         let n = self.n;
         let [order, columns, basis_columns] = self.counts;
@@ -198,8 +199,8 @@ impl Run {
         Ok(())
     }
 
-    /// The squared frequencies and the modes, one after the other, of a run that has converged. The
-    /// lock is still held.
+    /// Squared frequencies and modes, one after the other, of a run that has converged. The lock is
+    /// still held.
     fn extract(mut self) -> Result<(Vec<f64>, Vec<f64>), EigenError> {
         let [order, columns, basis_columns] = self.counts;
         let select = vec![0 as c_int; self.vectors];
@@ -244,7 +245,7 @@ impl Run {
     }
 }
 
-/// The start vector: our own, so that every run is the same; another one for each try.
+/// Entry of the start vector: our own, so that every run is the same; another one for each try.
 pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
     let mixed = ((i + 1) as u64 + ((attempt as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -293,7 +294,8 @@ mod tests {
 
     #[test]
     fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
+        // one.
         for count in [7, 12, 21] {
             let lattice = Lattice {
                 shape: [9, 4, 4],

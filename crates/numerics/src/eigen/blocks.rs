@@ -1,11 +1,11 @@
-//! Shift-invert Lanczos about zero in blocks (Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994)
-//! 228-272, without their shifts and restarts): for factors that are read from memory at each solve. A
-//! pass over the factor advances a whole block, and both threads take part.
+//! Shift-invert Lanczos about zero in blocks (Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15
+//! (1994) 228-272, without their shifts and restarts), for factors that are read from memory at
+//! each solve. A pass over the factor advances a whole block, and both threads take part.
 //!
-//! With A = K^-1 M and V orthonormal in the product of M, A V = V T + V' R E^T, T block tridiagonal.
-//! T s = theta s gives the mode V s with omega^2 = 1 / theta, its residual |R E^T s|. The basis is kept
-//! orthonormal in full. A multiple mode is found as often as the block is wide; what no block met is
-//! found missing by the Sturm count of `sturm.rs`.
+//! With A = K^-1 M and V orthonormal in the product of M, A V = V T + V' R E^T, T block
+//! tridiagonal. T s = theta s gives the mode V s with omega^2 = 1 / theta, its residual |R E^T s|.
+//! The basis is kept orthonormal in full. A multiple mode is found as often as the block is wide;
+//! the Sturm count of `sturm.rs` shows if a mode that no block reached is missing.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -22,16 +22,18 @@ use crate::factor::Cholesky;
 use crate::memory::ask_for;
 use crate::sparse::{product, symmetric_product};
 
-/// Columns of a block.
+/// Number of columns of a block.
 const BLOCK: usize = 8;
 /// Residual over theta at which a mode has converged.
 const CONVERGED: f64 = 1e-9;
-/// A column shorter than this, relative to the longest of all blocks, lies in the basis.
+/// A column shorter than this, relative to the longest of all blocks, counts as a part of the
+/// basis.
 const DEPENDENT: f64 = 1e-12;
-/// Share of the square of a column that must lie outside the others' span for it to be made orthogonal to them
-/// all at once: the first of two rounds may leave an error of rounding over this.
+/// Fraction of the square of a column that must lie outside the others' span for it to be made
+/// orthogonal to them in one step. The first of two rounds may leave an error of rounding over
+/// this.
 const INDEPENDENT: f64 = 1e-10;
-/// Rows that one task takes.
+/// Number of rows that one task takes.
 const ROWS: usize = 8192;
 
 /// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
@@ -54,7 +56,7 @@ pub fn lowest_modes(
     })
 }
 
-/// The `wanted` lowest modes, and how many vectors the basis has in the end.
+/// The `wanted` lowest modes, and the final number of vectors of the basis.
 fn lanczos(
     mass: &CscMatrix<f64>,
     factor: &Cholesky,
@@ -82,7 +84,7 @@ fn lanczos(
         let end = basis.columns;
         next = weighted;
         factor.solve_in_place(next.as_mut());
-        // Once more in `orthonormalise`.
+        // Repeated in `orthonormalise`.
         let shares = project_out(basis.spanned(), &mut next);
         let corner = basis.projected.get_mut(columns..end, columns..end);
         { corner }.copy_from(shares.get(columns..end, ..));
@@ -105,7 +107,7 @@ fn lanczos(
             return Ok((Modes { omega2, vectors }, end));
         }
         if next.ncols() == 0 {
-            // An invariant space without the rest of the modes: on in another one.
+            // An invariant space without the rest of the modes: continue in another one.
             let fresh = |i, j| start_entry(i + j * n, TRIES + end);
             next = Mat::from_fn(n, BLOCK.min(n - end), fresh);
             // Unknowns without mass follow the others, as in the first block.
@@ -115,7 +117,7 @@ fn lanczos(
             project_out(basis.spanned(), &mut next);
             weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;
         }
-        // Where nothing is left that has a length, as with masses whose products are no numbers, nothing comes any more.
+        // No direction has a length, as with masses whose products leave the range of f64.
         if next.ncols() == 0 || end + next.ncols() > room {
             return Err(EigenError::Basis {
                 converged,
@@ -126,20 +128,20 @@ fn lanczos(
     }
 }
 
-/// A basis that is orthonormal in the product of the mass.
+/// Basis that is orthonormal in the product of the mass.
 struct Basis {
-    /// V
+    /// Vectors V.
     vectors: Mat<f64>,
-    /// M V
+    /// Products M V.
     weighted: Mat<f64>,
     /// Lower triangle of T.
     projected: Mat<f64>,
-    /// In use.
+    /// Number of columns in use.
     columns: usize,
 }
 
 impl Basis {
-    /// The lowest of the `known` modes, with room for `most` columns.
+    /// Basis of the lowest of the `known` modes, with room for `most` columns.
     fn of(known: &Modes, wanted: usize, most: usize, mass: &CscMatrix<f64>) -> Self {
         let n = mass.nrows();
         let columns = known.count().min(wanted);
@@ -157,7 +159,7 @@ impl Basis {
         basis
     }
 
-    /// Takes more vectors in, with their products by the mass.
+    /// Appends vectors with their products by the mass.
     fn extend(&mut self, vectors: &Mat<f64>, weighted: &Mat<f64>) {
         let new = self.columns..self.columns + vectors.ncols();
         self.vectors.get_mut(.., new.clone()).copy_from(vectors);
@@ -165,14 +167,15 @@ impl Basis {
         self.columns = new.end;
     }
 
-    /// The vectors, and their products by the mass.
+    /// Vectors, and their products by the mass.
     fn spanned(&self) -> [MatRef<'_, f64>; 2] {
         [&self.vectors, &self.weighted].map(|a| a.get(.., ..self.columns))
     }
 }
 
-/// Makes the columns of `u`, already orthogonal to `basis` but for rounding, orthonormal in the product
-/// of the mass; those that depend on the others are dropped. Gives M u and R, old u = new u R.
+/// Makes the columns of `u`, already orthogonal to `basis` except for rounding, orthonormal in the
+/// product of the mass. Those that depend on the others are dropped. Returns M u and R, old u = new
+/// u R.
 fn orthonormalise(
     mass: &CscMatrix<f64>,
     basis: [MatRef<'_, f64>; 2],
@@ -183,7 +186,7 @@ fn orthonormalise(
     let mut weighted = symmetric_product(mass, u.as_ref());
     for round in 0..2 {
         if round > 0 {
-            // What was short has been stretched, and its share of the basis with it.
+            // A short column has been stretched, and its part in the basis with it.
             project_out(basis, u);
             weighted = symmetric_product(mass, u.as_ref());
         }
@@ -232,9 +235,9 @@ fn orthonormalise(
     (weighted, remainder)
 }
 
-/// Makes the columns of `u`, and `weighted` = M u, orthonormal by the Cholesky factor of u^T M u: R, old u =
-/// new u R. `None`, and nothing done, where a column depends on the others too closely for that, or what
-/// it does not share with them is shorter than `shortest`.
+/// Makes the columns of `u`, and `weighted` = M u, orthonormal by the Cholesky factor of u^T M u.
+/// Returns R, old u = new u R. `None`, without a change, where a column depends on the others too
+/// closely for that, or its independent part is shorter than `shortest`.
 fn whiten(u: &mut Mat<f64>, weighted: &mut Mat<f64>, shortest: f64) -> Option<Mat<f64>> {
     let width = u.ncols();
     let mut l = gram(u.as_ref(), weighted.as_ref());
@@ -265,14 +268,15 @@ fn whiten(u: &mut Mat<f64>, weighted: &mut Mat<f64>, shortest: f64) -> Option<Ma
     }))
 }
 
-/// Takes out of `u` its share of the basis, given with its product by the mass; gives the share.
+/// Removes from `u` its part in the basis, which is given with its product by the mass. Returns the
+/// coefficients of that part.
 fn project_out([basis, weighted]: [MatRef<'_, f64>; 2], u: &mut Mat<f64>) -> Mat<f64> {
     let shares = gram(weighted, u.as_ref());
     subtract(basis, shares.as_ref(), u.as_mut());
     shares
 }
 
-/// Column i of a times column j of b, on the calling thread.
+/// Product of column i of a and column j of b, on the calling thread.
 fn dot(a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize) -> f64 {
     const LANES: usize = 16;
     let mut sums = [0.0; LANES];
@@ -285,7 +289,7 @@ fn dot(a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize) -> f64 {
     sums.iter().sum()
 }
 
-/// Column j less a share of column i, i < j.
+/// Subtracts a share of column i from column j, i < j.
 fn minus(a: &mut Mat<f64>, j: usize, share: f64, i: usize) {
     let (left, mut right) = a.as_mut().split_at_col_mut(j);
     let from = left.rb().col(i).try_as_col_major();
@@ -297,7 +301,7 @@ fn minus(a: &mut Mat<f64>, j: usize, share: f64, i: usize) {
     }
 }
 
-/// a^T b, summed over fixed blocks of rows in their order.
+/// Product a^T b, summed over fixed blocks of rows in their order.
 fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut sum = Mat::zeros(a.ncols(), b.ncols());
     if a.nrows() == 0 || a.ncols() == 0 || b.ncols() == 0 {
@@ -318,7 +322,7 @@ fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     sum
 }
 
-/// `u -= a shares`
+/// Computes `u -= a shares`.
 fn subtract(a: MatRef<'_, f64>, shares: MatRef<'_, f64>, u: MatMut<'_, f64>) {
     if a.nrows() == 0 || a.ncols() == 0 || u.ncols() == 0 {
         return;
@@ -356,7 +360,8 @@ mod tests {
 
     #[test]
     fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
+        // one.
         for count in [7, 12, 21] {
             against_dense([9, 4, 4], 0.0, count);
         }
@@ -391,7 +396,8 @@ mod tests {
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
         against_dense([3, 2, 2], 0.1, 24);
-        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions at most.
+        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions
+        // at most.
         let spring = |i: usize| [1.0, 4.0, 9.0][i];
         let lowest = |times: usize, count: usize| {
             let m = CscMatrix::identity(3 * times);
@@ -416,7 +422,7 @@ mod tests {
         );
     }
 
-    /// Products of these masses are no numbers: no direction has a length.
+    /// Products of these masses leave the range of f64: no direction has a length.
     #[test]
     fn masses_that_are_next_to_nothing_end_in_an_error() {
         let lattice = Lattice {

@@ -1,5 +1,5 @@
-//! Coarse space of a two-level solver: the softest motions of a dense symmetric matrix beside its own diagonal, to the
-//! accuracy of a few rounds of inverse iteration.
+//! Coarse space of a two-level solver: the softest motions of a dense symmetric matrix relative to
+//! its own diagonal, to the accuracy of a few rounds of inverse iteration.
 
 use faer::diag::DiagRef;
 use faer::linalg::matmul::matmul;
@@ -12,16 +12,17 @@ use crate::dense;
 use crate::fronts::in_rows;
 use crate::sparse::product;
 
-/// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be singular or slightly
-/// indefinite (rigid motion, spin softening).
+/// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be
+/// singular or slightly indefinite (rigid motion, spin softening).
 const SHIFTS: [f64; 3] = [1e-5, 1e-3, 1e-1];
 const ROUNDS: usize = 4;
-/// Columns eliminated together.
+/// Number of columns eliminated together.
 const BLOCK: usize = 256;
 
-/// `count` motions w (n x count, fewer where n is less) that about span the eigenvectors `A w = theta diag(weights) w` of the
-/// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is far
-/// from positive semi-definite, or a weight is not positive.
+/// Motions w (n x `count`, fewer where n is less) that approximately span the eigenvectors
+/// `A w = theta diag(weights) w` of the smallest theta, ascending in theta, with
+/// `w^T diag(weights) w = 1`. Empty where A (both triangles stored) is far from positive
+/// semi-definite, or a weight is not positive.
 pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
     let n = matrix.nrows();
     let count = count.min(n);
@@ -63,9 +64,10 @@ pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> M
     }
 }
 
-/// Orthonormal columns in the inner product of `weights`; false where they are dependent.
+/// Makes the columns orthonormal in the inner product of `weights`. Returns `false` where they are
+/// dependent.
 fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
-    // Twice: one pass leaves what the condition of the columns costs.
+    // Twice: one pass loses accuracy in proportion to the condition of the columns.
     for _ in 0..2 {
         let weighted = weights * &*motions;
         let gram = dense::product(motions.transpose(), weighted.as_ref());
@@ -79,7 +81,8 @@ fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
     true
 }
 
-/// Lower Cholesky factor in place, on all threads, to the same bits however many; false where there is none.
+/// Computes the lower Cholesky factor in place, on all threads, to the same bits however many.
+/// Returns `false` where there is none.
 fn factored(mut a: MatMut<'_, f64>) -> bool {
     let n = a.nrows();
     for start in (0..n).step_by(BLOCK) {

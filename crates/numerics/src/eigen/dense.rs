@@ -1,8 +1,8 @@
 //! All modes of a dense pencil.
 //!
-//! The stiffness is factored, K = L L^T, and L^-1 M L^-T y = y / omega^2 solved: the low modes, which
-//! matter most, are then right to rounding however high the highest one is (with the mass factored
-//! their relative error would be omega_max^2 / omega^2 times larger).
+//! The stiffness is factored, K = L L^T, and L^-1 M L^-T y = y / omega^2 solved. The low modes,
+//! which matter most, are then right to rounding however high the highest one is. With the mass
+//! factored their relative error would be omega_max^2 / omega^2 times larger.
 
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
@@ -22,10 +22,10 @@ pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes,
     lowest_modes(stiffness, mass, stiffness.nrows())
 }
 
-/// The `count` lowest of the [`modes`]; motions beyond them may be without mass.
+/// The `count` lowest of the [`modes`]; motions beyond them may have no mass.
 ///
 /// # Errors
-/// As [`modes`].
+/// The errors of [`modes`].
 pub fn lowest_modes(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
@@ -34,12 +34,13 @@ pub fn lowest_modes(
     Ok(pencil(stiffness, mass, count, Massless::Refused)?.0)
 }
 
-/// All modes, ascending, and how many of them have mass. A motion without mass, or with none beside
-/// the lowest mode but for rounding, follows statically: it stands behind them at a frequency so high
-/// that nothing but its stiffness counts.
+/// All modes, ascending, and the number of them that have mass. A motion without mass, or with one
+/// that is rounding beside the lowest mode, follows statically. It comes last, with a frequency so
+/// high that nothing but its stiffness counts.
 ///
 /// # Errors
-/// As [`modes`]; [`EigenError::MassNotPositive`] where the mass of a motion is negative, or no motion has any.
+/// The errors of [`modes`]; [`EigenError::MassNotPositive`] where the mass of a motion is negative,
+/// or no motion has any.
 pub fn modes_with_massless(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
@@ -47,17 +48,17 @@ pub fn modes_with_massless(
     pencil(stiffness, mass, stiffness.nrows(), Massless::Followed)
 }
 
-/// What becomes of motions without mass.
+/// Treatment of motions without mass.
 #[derive(Clone, Copy, PartialEq)]
 enum Massless {
     Refused,
     Followed,
 }
 
-/// Beside the largest 1 / omega^2 a negative one is rounding down to this.
+/// A negative 1 / omega^2 down to this, relative to the largest one, is rounding.
 const NEGATIVE: f64 = 1e-10;
 
-/// The `count` lowest modes, and how many of them have mass.
+/// The `count` lowest modes, and the number of them that have mass.
 fn pencil(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
@@ -98,14 +99,15 @@ fn pencil(
     Ok((modes, with_mass))
 }
 
-/// Eigenvalues of a symmetric matrix (lower triangle read), the largest first, and a vector per column.
+/// Eigenvalues of a symmetric matrix (lower triangle read), the largest first, with one vector per
+/// column.
 ///
 /// # Errors
 /// [`EigenError::Dense`].
 pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
     let n = a.nrows();
-    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of order
-    // one, or all but the largest are lost in the thresholds.
+    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of
+    // order one, or all but the largest are lost in the thresholds.
     let scale = a.norm_max();
     if scale > 0.0 && scale.is_finite() {
         zip!(a.as_mut()).for_each(|unzip!(v)| *v /= scale);
@@ -119,7 +121,8 @@ pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Eig
 /// Lower Cholesky factor of a dense positive definite matrix (lower triangle read).
 ///
 /// # Errors
-/// [`EigenError::StiffnessNotPositive`] on a negative pivot or one that is zero but for rounding.
+/// [`EigenError::StiffnessNotPositive`] on a negative pivot or one that is zero except for
+/// rounding.
 pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     let n = a.nrows();
     let factor = crate::dense::cholesky(a.to_owned())
@@ -134,8 +137,8 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     Ok(factor)
 }
 
-/// Whether a symmetric matrix (lower triangle read) with `shift` added to its diagonal is positive
-/// definite: one Cholesky factorisation.
+/// Returns `true` if a symmetric matrix (lower triangle read) with `shift` added to its diagonal is
+/// positive definite, by one Cholesky factorisation.
 pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
     for i in 0..a.nrows() {
         a[(i, i)] += shift;
@@ -143,8 +146,8 @@ pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
     crate::dense::cholesky(a).is_ok()
 }
 
-/// The lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is
-/// not found.
+/// Lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is not
+/// found.
 pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
     let scale = a.norm_max();
     if scale == 0.0 {
@@ -164,7 +167,7 @@ pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
         .for_each(|rhs| crate::dense::solve_in_place(factor, rhs));
 }
 
-/// Scales the columns to unit modal mass, one below `least` counting as that.
+/// Scales the columns to unit modal mass; a modal mass below `least` counts as `least`.
 fn normalise(vectors: &mut Mat<f64>, mass: MatRef<'_, f64>, least: f64) {
     let weighted = product(mass, vectors.as_ref());
     for j in 0..vectors.ncols() {
@@ -206,7 +209,8 @@ mod tests {
 
     #[test]
     fn a_chain_has_its_textbook_frequencies_from_lowest_to_highest() {
-        // n equal masses between springs, both ends held: omega_k = 2 sqrt(k/m) sin(k pi / (2 (n+1))).
+        // n equal masses between springs, both ends held: omega_k = 2 sqrt(k/m) sin(k pi / (2
+        // (n+1))).
         let n = 40;
         let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
             0 => 2e9,
@@ -224,8 +228,9 @@ mod tests {
 
     #[test]
     fn high_modes_are_right_in_any_unit() {
-        // The chain again, larger than what the eigenvalue solver treats in one piece. Its eigenvalues
-        // 1/omega^2 are of order 1e-17 to 1e-12 in SI; scaled by 1e12 nothing but the unit changes.
+        // The chain again, larger than what the eigenvalue solver treats in one piece. Its
+        // eigenvalues 1/omega^2 are of order 1e-17 to 1e-12 in SI; scaled by 1e12 nothing but the
+        // unit changes.
         let n = 300;
         for unit in [1.0, 1e12] {
             let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
@@ -255,8 +260,8 @@ mod tests {
         assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
     }
 
-    /// Two masses on springs, and between them a point without any: under any static load the modes move it
-    /// as the springs do.
+    /// Two masses on springs, and between them a point without any: under any static load the modes
+    /// move it as the springs do.
     #[test]
     fn a_motion_without_mass_follows_statically() {
         let k = Mat::from_fn(3, 3, |i, j| {

@@ -1,5 +1,5 @@
-//! Lowest modes of K phi = omega^2 M phi, K symmetric positive definite, and M too but for unknowns
-//! without mass.
+//! Lowest modes of K phi = omega^2 M phi, with K symmetric positive definite, and M too except for
+//! unknowns without mass.
 
 pub mod arpack;
 pub mod blocks;
@@ -14,14 +14,14 @@ use super::factor::{Cholesky, FactorError};
 use super::memory::TooLittle;
 use super::sparse;
 
-/// Entries of a factor (here 128 MB) that each pass reads from memory again.
+/// Number of entries of a factor (here 128 MB) that each pass reads from memory again.
 const LARGE_FACTOR: usize = 1 << 20;
 
-/// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). Of each vector the first entry of
-/// at least half the largest magnitude is positive.
+/// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). The first entry of each vector
+/// that has at least half the largest magnitude is positive.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct Modes {
-    /// Squared angular frequencies.
+    /// Squared angular frequencies, rad2/s2.
     pub omega2: Vec<f64>,
     /// One mode per column.
     #[serde(with = "crate::stored::matrix")]
@@ -29,7 +29,7 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// No modes of a structure with so many unknowns.
+    /// Empty set of modes of a structure with so many unknowns.
     pub fn none(unknowns: usize) -> Self {
         Self {
             omega2: Vec::new(),
@@ -42,7 +42,7 @@ impl Modes {
         self.omega2.len()
     }
 
-    /// Frequencies: `sqrt(omega2) / (2 pi)`.
+    /// Frequencies `sqrt(omega2) / (2 pi)`, Hz.
     pub fn frequencies_hz(&self) -> Vec<f64> {
         self.omega2
             .iter()
@@ -51,7 +51,7 @@ impl Modes {
     }
 }
 
-/// Why modes were not found.
+/// Error of modes that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum EigenError {
@@ -93,8 +93,8 @@ pub enum EigenError {
     Factor(#[from] FactorError),
 }
 
-/// The `count` lowest modes (all of them where fewer unknowns have mass). An unknown without mass has
-/// nothing in its column of the mass, or zero on the diagonal.
+/// The `count` lowest modes (all of them where fewer unknowns have mass). An unknown without mass
+/// has no entry in its column of the mass, or zero on the diagonal.
 ///
 /// `factor` is the factorisation of `stiffness`. Small problems are solved densely, others by
 /// shift-invert Lanczos: [`arpack`], or [`blocks`] where the factor is too large for any cache.
@@ -112,8 +112,8 @@ pub fn lowest_modes(
     more_modes(stiffness, mass, count, factor, &none)
 }
 
-/// [`lowest_modes`] where the lowest of them are `known`: [`blocks`] begins with these, the other
-/// methods do without.
+/// Computes [`lowest_modes`] where the lowest of them are `known`: [`blocks`] starts from these,
+/// the other methods do not use them.
 ///
 /// # Errors
 /// See [`EigenError`].
@@ -178,7 +178,8 @@ fn fix_signs(vectors: &mut Mat<f64>) {
     }
 }
 
-/// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2 M v.
+/// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2
+/// M v.
 #[cfg(test)]
 fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, count: usize) {
     let (k, m) = (sparse::dense(k), sparse::dense(m));
@@ -217,7 +218,8 @@ mod tests {
         assert_eq!(vectors.col_as_slice(3), [0.0; 3]);
     }
 
-    /// A third of the unknowns has no mass: the modes are those of the rest, with the third condensed out.
+    /// A third of the unknowns has no mass: the modes are those of the rest, with the third
+    /// condensed out.
     #[test]
     fn unknowns_without_mass_follow_the_others() {
         let lattice = Lattice {

@@ -1,5 +1,6 @@
-//! The Sturm check: that computed modes are modes, by their residuals, and that none is missing, by a Sturm count (the inertia of
-//! K - sigma M just above the last one, Parlett, The Symmetric Eigenvalue Problem, 3.3).
+//! Sturm check. Residuals show that computed modes are modes, and a Sturm count shows that none is
+//! missing (the inertia of K - sigma M just above the last one, Parlett, The Symmetric Eigenvalue
+//! Problem, 3.3).
 
 use nalgebra_sparse::CscMatrix;
 
@@ -8,23 +9,26 @@ use crate::factor::Cholesky;
 use crate::inertia::negative_eigenvalues;
 use crate::sparse;
 
-/// Modes computed beyond those asked for, to find a gap for the Sturm count; more at each new try.
+/// Number of modes computed beyond those asked for, to find a gap for the Sturm count; more at each
+/// new try.
 pub(super) const SPARE: usize = 2;
-/// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
+/// Largest accepted `|phi - omega^2 K^-1 M phi| / |phi|`: the relative error of omega^2 is no
+/// larger.
 const RESIDUAL: f64 = 1e-8;
-/// Rounding of the solves by K, times omega^2 over the first one, is accepted too: what rounding adds of the first
-/// mode to the others is so large.
+/// Accepted rounding of the solves by K, times omega^2 over the first one. Rounding adds so much of
+/// the first mode to the others.
 const ROUNDING: f64 = 1e-14;
-/// Largest relative difference accepted between omega^2 and the Rayleigh quotient, which does not use
-/// the factor: rounding of K alone leaves its condition number times 1e-16.
+/// Largest accepted relative difference between omega^2 and the Rayleigh quotient, which does not
+/// use the factor: rounding of K alone leaves its condition number times 1e-16.
 const RAYLEIGH: f64 = 1e-5;
-/// Two eigenvalues closer than this, relatively, have no room for a shift between them.
+/// Relative distance below which two eigenvalues have no room for a shift between them.
 const GAP: f64 = 1e-6;
 
-/// Tries of a Lanczos method, each with other start vectors and more room.
+/// Number of tries of a Lanczos method, each with other start vectors and more room.
 pub(super) const TRIES: usize = 3;
 
-/// The `count` lowest modes of `lanczos(wanted, attempt)`, tried until the Sturm check accepts them.
+/// The `count` lowest modes of `lanczos(wanted, attempt)`, tried until the Sturm check accepts
+/// them.
 pub(super) fn certified_of_tries(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
@@ -50,7 +54,7 @@ pub(super) fn certified_of_tries(
     attempted(TRIES - 1)
 }
 
-/// Checks residuals and that no mode is missing, and cuts the spare modes off.
+/// Checks residuals and that no mode is missing, and drops the spare modes.
 pub(super) fn certified(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
@@ -103,8 +107,8 @@ pub(super) fn certified(
     })
 }
 
-/// The widest gap above the first `count` eigenvalues: how many lie below it, and a shift in it.
-/// Where all the spare ones coincide with the last, just above the last.
+/// Widest gap above the first `count` eigenvalues: the number of eigenvalues below it, and a shift
+/// in it. Where all the spare ones coincide with the last, the shift is just above the last.
 fn gap(omega2: &[f64], count: usize) -> (usize, f64) {
     let ratio = |i: usize| omega2[i] / omega2[i - 1];
     (count..omega2.len())

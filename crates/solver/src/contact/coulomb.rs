@@ -36,7 +36,8 @@ pub fn unilateral_coulomb(predicted: [f64; 3], friction: f64) -> (Contact, [f64;
     }
 }
 
-/// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a run.)
+/// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a
+/// run.)
 #[inline(always)]
 pub fn length(t1: f64, t2: f64) -> f64 {
     (t1 * t1 + t2 * t2).sqrt()

@@ -2,11 +2,11 @@
 //! of contact.
 //!
 //! A *pair* joins the point b of the first flank of a contact to the point j of the second (or of
-//! rigid ground) opposite; one of the two is a node, the other a weighted mean of nodes.
-//! Frame (n, t1, t2), n the unit normal FROM THE SECOND FLANK INTO THE BODY OF THE FIRST. Relative
-//! displacement X = R (u_b - u_j): X_N > 0 IS AN OPEN GAP. lambda is the contact force on the left-hand
-//! side of the equation of the body of the first flank, Z u_b + lambda = f: lambda_N < 0 IS
-//! COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
+//! rigid ground) opposite; one of the two is a node, the other a weighted mean of nodes. Frame (n,
+//! t1, t2), n the unit normal FROM THE SECOND FLANK INTO THE BODY OF THE FIRST. Relative
+//! displacement X = R (u_b - u_j): X_N > 0 IS AN OPEN GAP. lambda is the contact force on the
+//! left-hand side of the equation of the body of the first flank, Z u_b + lambda = f: lambda_N < 0
+//! IS COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
 //! X_N = -g; g < 0 is an interference.
 //!
 //! DLFT predicts the force lambda_u with which a rigid pair would stick. The law converts it to a

@@ -39,7 +39,8 @@ fn shortfall(harmonics: usize, finer: usize) -> f64 {
 /// Number of levels above the first that are tried where no solution is found on it.
 const MOST_LEVELS_UP: usize = 3;
 
-/// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
+/// An estimate below this fraction of the accuracy lets the next frequency start with fewer
+/// harmonics.
 const PLENTY: f64 = 0.2;
 
 /// Refinement in levels: balances with more and more harmonics, of which the last serves estimates

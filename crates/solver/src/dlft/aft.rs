@@ -25,7 +25,7 @@ const PERIODICITY: f64 = 1e-12;
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
 
-/// How the time evaluation of one pair ended.
+/// End of the time evaluation of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairEnd {
     /// True if the end of the last period equals its start.
@@ -43,7 +43,7 @@ pub struct PairEnd {
 /// Periods that the derivative has to go through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum History {
-    /// So many periods from the start.
+    /// A number of periods from the start.
     FromStart(usize),
     /// The last period and one before it, as the state was solved for: `slipping` is the start of
     /// the last period that slid (the state is the fixed point of that period), `last` the start of
@@ -55,8 +55,8 @@ enum History {
     },
 }
 
-/// Evaluates one pair until its contact force is periodic and writes the coefficients of that force into
-/// `lambda` (component-major, 3 x (2H+1)).
+/// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
+/// into `lambda` (component-major, 3 x (2H+1)).
 pub fn contact_forces(
     fourier: &Fourier,
     input: PairInput<'_>,

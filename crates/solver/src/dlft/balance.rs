@@ -1,5 +1,5 @@
-//! Harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian J = (I
-//! - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
+//! Harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian
+//! J = (I - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
 //!
 //! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
 //! known at once, and only the other ("active") pairs enter the linear solve.
@@ -52,7 +52,7 @@ pub struct Setting<'a> {
 
 /// Balance of one frequency.
 pub struct Balance<'a> {
-    /// What all frequencies share.
+    /// Settings and data that all frequencies share.
     pub setting: &'a Setting<'a>,
     /// Dynamic stiffness of the mean and the harmonics 1..H.
     pub stiffness: HarmonicStiffness<'a>,
@@ -308,7 +308,8 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Compression -lambda_N of a pair at the samples of its last period, N, from the `lambda_u` of an evaluation.
+    /// Compression -lambda_N of a pair at the samples of its last period, N, from the `lambda_u` of
+    /// an evaluation.
     pub fn compressions_n(&self, pair: usize, lambda_u: &[f64], signals: &mut Signals) -> Vec<f64> {
         let fourier = self.setting.fourier;
         let width = fourier.width();

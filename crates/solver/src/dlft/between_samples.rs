@@ -1,10 +1,10 @@
-//! A contact pair between two samples of a period: the instants at which it begins to slip, reverses,
-//! opens and closes, and what they add to the coefficients of its force.
+//! A contact pair between two samples of a period: the instants at which it begins to slip,
+//! reverses, opens and closes, and what they add to the coefficients of its force.
 //!
-//! The predicted force lambda_u is known at the samples, and the trapezoidal rule over them is exact
-//! for it. The contact force has corners between the samples. It is followed here from corner to
-//! corner, and its integral over the interval replaces that of the rule. Without this, friction would
-//! reverse at whole samples only, and the motion would lock to them.
+//! The predicted force lambda_u is known at the samples, and the trapezoidal rule over them is
+//! exact for it. The contact force has corners between the samples. It is followed here from corner
+//! to corner, and its integral over the interval replaces that of the rule. Without this, friction
+//! would reverse at whole samples only, and the motion would lock to them.
 //!
 //! All of it is written for real numbers and for numbers with derivatives alike.
 
@@ -108,12 +108,13 @@ pub fn pass<D: Real>(
 ) -> Passed<D> {
     let [_, from, to, _] = *window;
     let zero = D::from(0.0);
-    let (contact, force) = match from[0].re() >= 0.0 {
-        true => (Contact::Open, [zero; 3]),
-        false => (
+    let (contact, force) = if from[0].re() >= 0.0 {
+        (Contact::Open, [zero; 3])
+    } else {
+        (
             at_ends.map_or(Contact::Stick, |[before, _]| before),
             [from[0], from[1] - state[0], from[2] - state[1]],
-        ),
+        )
     };
     let mut walk = Walk {
         law,
@@ -318,7 +319,8 @@ impl<D: Real> Walk<D> {
         }
     }
 
-    /// Fraction of the way to the prediction `to` on which a closed pair leaves its cone, at most `last`.
+    /// Fraction of the way to the prediction `to` on which a closed pair leaves its cone, at most
+    /// `last`.
     fn leaves_cone(&self, to: [D; 3], last: D) -> D {
         let from = [1, 2].map(|c| self.predicted[c] - self.state[c - 1]);
         let step = [1, 2].map(|c| to[c] - self.predicted[c]);

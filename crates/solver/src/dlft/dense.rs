@@ -1,8 +1,8 @@
 //! Solution of one frequency with its Jacobian formed and factored, for few unknowns: Newton's
 //! method with exact corrections, and Powell's hybrid method, the paper's solver.
 //!
-//! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so that
-//! steps are measured in forces.
+//! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so
+//! that steps are measured in forces.
 
 use super::balance::{Balance, Evaluation, Evaluator};
 use super::newton_krylov::{load_scale, relative_residual, step_length};

@@ -1,8 +1,9 @@
 //! The parameter eps of DLFT, N/m: one value for N and one for both T of a pair.
 //!
-//! The balance with H harmonics leaves the displacements above H to the contact forces, `X_k = -lambda_k / eps` for
-//! k > H (Nacivet et al. 2003, equation 20), so that eps stands for the dynamic stiffness of the harmonics that
-//! are left out. Its choice moves the solution by no more than the truncation does.
+//! The balance with H harmonics leaves the displacements above H to the contact forces,
+//! `X_k = -lambda_k / eps` for k > H (Nacivet et al. 2003, equation 20), so that eps stands for the
+//! dynamic stiffness of the harmonics that are left out. Its choice moves the solution by no more
+//! than the truncation does.
 
 use crate::dlft::settings::EpsChoice;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -28,7 +29,8 @@ impl Eps {
         Self { choice, scale: 1.0 }
     }
 
-    /// eps per unknown of a block, N/m, for balances with so many harmonics at frequencies about `omega`, rad/s.
+    /// eps per unknown of a block, N/m, for balances with so many harmonics at frequencies about
+    /// `omega`, rad/s.
     pub fn of(&self, system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
         let mut eps = match self.choice {
             EpsChoice::Dynamic => dynamic(system, omega, harmonics.max(FEWEST_HARMONICS)),

@@ -99,8 +99,8 @@ mod tests {
         LinearReference::stuck(&problem.reduced).problem(&problem)
     }
 
-    /// At 0.01 % of critical damping the grid is a hundred times coarser than the resonance is
-    /// wide. At 10 % the peak is not where the mode is.
+    /// With 0.01 % of critical damping the grid is a hundred times coarser than the resonance is
+    /// wide. With 10 % the peak is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
         let problem = without_pairs();

@@ -1,4 +1,5 @@
-//! For unit tests: an orbit that nothing computed, and the smallest model whose curve folds.
+//! Made-up data for unit tests: an orbit that nothing computed, and the smallest model whose curve
+//! folds.
 
 use super::{Orbit, Outcome};
 use crate::contact::PairLaw;

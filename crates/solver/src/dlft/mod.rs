@@ -1,13 +1,14 @@
 //! Static state with friction and dynamic Lagrangian frequency-time harmonic balance (DLFT).
 //!
 //! Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
-//! each block has n = 3 pairs entries (N, t1, t2 per pair). `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
+//! each block has n = 3 pairs entries (N, t1, t2 per pair).
+//! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
 use serde::{Deserialize, Serialize};
 
 use crate::problem::LinearReference;
 
-/// How the solution of one frequency (or of the static state) ended.
+/// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -71,7 +72,7 @@ impl Outcome {
 /// Static state of the pairs.
 #[derive(Debug, Clone)]
 pub struct StaticState {
-    /// How the solution ended.
+    /// Outcome of the solution.
     pub outcome: Outcome,
     /// Relative displacement, m, n.
     pub x: Vec<f64>,
@@ -116,7 +117,7 @@ pub struct Orbit {
     pub frequency_hz: f64,
     /// Number of the frequency. Those asked for count from 0, rising; added ones follow.
     pub point: usize,
-    /// How the solution ended.
+    /// Outcome of the solution.
     pub outcome: Outcome,
     /// Harmonics of the motion, H.
     pub harmonics: usize,
@@ -174,7 +175,7 @@ impl Orbit {
     }
 }
 
-/// What one pair does over one period.
+/// Behaviour of one pair over one period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
     /// Status of the pair.
@@ -266,7 +267,7 @@ pub struct Response {
     pub orbits: Vec<Orbit>,
     /// Number of frequencies asked for; the others were added at peaks.
     pub asked: usize,
-    /// Ranges in which another motion was found beside that of `orbits`, ascending.
+    /// Ranges in which another motion was found in addition to that of `orbits`, ascending.
     pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,

@@ -70,7 +70,8 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
     }
 }
 
-/// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static state).
+/// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static
+/// state).
 const ROUNDING: f64 = 1e-14;
 
 /// Norms |F| and |F_1..H|. The second is at least so large that `tolerance` of it is above

@@ -268,7 +268,8 @@ struct Powers {
 }
 
 /// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
-/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle; kinetic energy (k w)^2 / 4 Y^H M Y.
+/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle; kinetic energy (k
+/// w)^2 / 4 Y^H M Y.
 fn powers(
     system: &ContactSystem<'_>,
     harmonics: usize,

@@ -7,7 +7,7 @@ use dovetail_numerics::fourier::Fourier;
 /// Number of periods of a pair that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Periods {
-    /// As many as it takes until the end of a period equals its start.
+    /// Until the end of a period equals its start.
     UntilPeriodic,
     /// A fixed number (at most [`super::aft::PLAIN_PERIODS`]), periodic or not. Pairs change their
     /// state at whole samples only, as in older programs.

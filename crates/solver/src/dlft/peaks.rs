@@ -11,8 +11,8 @@ pub const LEAST_RISE: f64 = 1e-3;
 const NEAREST: f64 = 0.02;
 /// The parabola says little where one interval is so many times wider than the other.
 const UNEVEN: f64 = 2.0;
-/// Where both neighbours of the highest point are lower than this fraction of it, they lie outside
-/// of the resonance, and a parabola through the three says nothing of its height.
+/// Fraction of the highest point below which both its neighbours lie outside of the resonance; a
+/// parabola through the three then says nothing of its height.
 const OUTSIDE: f64 = 0.9;
 /// Largest ratio of the squared height of a resonance between the three points to that of the
 /// middle one.
@@ -43,7 +43,8 @@ pub fn highest(orbits: &[Orbit], observation: usize) -> Option<(usize, f64)> {
 pub struct Top {
     /// Points in the order of their frequencies.
     pub points: [(f64, f64); 3],
-    /// Top of the curve through them, Hz: a parabola, or a resonance where both neighbours lie outside of it.
+    /// Top of the curve through them, Hz: a parabola, or a resonance where both neighbours lie
+    /// outside of it.
     pub vertex_hz: f64,
     /// Height of the vertex above the middle point, relative.
     pub rise: f64,
@@ -106,9 +107,10 @@ impl Top {
         if below + above < ONE_FREQUENCY * middle.0 {
             return None;
         }
-        let (wide, narrow, fall) = match below > above {
-            true => (0.5 * (low.0 + middle.0), above, middle.1 - high.1),
-            false => (0.5 * (middle.0 + high.0), below, middle.1 - low.1),
+        let (wide, narrow, fall) = if below > above {
+            (0.5 * (low.0 + middle.0), above, middle.1 - high.1)
+        } else {
+            (0.5 * (middle.0 + high.0), below, middle.1 - low.1)
         };
         let widths = below.max(above) / narrow;
         if widths > UNEVEN && fall * widths > LEAST_RISE * middle.1 {
@@ -117,9 +119,10 @@ impl Top {
         if self.rise <= LEAST_RISE {
             return None;
         }
-        let (from, to) = match self.vertex_hz < middle.0 {
-            true => (low.0, middle.0),
-            false => (middle.0, high.0),
+        let (from, to) = if self.vertex_hz < middle.0 {
+            (low.0, middle.0)
+        } else {
+            (middle.0, high.0)
         };
         let margin = NEAREST * (to - from);
         let is_free = (from + margin..=to - margin).contains(&self.vertex_hz);
@@ -164,8 +167,9 @@ mod tests {
         (highest, points.len())
     }
 
-    /// A mass on a spring with 1 rad/s and 0.5 % of critical damping, on a grid of 3 to 14 times its bandwidth, wherever that
-    /// lies: the parabola through the amplitudes is flat at 58 % of the peak.
+    /// A mass on a spring with 1 rad/s and 0.5 % of critical damping, on a grid of 3 to 14 times
+    /// its bandwidth, wherever that lies: the parabola through the amplitudes is flat at 58 % of
+    /// the peak.
     #[test]
     fn a_resonance_that_is_narrow_beside_the_grid_is_found() {
         let ratio = 5e-3_f64;

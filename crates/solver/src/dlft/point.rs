@@ -66,9 +66,10 @@ pub struct Neighbour {
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
     pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
-        let mean = match orbit.retention_n > 0.0 {
-            true => Mean::Retained,
-            false => Mean::Free,
+        let mean = if orbit.retention_n > 0.0 {
+            Mean::Retained
+        } else {
+            Mean::Free
         };
         Self::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
     }
@@ -208,19 +209,19 @@ fn resized(u: &[f64], entries: usize) -> Vec<f64> {
 /// Way to approach a balance.
 #[derive(Debug, Clone, Copy)]
 enum Strategy {
-    /// From the neighbour, as it is and continued.
+    /// Start from the neighbour, as it is and continued.
     FromNeighbour(Method),
-    /// From the static state without vibration.
+    /// Start from the static state without vibration.
     FromRest(Method),
-    /// From the neighbour, in this many steps in frequency.
+    /// Steps in frequency from the neighbour.
     InFrequency(u32),
-    /// From the static state, in this many steps of the vibrating part of the load.
+    /// Steps of the vibrating part of the load from the static state.
     InForce(u32),
-    /// From the static state with rounded laws ([`super::rounded`]); each solution is the start of
-    /// the next sharper one.
+    /// Start from the static state with rounded laws ([`super::rounded`]); each solution is the
+    /// start of the next sharper one.
     InSharpness,
-    /// From the static state with the coefficients of friction at most `from`, then `growth` times
-    /// that and so on. Each start lies on the straight line in 1 / mu through the last two
+    /// Start from the static state with the coefficients of friction at most `from`, then `growth`
+    /// times that and so on. Each start lies on the straight line in 1 / mu through the last two
     /// solutions.
     InFriction { from: f64, growth: f64 },
 }
@@ -453,7 +454,8 @@ impl<'a> FrequencySolver<'a> {
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
             });
-            // Rounded pairs creep under any force, so that they find the mean only where it is retained.
+            // Rounded pairs creep under any force, so that they find the mean only where it is
+            // retained.
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
             let means = if creeps && means.len() > 1 {
                 &[Mean::Retained, Mean::Free]
@@ -480,14 +482,15 @@ impl<'a> FrequencySolver<'a> {
                     }
                     let is_held = self.is_blocked_by_friction(&solved);
                     if !self.walked_off(&solved.u) {
-                        return match is_held {
-                            true => solved,
-                            false => self
-                                .with_mean_retained(frequency_hz, &solved, work)
-                                .unwrap_or(solved),
+                        return if is_held {
+                            solved
+                        } else {
+                            self.with_mean_retained(frequency_hz, &solved, work)
+                                .unwrap_or(solved)
                         };
                     }
-                    // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.
+                    // Friction holds bodies anywhere along a slot: one nearer to where they are at
+                    // rest comes first.
                     if is_held {
                         far.get_or_insert(solved);
                         continue;

@@ -31,8 +31,8 @@ const SHIFT: f64 = 1e-3;
 /// as many are looked for.
 const FIRST_FREE: usize = 3;
 const INVERSE_ITERATIONS: usize = 12;
-/// The mean has walked off when it lies this many times farther from the static state than the static state
-/// from rest and the vibration from the mean.
+/// The mean has walked off when it lies this many times farther from the static state than the
+/// static state from rest and the vibration from the mean.
 const FAR: f64 = 2.0;
 /// Stuck pairs block the motions where every motion of length 1 on all pairs has at least this
 /// squared length on the stuck ones.
@@ -47,7 +47,7 @@ pub enum Mean {
     Retained,
 }
 
-/// What holds the bodies of a model besides friction, found when first asked for.
+/// Supports of a model besides friction, and its free motions, found when first asked for.
 #[derive(Debug)]
 pub struct Holding<'a> {
     problem: &'a Problem,
@@ -163,7 +163,7 @@ impl Retention {
         !self.motions.is_empty()
     }
 
-    /// Same motions, on a spring of this fraction of the stiffness.
+    /// Retention with the same motions, on a spring of this fraction of the stiffness.
     pub fn softened(&self, fraction: f64) -> Self {
         Self {
             motions: self.motions.clone(),
@@ -261,7 +261,8 @@ pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
     norm(&difference) > FAR * (norm(anchor) + vibration)
 }
 
-/// Orthonormal vectors with which `k` is softer than a `share` of its mean stiffness, softest first.
+/// Orthonormal vectors with which `k` is softer than a `share` of its mean stiffness, softest
+/// first.
 fn softer_than(k: &Mat<f64>, mean_stiffness: f64, share: f64) -> Vec<Vec<f64>> {
     let size = k.nrows();
     let mut shifted = k.clone();
@@ -334,8 +335,8 @@ mod tests {
     use crate::dlft::balance::apply_real;
     use crate::problem::dovetail72::dovetail72;
 
-    /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded, and
-    /// `ground` N/m on the first tangential of pair 0.
+    /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded,
+    /// and `ground` N/m on the first tangential of pair 0.
     fn chain(pairs: usize, ground: f64) -> Mat<f64> {
         let mut k = Mat::zeros(3 * pairs, 3 * pairs);
         for p in 0..pairs {
@@ -414,9 +415,12 @@ mod tests {
     fn several_bodies_have_all_their_motions() {
         let one = chain(4, 0.0);
         let n = one.nrows();
-        let k = Mat::from_fn(5 * n, 5 * n, |i, j| match i / n == j / n {
-            true => one[(i % n, j % n)],
-            false => 0.0,
+        let k = Mat::from_fn(5 * n, 5 * n, |i, j| {
+            if i / n == j / n {
+                one[(i % n, j % n)]
+            } else {
+                0.0
+            }
         });
         assert_eq!(Retention::new(&k, &vec![1.0; 5 * n]).motions.len(), 10);
     }
@@ -428,7 +432,8 @@ mod tests {
             problem.reduced.stiffness = stiffness;
             problem
         };
-        // Grounded along the normals alone: both translations are free, and no more than with the normals held.
+        // Grounded along the normals alone: both translations are free, and no more than with the
+        // normals held.
         let free = problem(chain(4, 0.0));
         let holding = Holding::of(&free);
         assert!(!holding.without_contact());

@@ -167,7 +167,8 @@ pub fn derivative_rows(
     let full = 3 * width;
     let lambda_u = &signals.lambda_u;
     let (march, _) = periodic(input, lambda_u, rounding);
-    // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic state.
+    // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic
+    // state.
     let mut history = vec![0.0; 2 * full];
     let mut rows = vec![0.0; (width + 2 * full) * samples];
     for is_last in [false, true] {

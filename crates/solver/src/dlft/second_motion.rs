@@ -46,14 +46,14 @@ impl TwoMotions {
 /// Amplitudes of another motion at a frequency; `None` where there is none.
 type Other = Option<Vec<f64>>;
 
-/// Where a second motion is looked for between two neighbouring orbits.
+/// Condition for the search of a second motion between two neighbouring orbits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// In any case.
+    /// Always.
     Always,
     /// Only where the curve steps from one motion to the other.
     AtSteps,
-    /// Not at all.
+    /// Never.
     Never,
 }
 
@@ -106,9 +106,9 @@ pub fn second_motions<'s, 'a: 's>(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Small,
-    /// By more than a factor of [`STEP`].
+    /// An amplitude changes by more than a factor of [`STEP`].
     Large,
-    /// [`ABRUPT`] times as fast as on either side.
+    /// An amplitude changes [`ABRUPT`] times as fast as on either side.
     Abrupt,
 }
 
@@ -131,10 +131,12 @@ fn step(orbits: &[Orbit], above: usize) -> Step {
         let is_abrupt = sides
             .iter()
             .all(|side| side.is_some_and(|side| own > Some(ABRUPT * side)));
-        match differ(&[a], &[b]) && is_abrupt {
-            true => Step::Abrupt,
-            false if a.max(b) > STEP * a.min(b) => Step::Large,
-            false => Step::Small,
+        if differ(&[a], &[b]) && is_abrupt {
+            Step::Abrupt
+        } else if a.max(b) > STEP * a.min(b) {
+            Step::Large
+        } else {
+            Step::Small
         }
     });
     steps.max().unwrap_or(Step::Small)
@@ -165,9 +167,10 @@ fn follow<'s, 'a: 's>(
         for k in 1..=parts {
             let last = at.as_ref().map_or(from, |(neighbour, _)| neighbour);
             let way = f64::from(k) / f64::from(parts);
-            let hz = match k == parts {
-                true => to_hz,
-                false => from.frequency_hz + (to_hz - from.frequency_hz) * way,
+            let hz = if k == parts {
+                to_hz
+            } else {
+                from.frequency_hz + (to_hz - from.frequency_hz) * way
             };
             work.start_counting(None);
             let solved = solver.follow(hz, last, work)?;

@@ -11,8 +11,8 @@ pub enum Resolution {
         /// Samples of a period.
         samples: usize,
     },
-    /// As few harmonics as keep the estimated relative error of the observed amplitudes below this
-    /// value.
+    /// Relative accuracy of the observed amplitudes: as few harmonics as keep their estimated error
+    /// below this.
     Accuracy(f64),
 }
 

@@ -1,5 +1,6 @@
-//! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
-//! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
+//! Static state of the flanks under rotation: the contact laws with the mean alone, the load
+//! applied in steps so that slip keeps its history (method of the dynamic solve with H = 0, one
+//! sample a step).
 //!
 //! All pairs open is a valid state where supports and springs hold the bodies; elsewhere nothing
 //! holds them then.

@@ -341,9 +341,10 @@ impl Run<'_> {
             return false;
         }
         let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
-        let from = match orbit.outcome.has_motion() {
-            true => self.refinement.level_of(neighbour.harmonics),
-            false => 0,
+        let from = if orbit.outcome.has_motion() {
+            self.refinement.level_of(neighbour.harmonics)
+        } else {
+            0
         };
         let neighbour = Neighbour::of(neighbour, None);
         work.start_counting(self.most_seconds);

@@ -1,10 +1,10 @@
-//! Element matrices -> sparse matrices on the free degrees of freedom of a body.
+//! Assembly of element matrices to sparse matrices on the free degrees of freedom of a body.
 //!
 //! The node graph (which free nodes share an element, ties included) is built once per body and
-//! shared by stiffness, mass and geometric stiffness. Only the lower blocks, row node >= column node,
-//! are summed; the rest is their mirror, so the matrices are symmetric to the last bit. Every sum runs
-//! over the elements in ascending order whatever the number of threads: each thread owns a range of
-//! columns.
+//! shared by stiffness, mass and geometric stiffness. Only the lower blocks, row node >= column
+//! node, are summed; the rest is their mirror, so that the matrices are symmetric to the last bit.
+//! Every sum runs over the elements in ascending order whatever the number of threads: each thread
+//! has a range of columns of its own.
 
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -19,17 +19,18 @@ pub struct NodePattern {
     /// Start of each node's neighbours; one more entry than nodes.
     offsets: Vec<usize>,
     neighbours: Vec<u32>,
-    /// Where the lower blocks (neighbour >= node) of each node start among all lower blocks.
+    /// Index of the first lower block (neighbour >= node) of each node among all lower blocks.
     lower_offsets: Vec<usize>,
-    /// For every upper block, in order, the lower block it mirrors.
+    /// Lower block that each upper block mirrors, in their order.
     mirrored: Vec<u32>,
 }
 
-/// One value of `W` numbers per lower block of a [`NodePattern`] (9: row by row; 1: times the identity).
+/// Value of `W` numbers for each lower block of a [`NodePattern`] (9: row by row; 1: times the
+/// identity).
 pub type LowerBlocks<const W: usize> = Vec<[f64; W]>;
 
 impl NodePattern {
-    /// The pattern of the body's free nodes.
+    /// Pattern of the body's free nodes.
     pub fn new(body: &Body, springs: &[SpringElement]) -> Self {
         let nodes = body.dofs.free_nodes();
         let (first, elements) = elements_of_nodes(body, springs, nodes);
@@ -70,7 +71,7 @@ impl NodePattern {
                 .push(pattern.lower_offsets[node] + list.len() - upper);
             upper_offsets.push(upper_offsets[node] + upper);
         }
-        // Columns ascend, so the upper blocks of each column are met in the order of their rows.
+        // Columns ascend, so that the upper blocks of each column come in the order of their rows.
         let mut mirrored = vec![0; upper_offsets[nodes]];
         for node in 0..nodes {
             for (slot, &row) in pattern.lower(node).iter().enumerate() {
@@ -85,7 +86,7 @@ impl NodePattern {
         pattern
     }
 
-    /// Free nodes.
+    /// Number of free nodes.
     pub fn nodes(&self) -> usize {
         self.offsets.len() - 1
     }
@@ -97,12 +98,12 @@ impl NodePattern {
             .collect()
     }
 
-    /// All neighbours, ascending.
+    /// All neighbours of a node, ascending.
     fn of(&self, node: usize) -> &[u32] {
         &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
     }
 
-    /// The lower block of a neighbour of `node`, and whether the block wanted is its mirror.
+    /// Lower block of a neighbour of `node`, and whether the block wanted is its mirror.
     fn block(&self, node: usize, slot: usize) -> (usize, bool) {
         let upper_first = self.offsets[node] - self.lower_offsets[node];
         let lower_count = self.lower_offsets[node + 1] - self.lower_offsets[node];
@@ -120,8 +121,8 @@ impl NodePattern {
     }
 }
 
-/// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows and
-/// columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
+/// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows
+/// and columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
 pub fn sum_elements<const W: usize>(
     body: &Body,
     pattern: &NodePattern,
@@ -155,7 +156,7 @@ pub fn sum_elements<const W: usize>(
     sums
 }
 
-/// Consecutive parts of these sizes.
+/// Splits a slice into consecutive parts of these sizes.
 fn split<T>(mut all: &mut [T], sizes: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     sizes
         .map(|size| {
@@ -211,7 +212,7 @@ fn scatter<const W: usize>(
     }
 }
 
-/// The whole symmetric matrix (3 x 3 blocks) of lower blocks stored row by row.
+/// Whole symmetric matrix of lower blocks (3 x 3) that are stored row by row.
 pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMatrix<f64> {
     let size = 9 * pattern.neighbours.len();
     let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
@@ -225,12 +226,13 @@ pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMat
     matrix(pattern, offsets, rows, values)
 }
 
-/// The values of [`symmetric_matrix`] for other lower blocks on the same pattern.
+/// Writes the values of [`symmetric_matrix`] for other lower blocks on the same pattern.
 pub fn renew(matrix: &mut CscMatrix<f64>, pattern: &NodePattern, lower: &LowerBlocks<9>) {
     fill(pattern, lower, matrix.values_mut(), None);
 }
 
-/// The whole symmetric matrix of lower blocks that are multiples of the identity: one entry a block and column.
+/// Whole symmetric matrix of lower blocks that are multiples of the identity: one entry per block
+/// and column.
 pub fn symmetric_matrix_of_scalars(
     pattern: &NodePattern,
     lower: &LowerBlocks<1>,
@@ -264,7 +266,7 @@ fn matrix(
         .expect("one value was built for each row index")
 }
 
-/// Writes the values, and where asked the row indices, of the whole matrix, column after column.
+/// Writes the values and, if asked, the row indices of the whole matrix, column after column.
 fn fill(
     pattern: &NodePattern,
     lower: &LowerBlocks<9>,
@@ -304,7 +306,7 @@ fn fill(
         });
 }
 
-/// The nodes of an element, or of a spring: these are numbered behind the elements.
+/// Nodes of an element, or of a spring; springs are numbered after the elements.
 fn nodes_of<'a>(body: &'a Body, springs: &'a [SpringElement], e: usize) -> &'a [u32] {
     match e.checked_sub(body.elements.len()) {
         None => body.elements.of(e),

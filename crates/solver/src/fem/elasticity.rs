@@ -7,7 +7,8 @@
 //!   G_ab = integral of  g_a^T sigma g_b                                      (times I)
 //!
 //! (Zienkiewicz and Taylor, The Finite Element Method, vol. 1 ch. 6 and vol. 2 ch. 10; Bathe,
-//! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress sigma.
+//! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress
+//! sigma.
 
 use super::tables::Table;
 use crate::model::Material;
@@ -16,9 +17,9 @@ use dovetail_numerics::space::{cross, dot};
 /// Lame's constants, Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lame {
-    /// First Lame parameter.
+    /// First Lame parameter, Pa.
     pub lambda_pa: f64,
-    /// Shear modulus.
+    /// Shear modulus, Pa.
     pub mu_pa: f64,
 }
 
@@ -31,17 +32,18 @@ impl From<Material> for Lame {
     }
 }
 
-/// The map from the reference element to space, at a point.
+/// Map from the reference element to space, at a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Map {
-    /// Determinant of the Jacobian. Where it is not positive, gradients have no meaning.
+    /// Determinant of the Jacobian, m3. Where it is not positive, gradients have no meaning.
     pub determinant_m3: f64,
-    /// Inverse of the transposed Jacobian, row by row: it takes reference gradients to space.
+    /// Inverse of the transposed Jacobian, row by row: it maps reference gradients to space.
     inverse_transposed: [[f64; 3]; 3],
 }
 
 impl Map {
-    /// Of an element with its nodes at `coords_m`, where its shape functions have these gradients.
+    /// Map of an element with its nodes at `coords_m`, at a point where its shape functions have
+    /// these gradients.
     pub fn new<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> Self {
         let j = jacobian(coords_m, reference);
         // Rows of the cofactor matrix; J^-T = cofactor / det.
@@ -91,8 +93,8 @@ pub fn stiffness<const N: usize>(
     mirror_blocks(N, out);
 }
 
-/// Adds what a point of quadrature gives to the stiffness, on and below the diagonal; `g` are the
-/// gradients there, `volume_m3` is its share of the volume.
+/// Adds the contribution of a point of quadrature to the stiffness, on and below the diagonal. `g`
+/// are the gradients there, `volume_m3` is the point's part of the volume.
 pub fn add_stiffness<const N: usize>(
     g: &[[f64; 3]; N],
     volume_m3: f64,
@@ -149,8 +151,8 @@ pub fn mass<const N: usize>(
     mirror(N, out);
 }
 
-/// Element geometric stiffness, N/m, under a stress that is given at each point of the table from the
-/// gradients there: G_ab at `a N + b`.
+/// Element geometric stiffness, N/m, under a stress that is given at each point of the table from
+/// the gradients there: G_ab at `a N + b`.
 pub fn geometric_stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
     table: &Table<N>,

@@ -1,20 +1,20 @@
-//! The integrals over one element, whatever its type.
+//! Integrals over one element, whatever its type.
 
 use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
 use super::tables::{Table, Tables};
 use dovetail_mesh::element::ElementType;
 use dovetail_numerics::space::{distance, middle};
 
-/// Most nodes that an element has.
+/// Largest number of nodes of an element.
 pub const MOST_NODES: usize = 20;
 
-/// Mid-edge nodes this close to the middle, against the length of the edge, count as straight.
+/// Mid-edge nodes this close to the middle, relative to the length of the edge, count as straight.
 const STRAIGHTNESS: f64 = 1e-10;
 
-/// Integrals over elements of one type. Slices of nodal values hold one entry for each node, matrices
-/// one for each pair of nodes, row by row.
+/// Integrals over elements of one type. Slices of nodal values have one entry for each node,
+/// matrices one for each pair of nodes, row by row.
 pub trait Element: Sync + Send {
-    /// What the element looks like.
+    /// Form of the element.
     fn form(&self, coords_m: &[[f64; 3]]) -> Form;
 
     /// Stiffness, N/m, in blocks of 3 x 3. `affine` is that of [`Element::form`].
@@ -23,7 +23,8 @@ pub trait Element: Sync + Send {
     /// Consistent mass, kg, times the identity.
     fn mass(&self, coords_m: &[[f64; 3]], affine: bool, density_kg_m3: f64, out: &mut [[f64; 1]]);
 
-    /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal displacements.
+    /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal
+    /// displacements.
     fn geometric_stiffness(
         &self,
         coords_m: &[[f64; 3]],
@@ -50,30 +51,30 @@ pub trait Element: Sync + Send {
     );
 }
 
-/// What an element looks like.
+/// Form of an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Form {
-    /// Smallest Jacobian determinant over the cube of the longest edge; NaN when that edge is zero
-    /// or a coordinate is no number.
+    /// Smallest Jacobian determinant over the cube of the longest edge; NaN where that edge is zero
+    /// or a coordinate is not finite.
     pub flatness: f64,
-    /// A tetrahedron with straight edges: its Jacobian is the same everywhere.
+    /// True for a tetrahedron with straight edges, whose Jacobian is the same everywhere.
     pub affine: bool,
-    /// Its volume.
+    /// Volume, m3.
     pub volume_m3: f64,
 }
 
-/// An element whose displacement is interpolated as its positions are.
+/// Element whose displacement is interpolated like its positions.
 #[derive(Debug)]
 pub struct Isoparametric<const N: usize> {
     element: ElementType,
-    /// Its shape functions.
+    /// Shape functions.
     pub tables: Tables<N>,
-    /// Mass per unit density and Jacobian determinant of an affine element.
+    /// Mass of an affine element per unit density and Jacobian determinant.
     reference_mass: Vec<f64>,
 }
 
 impl<const N: usize> Isoparametric<N> {
-    /// Of a type with `N` nodes.
+    /// Element of a type with `N` nodes.
     pub fn new(element: ElementType) -> Self {
         let tables = Tables::new(element);
         let mut reference_mass = vec![0.0; N * N];
@@ -91,7 +92,7 @@ impl<const N: usize> Isoparametric<N> {
         }
     }
 
-    /// Whether the Jacobian is known to be the same everywhere.
+    /// Returns `true` if the Jacobian is known to be the same everywhere.
     fn is_affine(&self, coords_m: &[[f64; 3]; N]) -> bool {
         let edges = self.element.shape.edges().iter();
         let middles = &coords_m[self.element.shape.corners()..];
@@ -103,7 +104,7 @@ impl<const N: usize> Isoparametric<N> {
     }
 }
 
-/// The values of an element's nodes.
+/// Values at an element's nodes, as an array.
 pub(super) fn nodal<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values
         .try_into()
@@ -131,10 +132,11 @@ impl<const N: usize> Element for Isoparametric<N> {
                 smallest = smallest.min(determinant(coords, reference));
             }
         }
-        // Minima pass over NaN, sums do not.
-        let flatness = match volume_m3.is_finite() {
-            true => smallest / longest.powi(3),
-            false => f64::NAN,
+        // Minima skip NaN, sums do not.
+        let flatness = if volume_m3.is_finite() {
+            smallest / longest.powi(3)
+        } else {
+            f64::NAN
         };
         Form {
             flatness,
@@ -194,16 +196,17 @@ impl<const N: usize> Element for Isoparametric<N> {
         let (middle, in_middle) = map_gradients(coords, centre);
         for (reference, out) in self.tables.nodes.gradients.iter().zip(out) {
             let (det, gradients) = map_gradients(coords, reference);
-            // A curved element may be pinched at a node, though sound at its quadrature points, and
-            // a pyramid is so at its apex.
-            let gradients = match det > PINCHED * middle {
-                true => gradients,
-                false => in_middle,
+            // A curved element may be pinched at a node, though valid at its quadrature points, and
+            // a pyramid is pinched at its apex.
+            let gradients = if det > PINCHED * middle {
+                gradients
+            } else {
+                in_middle
             };
             *out = stress_at::<N>(&gradients, nodal(displacement_m), lame);
         }
     }
 }
 
-/// Where the Jacobian determinant is below this share of that in the middle, an element is pinched.
+/// Fraction of the Jacobian determinant in the middle below which an element is pinched.
 const PINCHED: f64 = 1e-3;

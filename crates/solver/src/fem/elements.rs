@@ -1,4 +1,4 @@
-//! The elements of one body, checked once: their form and which of them have straight edges.
+//! Elements of one body, checked once: their form, and which of them have straight edges.
 
 use std::ops::Deref;
 use std::sync::LazyLock;
@@ -12,7 +12,7 @@ use super::incompatible::IncompatibleHexahedron;
 use crate::model::Body;
 use dovetail_mesh::element::ElementType;
 
-/// The integrals of a type of element.
+/// Integrals of a type of element.
 pub fn element(element: ElementType) -> &'static dyn Element {
     static ALL: LazyLock<[Box<dyn Element>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
     ALL[element.number()].as_ref()
@@ -38,10 +38,12 @@ pub struct Elements<'a> {
     volumes_m3: Vec<f64>,
 }
 
-/// An element this flat, against the cube of its longest edge, counts as degenerate.
+/// An element this flat, relative to the cube of its longest edge, counts as degenerate.
 const FLATNESS: f64 = 1e-9;
 
 impl<'a> Elements<'a> {
+    /// Checks the elements of a body.
+    ///
     /// # Errors
     /// [`FemError::Inverted`] or [`FemError::Degenerate`], with the tags of the elements.
     pub fn new(body: &'a Body) -> Result<Self, FemError> {
@@ -74,7 +76,7 @@ impl<'a> Elements<'a> {
         })
     }
 
-    /// Volume of the body.
+    /// Volume of the body, m3.
     pub fn volume_m3(&self) -> f64 {
         self.volumes_m3.iter().sum()
     }
@@ -96,8 +98,8 @@ impl<'a> Elements<'a> {
         integrals(self.body, e).mass(&self.coords_m(e), self.affine[e], density, out);
     }
 
-    /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the body
-    /// ([`Element::geometric_stiffness`]).
+    /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the
+    /// body ([`Element::geometric_stiffness`]).
     pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
         let lame = Lame::from(self.body.material);
         let u = values(self.body, e, displacement_m);
@@ -105,13 +107,14 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Mass of element `e` of a body ([`Element::mass`]) by the rule that is exact for all of its type.
+/// Mass of element `e` of a body ([`Element::mass`]) by the rule that is exact for all elements of
+/// its type.
 pub(super) fn element_mass(body: &Body, e: usize, out: &mut [[f64; 1]]) {
     let coords = values(body, e, &body.nodes_m);
     integrals(body, e).mass(&coords, false, body.material.density_kg_m3, out);
 }
 
-/// The integrals of element `e` of a body.
+/// Integrals of element `e` of a body.
 pub(super) fn integrals(body: &Body, e: usize) -> &'static dyn Element {
     element(body.elements.solid(e).0)
 }

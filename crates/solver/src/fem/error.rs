@@ -1,4 +1,4 @@
-//! What can be wrong with a body, and what to do about it.
+//! Errors of a body, with their remedies.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use super::statics::SolveFailure;
 use crate::model::BodyPrestress;
 use crate::model::{Body, Rotation};
 
-/// Why the finite elements of a body were not assembled.
+/// Error of a body whose finite elements were not assembled.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum FemError {
@@ -68,8 +68,8 @@ pub enum FemError {
 }
 
 impl FemError {
-    /// What it means that the stiffness of a body, its flanks held, has a negative or zero pivot at
-    /// free node `free_node`: unstable under rotation, or not held at all.
+    /// Error for a negative or zero pivot at free node `free_node` of the stiffness of a body with
+    /// its flanks held: the body is unstable under rotation, or not held at all.
     pub fn not_positive_definite(
         body: &Body,
         rotation: Option<&Rotation>,
@@ -116,7 +116,7 @@ impl FemError {
     }
 }
 
-/// Gmsh tags of elements or nodes; prints the first few and how many more there are.
+/// Gmsh tags of elements or nodes; displays the first few and how many more there are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tags(pub Vec<u64>);
 

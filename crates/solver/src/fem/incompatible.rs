@@ -1,11 +1,11 @@
 //! Eight-node hexahedron with incompatible modes.
 //!
 //! The linear hexahedron locks in bending: it shears instead. Three internal functions 1 - xi^2,
-//! 1 - eta^2, 1 - zeta^2 for each component of the displacement, which stop at the element's faces, let
-//! it bend (Wilson, Taylor, Doherty, Ghaboussi 1973). Their gradients in space are taken by the Jacobian J_0 of the
-//! middle, scaled by det J_0 / det J, so that the element passes the patch test whatever its form
-//! (Taylor, Beresford, Wilson, Int. J. Numer. Meth. Engng 10 (1976) 1211-1219). The nine unknowns are
-//! condensed out of the stiffness; they have no mass.
+//! 1 - eta^2, 1 - zeta^2 for each component of the displacement, which stop at the element's faces,
+//! let it bend (Wilson, Taylor, Doherty, Ghaboussi 1973). Their gradients in space are taken by the
+//! Jacobian J_0 of the middle, scaled by det J_0 / det J, so that the element passes the patch test
+//! whatever its form (Taylor, Beresford, Wilson, Int. J. Numer. Meth. Engng 10 (1976) 1211-1219).
+//! The nine unknowns are condensed out of the stiffness; they have no mass.
 
 use nalgebra_sparse::na::SMatrix;
 
@@ -17,10 +17,10 @@ use dovetail_mesh::interpolation::{centre, reference_nodes};
 use dovetail_mesh::quadrature::Rule;
 
 const N: usize = 8;
-/// Nodes and internal functions.
+/// Number of nodes and internal functions.
 const ALL: usize = N + 3;
 
-/// The element of the type of eight nodes.
+/// Element of eight nodes with incompatible modes.
 #[derive(Debug)]
 pub struct IncompatibleHexahedron {
     compatible: Isoparametric<N>,
@@ -32,7 +32,7 @@ pub struct IncompatibleHexahedron {
 /// Reference gradients of the three internal functions at some points.
 type Internal = Vec<[[f64; 3]; 3]>;
 
-/// Of 1 - xi^2, 1 - eta^2, 1 - zeta^2.
+/// Reference gradients of 1 - xi^2, 1 - eta^2, 1 - zeta^2 at some points.
 fn internal(points: &[[f64; 3]]) -> Internal {
     let at = |p: &[f64; 3]| {
         [0, 1, 2].map(|k| {
@@ -45,7 +45,7 @@ fn internal(points: &[[f64; 3]]) -> Internal {
 }
 
 impl IncompatibleHexahedron {
-    /// With its tables.
+    /// Element with its tables.
     pub fn new() -> Self {
         let element = ElementType::HEX8;
         Self {
@@ -87,8 +87,8 @@ impl IncompatibleHexahedron {
         whole
     }
 
-    /// Displacements of nodes and internal functions: the internal ones are at rest under those of the
-    /// nodes.
+    /// Displacements of nodes and internal functions: the internal ones are in equilibrium under
+    /// those of the nodes.
     fn whole_displacement(
         &self,
         coords_m: &[[f64; 3]; N],
@@ -134,7 +134,7 @@ impl Default for IncompatibleHexahedron {
     }
 }
 
-/// The part of the stiffness between internal functions.
+/// Part of the stiffness between internal functions.
 fn internal_part(whole: &[[f64; 9]]) -> SMatrix<f64, 9, 9> {
     SMatrix::from_fn(|i, j| whole[(N + i / 3) * ALL + N + j / 3][3 * (i % 3) + j % 3])
 }
@@ -150,8 +150,8 @@ impl Element for IncompatibleHexahedron {
             whole[(N + i / 3) * ALL + j / 3][3 * (i % 3) + j % 3]
         });
         let factor = internal_part(&whole).cholesky();
-        // K - B^T B, B = L^-1 K_between. A matrix that is not positive definite is not finite: that of
-        // an element which its form refuses.
+        // K - B^T B, B = L^-1 K_between. The result is not finite where the matrix is not positive
+        // definite, as for an element whose form is refused.
         let condensed = factor.and_then(|f| f.l().solve_lower_triangular(&between));
         let condensed = condensed.unwrap_or_else(|| SMatrix::from_element(f64::NAN));
         for a in 0..N {

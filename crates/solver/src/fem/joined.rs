@@ -1,4 +1,4 @@
-//! What joins the bodies of a model, and what acts on them, on their free degrees of freedom.
+//! Joints of the bodies of a model, and their loads, on their free degrees of freedom.
 
 use super::FemError;
 use super::loads::add_load;
@@ -7,7 +7,8 @@ use crate::model::{
 };
 use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, Structure};
 
-/// Bodies with the joints, the excitations and the observed points of the model that their matrices are of.
+/// Bodies with the joints, the excitations and the observed points of the model that their matrices
+/// belong to.
 ///
 /// # Errors
 /// [`FemError::ContactNodeNotFree`].
@@ -46,7 +47,7 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
     })
 }
 
-/// Masters on a support are left out: a slave does not move with them.
+/// Joint of a slave. Masters on a support are left out, because a slave does not move with them.
 fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<Joint, FemError> {
     let at = |BodyNode { body, node }: BodyNode| {
         let of = &model.bodies[body];
@@ -71,7 +72,7 @@ fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<
     })
 }
 
-/// What turns the relative displacements of a pair into those of its slave node.
+/// Matrix that turns the relative displacements of a pair into those of its slave node.
 fn turned(pair: &ContactPair) -> [[f64; 3]; 3] {
     let sign = match pair.side {
         Side::First => 1.0,

@@ -1,8 +1,8 @@
 //! Loads of the scene as consistent nodal loads, and supports along one axis.
 //!
 //! A uniform traction t on a facet gives node a the force t int N_a dA, a pressure p the force
-//! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with straight edges that is
-//! nothing at the corners and a third of the facet at each mid-edge node.
+//! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with
+//! straight edges that is nothing at the corners and a third of the facet at each mid-edge node.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -11,7 +11,8 @@ use super::elements::element_mass;
 use crate::model::{AppliedLoad, Body, Traction};
 use dovetail_mesh::facet::{Share, shares};
 
-/// Adds a load on a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
+/// Adds a load on a body to `load_n` (free degrees of freedom). Loads on fixed nodes go to their
+/// support.
 pub fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
     match load {
         AppliedLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
@@ -48,9 +49,10 @@ fn add_on_surface(body: &Body, facets: &[Vec<u32>], traction: Traction, load_n: 
     }
 }
 
-/// Adds the force M a of the mass in a field of acceleration, which has a value for each node and is
-/// interpolated as the elements do. `mass` writes the mass of an element. Fixed nodes have mass too: what they
-/// carry themselves goes to the support, what the others carry of them is here.
+/// Adds the force M a of the mass in a field of acceleration, which has a value for each node and
+/// is interpolated like the elements. `element_mass` writes the mass of an element. Fixed nodes
+/// have mass, too: their own part goes to the support, the part that other nodes carry is added
+/// here.
 pub fn add_inertia(
     body: &Body,
     element_mass: impl Fn(usize, &mut [[f64; 1]]),
@@ -73,8 +75,9 @@ pub fn add_inertia(
     }
 }
 
-/// Uncouples the held dofs of a symmetric matrix: their rows and columns keep the diagonal only, so that without a
-/// load they do not move, and the matrix stays positive definite where it was.
+/// Uncouples the held degrees of freedom of a symmetric matrix: their rows and columns keep only
+/// the diagonal. Without a load they then do not move, and the matrix stays positive definite where
+/// it was.
 pub fn uncouple(matrix: &mut CscMatrix<f64>, held_dofs: &[u32]) {
     if held_dofs.is_empty() {
         return;
@@ -211,7 +214,8 @@ mod tests {
         for (i, f) in load.iter().enumerate() {
             found[i % 3] -= f;
         }
-        // Each edge is a parabola through three points; Simpson's rule is exact for x cross dx (degree 3).
+        // Each edge is a parabola through three points; Simpson's rule is exact for x cross dx
+        // (degree 3).
         let mut rim = [0.0; 3];
         for (p, m, q) in [(a, middles[0], b), (b, middles[1], c), (c, middles[2], a)] {
             for (t, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {

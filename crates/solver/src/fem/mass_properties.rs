@@ -1,25 +1,26 @@
-//! Volume, mass and centre of gravity of a body, and the centrifugal force on all of it: figures that show at a glance
-//! whether units are what they should be.
+//! Volume, mass and centre of gravity of a body, and the centrifugal force on all of it. These
+//! figures show at a glance whether the units are right.
 
 use super::element::MOST_NODES;
 use super::elements::Elements;
 use super::{FemError, spin};
 use crate::model::{Body, Rotation};
 
-/// Of one body, as its finite elements see it.
+/// Mass properties of one body, computed from its finite elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassProperties {
-    /// Volume.
+    /// Volume, m3.
     pub volume_m3: f64,
-    /// Mass, also of nodes that do not move.
+    /// Mass, including that of nodes that do not move, kg.
     pub mass_kg: f64,
-    /// Centre of gravity.
+    /// Centre of gravity, m.
     pub centre_m: [f64; 3],
-    /// Omega^2 m r, with r from the axis to the centre of gravity; none where the body does not rotate.
+    /// Centrifugal force Omega^2 m r, N, with r from the axis to the centre of gravity; `None`
+    /// where the body does not rotate.
     pub centrifugal_force_n: Option<[f64; 3]>,
 }
 
-/// Of a body; `rotation` counts only if the body rotates.
+/// Mass properties of a body; `rotation` counts only if the body rotates.
 ///
 /// # Errors
 /// [`FemError::Inverted`] or [`FemError::Degenerate`].

@@ -1,5 +1,5 @@
-//! [`Model`] -> [`Structure`]: stiffness, mass and loads of each body, with rotation where it is asked for, and what
-//! joins the bodies.
+//! Conversion of a [`Model`] to a [`Structure`]: stiffness, mass and loads of each body, with
+//! rotation where it is asked for, and the joints of the bodies.
 
 pub mod assembly;
 pub mod elasticity;
@@ -33,10 +33,10 @@ pub use error::{FemError, Tags};
 pub use joined::join;
 pub use statics::expand_to_nodes;
 
-/// All bodies, side by side. Where the prestress is that of the static state with contact, which the bodies by
-/// themselves do not tell, the stiffness is that without stress: it gives a displacement
-/// ([`stuck_displacement`](crate::reduction::stuck_displacement), or that of a static state) for
-/// [`assemble_stressed`].
+/// Assembles all bodies in parallel. Where the prestress is that of the static state with contact,
+/// which the bodies by themselves do not determine, the stiffness is that without stress. It gives
+/// a displacement ([`stuck_displacement`](crate::reduction::stuck_displacement), or that of a
+/// static state) for [`assemble_stressed`].
 ///
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
@@ -44,11 +44,11 @@ pub fn assemble(model: &Model) -> Result<Structure, FemError> {
     assemble_with(model, &statics::solve_by_cholesky)
 }
 
-/// As [`assemble`], with a linear solver of the caller's. `solve` is used for the static displacement
-/// with the flanks held, and never called where the prestress is another one.
+/// Like [`assemble`], with a linear solver of the caller's. `solve` computes the static
+/// displacement with the flanks held, and is never called where the prestress is another one.
 ///
 /// # Errors
-/// As [`assemble`].
+/// The errors of [`assemble`].
 pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter();
@@ -56,11 +56,11 @@ pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemEr
     join(model, bodies.collect::<Result<_, _>>()?)
 }
 
-/// As [`assemble`], with the stress of these displacements of all nodes of each body for prestress, whether it
-/// rotates or not.
+/// Like [`assemble`], with the prestress taken from these displacements of all nodes of each body,
+/// whether the body rotates or not.
 ///
 /// # Errors
-/// As [`assemble`].
+/// The errors of [`assemble`].
 pub fn assemble_stressed(
     model: &Model,
     displacement_m: &[Vec<[f64; 3]>],
@@ -75,11 +75,11 @@ pub fn assemble_stressed(
     join(model, bodies.collect::<Result<_, _>>()?)
 }
 
-/// One body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is the one of
-/// [`assemble`]); `rotation` counts only if the body rotates.
+/// Assembles one body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is that
+/// of [`assemble`]); `rotation` counts only if the body rotates.
 ///
 /// # Errors
-/// As [`assemble`].
+/// The errors of [`assemble`].
 pub fn assemble_body(
     body: &Body,
     rotation: Option<&Rotation>,
@@ -96,7 +96,8 @@ pub fn assemble_body(
     })
 }
 
-/// A body with the prestress of the displacement that `stressed` finds of its stiffness and its load.
+/// Matrices of a body with the prestress of the displacement that `stressed` finds from its
+/// stiffness and its load.
 fn body_matrices(
     body: &Body,
     rotation: Option<&Rotation>,

@@ -5,10 +5,10 @@
 //!   f = Omega^2 M P (x - point)            consistent mass, x interpolated as the element does
 //!   K := K + G(stress of u0) - Omega^2 P M
 //!
-//! where u0 is the linear static displacement under f with the contact nodes held, with all pairs stuck, or
-//! that of the static state with contact. The Coriolis
-//! (gyroscopic) force is left out, as in the source paper. (Geradin and Kapania, and Bathe 6.2, for
-//! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
+//! where u0 is the linear static displacement under f with the contact nodes held, with all pairs
+//! stuck, or that of the static state with contact. The Coriolis (gyroscopic) force is left out, as
+//! in the source paper. (Geradin and Kapania, and Bathe 6.2, for the initial stress stiffness;
+//! Charleux et al. 2004, section 2, for the procedure.)
 
 use super::assembly::{LowerBlocks, NodePattern, sum_elements};
 use super::elements::Elements;
@@ -49,7 +49,7 @@ pub fn geometric_stiffness(
     })
 }
 
-/// K := K - Omega^2 P M on lower blocks.
+/// Computes K := K - Omega^2 P M on lower blocks.
 pub fn add_softening(stiffness: &mut LowerBlocks<9>, mass: &LowerBlocks<1>, rotation: &Rotation) {
     let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
     let projector = perpendicular(rotation.axis);
@@ -62,7 +62,7 @@ pub fn add_softening(stiffness: &mut LowerBlocks<9>, mass: &LowerBlocks<1>, rota
     }
 }
 
-/// K := K + G on lower blocks.
+/// Computes K := K + G on lower blocks.
 pub fn add_geometric(stiffness: &mut LowerBlocks<9>, geometric: &LowerBlocks<1>) {
     for (k, g) in stiffness.iter_mut().zip(geometric) {
         for r in 0..3 {
@@ -71,7 +71,7 @@ pub fn add_geometric(stiffness: &mut LowerBlocks<9>, geometric: &LowerBlocks<1>)
     }
 }
 
-/// I - a a^T, for a of unit length.
+/// Projector I - a a^T, for a of unit length.
 fn perpendicular(axis: [f64; 3]) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|r| [0, 1, 2].map(|c| f64::from(r == c) - axis[r] * axis[c]))
 }

@@ -1,7 +1,7 @@
 //! Springs as small elements of a body.
 //!
-//! A spring of stiffness k from a surface of area A to ground is the foundation of Winkler,
-//! k / A int N_a N_b dA between the nodes a and b of a facet; from n nodes it is k / n at each. With a
+//! A spring of stiffness k from a surface of area A to ground is the foundation of Winkler, k / A
+//! int N_a N_b dA between the nodes a and b of a facet; from n nodes it is k / n at each. With a
 //! direction d these act along it alone: they are multiplied by P = d d^T, else P is the identity.
 //!
 //! A spring on a weighted sum sum_j a_j u_j of n displacements would fill a block of all its nodes.
@@ -12,24 +12,25 @@
 //! ```
 //!
 //! and n springs of stiffness c in series are one of stiffness c / n: with the r between them
-//! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of another
-//! such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they are.
+//! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of
+//! another such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they
+//! are.
 
 use crate::model::{Body, Spring, SpringChain, SpringSupport};
 use dovetail_mesh::facet::products;
 use dovetail_numerics::space::dot;
 
-/// Local nodes of a body, auxiliary ones too, and the symmetric matrix between them (3 x 3 blocks row by
-/// row, N/m).
+/// Local nodes of a body, including auxiliary ones, and the symmetric matrix between them (3 x 3
+/// blocks row by row, N/m).
 #[derive(Debug, Clone)]
 pub struct SpringElement {
-    /// Its nodes.
+    /// Nodes of the element.
     pub nodes: Vec<u32>,
-    /// A block for each pair of nodes.
+    /// Block for each pair of nodes.
     pub matrix: Vec<[f64; 9]>,
 }
 
-/// The springs of a body.
+/// Spring elements of a body.
 pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
     let of_spring = |spring: &Spring| match &spring.on {
         SpringSupport::Nodes(nodes) => {
@@ -91,7 +92,8 @@ fn links(spring: &Spring, chain: &SpringChain) -> Vec<SpringElement> {
     chain.links.iter().enumerate().map(link).collect()
 }
 
-/// How a node enters the length of a link: with all of its displacement, or with that along the spring.
+/// Contribution of a node to the length of a link: all of its displacement, or that along the
+/// spring.
 enum Factor {
     Whole(f64),
     Along(f64),
@@ -99,7 +101,7 @@ enum Factor {
 
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// d d^T, or the identity.
+/// Projector d d^T, or the identity.
 fn projector(spring: &Spring) -> [f64; 9] {
     let Some(d) = spring.direction else {
         return IDENTITY;

@@ -1,4 +1,5 @@
-//! Linear static displacements with the contact nodes held, and free dofs -> all nodes of a body.
+//! Linear static displacements with the contact nodes held, and expansion of free degrees of
+//! freedom to all nodes of a body.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -8,7 +9,7 @@ use dovetail_numerics::factor::{Cholesky, FactorError};
 use dovetail_numerics::space::norm;
 use dovetail_numerics::sparse::submatrix;
 
-/// Why a symmetric positive definite system could not be solved.
+/// Error of a symmetric positive definite system that was not solved.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SolveFailure {
@@ -25,7 +26,7 @@ pub type SolveSpd<'a> =
 /// Solves by the Cholesky factorisation of [`dovetail_numerics`].
 ///
 /// # Errors
-/// [`SolveFailure::NotPositiveDefinite`], also where a pivot is no more than rounding.
+/// [`SolveFailure::NotPositiveDefinite`], also where a pivot is only rounding.
 pub fn solve_by_cholesky(matrix: &CscMatrix<f64>, rhs: &[f64]) -> Result<Vec<f64>, SolveFailure> {
     let factor = Cholesky::factor(matrix).map_err(|error| match error {
         FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
@@ -38,12 +39,12 @@ pub fn solve_by_cholesky(matrix: &CscMatrix<f64>, rhs: &[f64]) -> Result<Vec<f64
     Ok(x)
 }
 
-/// Static displacement (m) of every node of the body under `load_n` (free dofs), with its contact
-/// nodes held besides the fixed ones.
+/// Static displacement (m) of every node of the body under `load_n` (free degrees of freedom), with
+/// its contact nodes held in addition to the fixed ones.
 ///
 /// # Errors
-/// [`FemError::LooselyHeld`] when a part of the body is held by nothing; [`FemError::TooFar`] when it
-/// moves farther than it is large.
+/// [`FemError::LooselyHeld`] where a part of the body is held by nothing; [`FemError::TooFar`]
+/// where it moves farther than it is large.
 pub fn held_displacement(
     body: &Body,
     stiffness: &CscMatrix<f64>,
@@ -68,10 +69,11 @@ pub fn held_displacement(
     prestressing(body, &free)
 }
 
-/// The displacement (m) of every node of a body, of its free dofs, where it is one that a prestress may come from.
+/// Displacement (m) of every node of a body, from its free degrees of freedom, if a prestress may
+/// be based on it.
 ///
 /// # Errors
-/// As [`held_displacement`].
+/// The errors of [`held_displacement`].
 pub fn prestressing(body: &Body, free: &[f64]) -> Result<Vec<[f64; 3]>, FemError> {
     let size = extent_m(body);
     let largest = free.iter().map(|u| u.abs()).enumerate();
@@ -88,7 +90,7 @@ pub fn prestressing(body: &Body, free: &[f64]) -> Result<Vec<[f64; 3]>, FemError
 /// Displacements of this many body sizes are rounding, not elasticity.
 const ABSURD: f64 = 1e6;
 
-/// Diagonal of the box around the body.
+/// Diagonal of the bounding box of the body, m.
 fn extent_m(body: &Body) -> f64 {
     let range = |k: usize| {
         let values = body.nodes_m.iter().map(|x| x[k]);
@@ -97,8 +99,8 @@ fn extent_m(body: &Body) -> f64 {
     norm([0, 1, 2].map(range))
 }
 
-/// Displacement (or any vector field) of every node of a body from its free dofs: fixed nodes get
-/// zero, tied ones the mean of their two nodes.
+/// Displacement (or any vector field) of every node of a body from its free degrees of freedom.
+/// Fixed nodes get zero, tied ones the mean of their two nodes.
 ///
 /// # Panics
 /// If `free` is not 3 numbers per free node.

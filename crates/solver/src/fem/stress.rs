@@ -1,4 +1,4 @@
-//! Displacements -> stresses, for export. Order xx, yy, zz, xy, yz, xz, in Pa.
+//! Stresses from displacements, for export. Order xx, yy, zz, xy, yz, xz, in Pa.
 
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ pub fn nodal_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     sums
 }
 
-/// Von Mises' equivalent stress.
+/// Von Mises equivalent stress, Pa.
 pub fn von_mises(s: [f64; 6]) -> f64 {
     let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
     let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];

@@ -16,7 +16,7 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// Of an element of `N` nodes at the points of a rule.
+    /// Table of an element of `N` nodes at the points of a rule.
     pub fn new(element: ElementType, rule: &Rule) -> Self {
         let mut table = Self {
             weights: rule.weights.clone(),
@@ -37,26 +37,27 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// What one element type needs: tables of its shape functions.
+/// Tables of the shape functions of one element type.
 #[derive(Debug, Clone)]
 pub struct Tables<const N: usize> {
-    /// In the middle ([`interpolation::centre`]).
+    /// Table in the middle ([`interpolation::centre`]).
     pub centre: Table<N>,
-    /// At the element's own nodes (weights are zero).
+    /// Table at the element's own nodes (weights are zero).
     pub nodes: Table<N>,
-    /// Exact for the internal force of a uniform stress, in curved elements too (so that they pass the
-    /// patch test), and for stiffness and geometric stiffness of affine ones (tetrahedra with
-    /// straight edges, parallelepipeds, and what corresponds to them).
+    /// Table of a rule that is exact for the internal force of a uniform stress, in curved elements
+    /// too (so that they pass the patch test), and for stiffness and geometric stiffness of affine
+    /// elements (tetrahedra with straight edges, parallelepipeds, and their counterparts).
     pub stiffness: Table<N>,
-    /// Exact for the mass of elements with straight edges, and for the volume of curved ones.
+    /// Table of a rule that is exact for the mass of elements with straight edges, and for the
+    /// volume of curved ones.
     pub mass: Table<N>,
-    /// Of tetrahedra alone: enough for the stiffness where the edges are straight. Their Jacobian is
-    /// then the same everywhere.
+    /// Table for tetrahedra alone, sufficient for the stiffness where the edges are straight and
+    /// the Jacobian is the same everywhere.
     pub affine: Option<Table<N>>,
 }
 
 impl<const N: usize> Tables<N> {
-    /// Of an element of `N` nodes.
+    /// Tables of an element of `N` nodes.
     pub fn new(element: ElementType) -> Self {
         let table = |rule: Rule| Table::new(element, &rule);
         let cube = |n| table(Rule::cube(n));

@@ -1,4 +1,4 @@
-//! Harmonic balance beside time integration, at one frequency.
+//! Comparison of harmonic balance with time integration, at one frequency.
 
 use super::IntegrationError;
 use super::steady::{Settled, Until, integrate};
@@ -8,13 +8,12 @@ use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::spectrum::Spectrum;
 
-/// What both methods tell of one period.
+/// Results of one method over one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Largest departure of the observed point from its mean, and the amplitude of harmonic 1, m;
-    /// `None` where nothing is observed.
+    /// Largest departure of the observed point from its mean, m; `None` where nothing is observed.
     pub amplitude_m: Option<f64>,
-    /// Amplitude of harmonic 1.
+    /// Amplitude of harmonic 1, m; `None` where nothing is observed.
     pub first_harmonic_m: Option<f64>,
     /// Work spent by the contact forces (friction, and impacts), J per period.
     pub contact_work_j: f64,
@@ -22,34 +21,36 @@ pub struct Figures {
     pub viscous_work_j: f64,
     /// Work of the excitation, J per period.
     pub input_work_j: f64,
-    /// What the pairs do.
+    /// Number of pairs of each status.
     pub pairs: CycleCounts,
 }
 
-/// One frequency by both methods.
+/// Results of both methods at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Frequency of the excitation's harmonic 1.
     pub frequency_hz: f64,
     /// Harmonics of the balance.
     pub harmonics: usize,
-    /// By harmonic balance.
+    /// Results of harmonic balance.
     pub balance: Figures,
-    /// By integration in time.
+    /// Results of the integration in time.
     pub integration: Figures,
-    /// Periods integrated.
+    /// Number of periods integrated.
     pub periods: usize,
-    /// Whether what is left of the transient is small enough.
+    /// True if the rest of the transient is small enough.
     pub steady: bool,
-    /// What is left of the transient: see [`Settled::transient_left`].
+    /// Rest of the transient: see [`Settled::transient_left`].
     pub transient_left: f64,
-    /// Steady force that retained the mean of what friction does not hold in both, N: see [`Orbit::retention_n`].
+    /// Steady force that retained the mean along motions that friction does not hold in both, N:
+    /// see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
 
 impl Comparison {
-    /// Relative differences, harmonic balance against integration, of amplitude, harmonic 1, contact
-    /// work and input work (the works over the input work); `None` where there is nothing to compare.
+    /// Relative differences of harmonic balance from integration, of amplitude, harmonic 1, contact
+    /// work and input work (the works relative to the input work); `None` where there is nothing to
+    /// compare.
     pub fn differences(&self) -> [Option<f64>; 4] {
         let (b, i) = (&self.balance, &self.integration);
         let relative = |ours: Option<f64>, theirs: Option<f64>| {
@@ -76,17 +77,17 @@ impl Comparison {
     }
 }
 
-/// What the integration starts from.
+/// Initial state of the integration.
 #[derive(Debug, Clone, Copy)]
 pub enum Start<'a> {
-    /// The motion found by harmonic balance.
+    /// Motion found by harmonic balance.
     Orbit,
-    /// The static state.
+    /// Static state.
     Rest(&'a StaticState),
 }
 
-/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance retained
-/// a mean, its steady force acts here, too.
+/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic
+/// balance retained a mean, its steady force acts here, too.
 ///
 /// # Errors
 /// See [`IntegrationError`].
@@ -119,8 +120,8 @@ pub fn compare(
     })
 }
 
-/// The model with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 + lambda_0 - F_0,
-/// in which no parameter of the balance enters.
+/// Problem with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 +
+/// lambda_0 - F_0, which depends on no parameter of the balance.
 fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
     let mut retained = problem.clone();
     let n = retained.reduced.static_load.on_x.len();
@@ -134,7 +135,7 @@ fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
     retained
 }
 
-/// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
+/// State of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
 pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
     let omega = std::f64::consts::TAU * orbit.frequency_hz;
     let at_start = |v: &[f64]| {
@@ -177,7 +178,7 @@ fn of_orbit(orbit: &Orbit) -> Figures {
     }
 }
 
-/// Of the motion that the integration settled to from `orbit`, or to compare with it.
+/// Figures of the motion that the integration settled to, for the comparison with `orbit`.
 fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Figures {
     let cycle = &settled.cycle;
     let motions = cycle.open_fraction.iter().zip(&cycle.slid_m);
@@ -252,7 +253,7 @@ mod tests {
         );
         let across_n: f64 = added_n.iter().step_by(3).map(|f| f.abs()).sum();
         assert!(across_n < 1e-5 * along_n, "{across_n} of {along_n}");
-        // It pulls back to where the static state has the blade.
+        // The force pulls back to where the static state has the blade.
         let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
         let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
         assert!(work_j < 0.0, "{work_j}");

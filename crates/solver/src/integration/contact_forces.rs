@@ -1,6 +1,8 @@
-//! The complementarity problem of one time step: its mean contact forces (forces, not impulses). For every pair, with u the relative velocity at the end of the
-//! step and `offset` what is added to it before the law is asked (N: the speed at which the gap may still
-//! close; T: the share of the velocity at the start of the step),
+//! Complementarity problem of one time step, for its mean contact forces (forces, not impulses).
+//!
+//! u is the relative velocity of a pair at the end of the step. `offset` is added to it before the
+//! law is applied (N: the speed at which the gap may still close; T: a share of the velocity at the
+//! start of the step).
 //!
 //! ```text
 //! u = free - D lambda,  y = u + offset
@@ -8,52 +10,53 @@
 //! |lambda_T| <= -mu lambda_N;  sliding: lambda_T = -mu lambda_N y_T / |y_T|
 //! ```
 //!
-//! as the zero of `lambda - P(lambda + r y)`, P the projection on lambda_N <= 0 and then on
-//! the disc of radius -mu lambda_N (Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991)
-//! 353-375), by Newton's method with a Jacobian kept as long as it serves; where no part of
-//! its correction helps (P has kinks, between which it can go to and fro), a few sweeps of Gauss-Seidel
-//! from pair to pair find the states from which it does.
+//! They are the zero of `lambda - P(lambda + r y)`, with P the projection on lambda_N <= 0 and then
+//! on the disc of radius -mu lambda_N (Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92
+//! (1991) 353-375), by Newton's method with a Jacobian that is kept as long as it is useful. Where
+//! no part of its correction helps (P has kinks, between which it can go to and fro), a few sweeps
+//! of Gauss-Seidel from pair to pair find the states from which it does.
 
 use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-/// Relative to the largest force: at this residual a step is solved.
+/// Residual at which a step is solved, relative to the largest force.
 const TOLERANCE: f64 = 1e-10;
-/// A residual that falls by less than this factor asks for a new Jacobian.
-/// (A Jacobian costs as much as some fifty iterations with an old one.)
+/// A residual that falls by less than this factor requires a new Jacobian. (A Jacobian costs as
+/// much as some fifty iterations with an old one.)
 const SLOW: f64 = 0.7;
-/// Corrections tried before a step is given up, halvings of one with a new Jacobian.
+/// Most corrections before a step is given up, and halvings of a correction with a new Jacobian.
 const CORRECTIONS: usize = 300;
 const HALVINGS: usize = 3;
-/// Sweeps of Gauss-Seidel where no fraction of Newton's correction helps.
+/// Number of sweeps of Gauss-Seidel where no fraction of Newton's correction helps.
 const SWEEPS: usize = 30;
 
-/// The contact problem of every step (constant step size), and the Jacobian last used.
+/// Contact problem of every step (constant step size), with the Jacobian last used.
 pub struct ContactProblem {
-    /// D, 3 pairs square: symmetric, positive definite.
+    /// Delassus matrix D, 1/kg, 3 pairs square: symmetric, positive definite.
     delassus: Mat<f64>,
-    /// Friction coefficient per pair.
+    /// Friction coefficient of each pair.
     friction: Vec<f64>,
-    /// r, one value for N and one for both T of a pair: inverse diagonal of D.
+    /// Factor r, one value for N and one for both T of a pair: inverse diagonal of D.
     scale: Vec<f64>,
     jacobian: Option<Lu>,
 }
 
-/// How a step ended: solved, or the residual that was left (relative to the largest force).
+/// End of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactEnd {
-    /// To the tolerance.
+    /// The step is solved to the tolerance.
     Solved,
-    /// Not to the tolerance.
+    /// The step is not solved to the tolerance.
     NotSolved {
-        /// What is left, relative to the largest force.
+        /// Residual that is left, relative to the largest force.
         residual: f64,
     },
 }
 
 impl ContactProblem {
-    /// With the Delassus matrix of the pairs (n x n, 1/kg) and their coefficients of friction.
+    /// Problem with the Delassus matrix of the pairs (n x n, 1/kg) and their coefficients of
+    /// friction.
     pub fn new(delassus: Mat<f64>, friction: Vec<f64>) -> Self {
         let d = |i: usize| delassus[(i, i)];
         let scale = (0..friction.len())
@@ -70,8 +73,8 @@ impl ContactProblem {
         }
     }
 
-    /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with it.
-    /// `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
+    /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with
+    /// it. `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
     pub fn solve(
         &mut self,
         free: &[f64],
@@ -129,7 +132,7 @@ impl ContactProblem {
         ContactEnd::NotSolved { residual: size }
     }
 
-    /// u = free - D lambda.
+    /// Computes u = free - D lambda.
     fn velocity(&self, free: &[f64], lambda: &[f64], u: &mut [f64]) {
         let n = u.len();
         u.copy_from_slice(free);
@@ -143,8 +146,8 @@ impl ContactProblem {
         );
     }
 
-    /// lambda - P(lambda + r (u + offset)) and the point that is projected; returns the largest entry
-    /// over the largest force.
+    /// Computes lambda - P(lambda + r (u + offset)) and the point that is projected. Returns the
+    /// largest entry over the largest force.
     fn residual(
         &self,
         offset: &[f64],
@@ -175,7 +178,7 @@ impl ContactProblem {
         worst / largest
     }
 
-    /// I - P' (I - r D).
+    /// Jacobian I - P' (I - r D).
     fn derivative(&self, argument: &[f64]) -> Mat<f64> {
         let n = argument.len();
         let slopes: Vec<[[f64; 3]; 3]> = self
@@ -202,7 +205,7 @@ impl ContactProblem {
         jacobian
     }
 
-    /// Sweeps of Gauss-Seidel; `u` belongs to `lambda` before and, but for rounding, after.
+    /// Runs sweeps of Gauss-Seidel; `u` belongs to `lambda` before and, except for rounding, after.
     fn sweep(&self, offset: &[f64], lambda: &mut [f64], u: &mut [f64]) {
         for _ in 0..SWEEPS {
             for (pair, &mu) in self.friction.iter().enumerate() {
@@ -226,7 +229,7 @@ impl ContactProblem {
     }
 }
 
-/// Projection on lambda_N <= 0, then on the disc of radius -mu lambda_N.
+/// Projects on lambda_N <= 0, then on the disc of radius -mu lambda_N.
 fn project([normal, t1, t2]: [f64; 3], mu: f64) -> [f64; 3] {
     if normal >= 0.0 {
         return [0.0; 3];
@@ -334,7 +337,7 @@ mod tests {
     #[test]
     fn the_jacobian_of_the_contact_forces_is_that_by_differences() {
         let problem = problem(4, 0.3, 0.4);
-        // What is projected: a pair that sticks, two that slide, one that is open.
+        // Points that are projected: a pair that sticks, two that slide, one that is open.
         let argument: Vec<f64> = [
             [-5.0, 0.3, 0.1],
             [-1.0, 0.9, -1.4],

@@ -10,17 +10,17 @@
 //! ```
 //!
 //! [`step`] is Moreau's time stepping (J. J. Moreau, *Unilateral contact and dry friction in finite
-//! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with the
-//! trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`] goes on to the
-//! steady state and measures a period; [`compare`] puts that beside the orbit of harmonic balance. Only
-//! the last knows of DLFT.
+//! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with
+//! the trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`]
+//! goes on to the steady state and measures a period; [`compare`] puts that beside the orbit of
+//! harmonic balance. Only the last knows of DLFT.
 
 pub mod compare;
 pub mod contact_forces;
 pub mod steady;
 pub mod step;
 
-/// Why a motion could not be integrated.
+/// Error of a motion that was not integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum IntegrationError {

@@ -1,4 +1,4 @@
-//! Period after period to the steady state, and what is measured over a period.
+//! Integration period after period to the steady state, and measurement of a period.
 
 use super::IntegrationError;
 use super::step::{State, Stepper, Work};
@@ -6,68 +6,68 @@ use faer::c64;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Most periods.
+/// Largest number of periods.
 pub const MOST_PERIODS: usize = 1_000_000;
 /// Most steps in all periods: days of computing.
 pub const MOST_STEPS_IN_ALL: usize = 2_000_000_000;
-/// Periods in a row whose estimate must be below the tolerance.
+/// Number of successive periods whose estimate must be below the tolerance.
 const IN_A_ROW: usize = 3;
-/// Changes from period to period that the estimate is made from.
+/// Number of changes from period to period that the estimate is made from.
 const WINDOW: usize = 8;
 
-/// An observed displacement over one period, m.
+/// Observed displacement over one period, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObservedCycle {
-    /// Mean over the period.
+    /// Mean over the period, m.
     pub mean_m: f64,
-    /// Largest departure from the mean.
+    /// Largest departure from the mean, m.
     pub amplitude_m: f64,
-    /// Cosine and sine part of harmonic 1.
+    /// Cosine and sine part of harmonic 1, m.
     pub first_harmonic_m: [f64; 2],
 }
 
-/// One period of the motion.
+/// Measurements over one period of the motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
-    /// The motion of each observed point.
+    /// Motion of each observed point.
     pub observed: Vec<ObservedCycle>,
     /// Work over the period.
     pub work: Work,
-    /// Distance slid in the period, per pair, m.
+    /// Distance that each pair slides in the period, m.
     pub slid_m: Vec<f64>,
-    /// Fraction of the period without contact force, per pair.
+    /// Fraction of the period without contact force, for each pair.
     pub open_fraction: Vec<f64>,
 }
 
-/// Where to stop.
+/// Criterion that ends the integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Until {
-    /// Where to stop at the latest.
+    /// Largest number of periods.
     pub most_periods: usize,
-    /// Stop before, where what is left of the transient of every observed point is estimated at less
-    /// than this fraction of its amplitude. 0: all periods.
+    /// Fraction of the amplitude of every observed point below which the estimated rest of its
+    /// transient ends the integration. 0: all periods are integrated.
     pub tolerance: f64,
 }
 
-/// The last period integrated.
+/// Result of an integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settled {
-    /// What was measured over it.
+    /// Measurements over the last period.
     pub cycle: Cycle,
-    /// How many were integrated.
+    /// Number of periods that were integrated.
     pub periods: usize,
-    /// Estimate of what is left of the transient, relative to the amplitude; infinite where there is no
+    /// Estimated rest of the transient, relative to the amplitude; infinite where there is no
     /// estimate (less than three periods, or a transient that grows).
     pub transient_left: f64,
-    /// `transient_left` was below the tolerance three times in a row.
+    /// True if `transient_left` was below the tolerance three times in a row.
     pub steady: bool,
 }
 
-/// Integrates from `state` (left at the end of the last period) until steady.
+/// Integrates from `state` until steady; `state` is left at the end of the last period.
 ///
-/// What is left of a transient that decays geometrically, z_k = z + A r^k, follows from the changes of
-/// harmonic 1 (complex) from period to period: r with the least squares of dz_k - r dz_(k-1) over the last periods,
-/// left = |dz_k r / (1 - r)|.
+/// The rest of a transient that decays geometrically, z_k = z + A r^k, follows from the changes of
+/// harmonic 1 (complex) from period to period: r with the least squares of dz_k - r dz_(k-1) over
+/// the last periods, rest = |dz_k r / (1 - r)|.
 ///
 /// # Errors
 /// Contact forces not found, a motion that is not finite.
@@ -102,7 +102,7 @@ pub fn integrate(
     }
 }
 
-/// Harmonic 1 of the observed points in the last periods, as many as [`WINDOW`] changes lie between.
+/// Harmonic 1 of the observed points in the last periods, with [`WINDOW`] changes between them.
 #[derive(Default)]
 struct History(VecDeque<Vec<[f64; 2]>>);
 
@@ -114,7 +114,7 @@ impl History {
         self.0.push_back(period);
     }
 
-    /// Estimate of what is left of the transient, of the worst observed point.
+    /// Estimated rest of the transient at the worst observed point.
     fn transient_left(&self) -> f64 {
         let Some(last) = self.0.back() else {
             return f64::INFINITY;
@@ -127,8 +127,8 @@ impl History {
     }
 }
 
-/// What is left at the end of a series that tends to a limit, relative to its last entry. Of a steady motion only
-/// rounding is left, whose changes do not grow either.
+/// Rest at the end of a series that tends to a limit, relative to its last entry. In a steady
+/// motion it is rounding, whose changes do not grow either.
 fn left_of(z: &[c64]) -> f64 {
     let changes: Vec<c64> = z.windows(2).map(|z| z[1] - z[0]).collect();
     let ([.., size], [.., moved]) = (z, &changes[..]) else {
@@ -238,7 +238,7 @@ fn observe(signal: &[f64]) -> ObservedCycle {
 mod tests {
     use super::*;
 
-    /// What is estimated to be left after each of the first `periods` of a series, from the third on.
+    /// Estimated rest after each of the first `periods` of a series, from the third on.
     fn left_after(periods: i32, z: impl Fn(i32) -> [f64; 2]) -> Vec<f64> {
         let mut history = History::default();
         let left = (0..periods).map(|k| {

@@ -1,7 +1,8 @@
 //! One time step: Moreau's scheme with the trapezoidal rule.
 //!
-//! With X+ = X + h (V + V+)/2 and the equations of motion at the mean of both ends of the step, the mean
-//! velocity Vm = (V + V+)/2 follows from (q eliminated; s = 2/h, c = s + b, all diagonal in the modes)
+//! With X+ = X + h (V + V+)/2 and the equations of motion at the mean of both ends of the step, the
+//! mean velocity Vm = (V + V+)/2 follows from (q eliminated; s = 2/h, c = s + b, all diagonal in
+//! the modes)
 //!
 //! ```text
 //! d = c + (a + h/2) w^2
@@ -10,25 +11,27 @@
 //! q'm = (fm + s (q' + p^T V) - w^2 q - c p^T Vm) / d
 //! ```
 //!
-//! S is constant. lambda is the mean contact force of the step. It obeys the contact law together with
-//! velocities near the end of the step:
+//! S is constant. lambda is the mean contact force of the step. It follows the contact law together
+//! with velocities near the end of the step:
 //!
-//! * N: V+ >= -gap / h, or V+ >= 0 where there is no gap: a gap closes within a step and not faster, no
-//!   impact rebounds. What a landing pair penetrates within its step is taken back at once.
-//! * T: (V+ + k V) / (1 + k), k = 2/3. With k = 0 friction would lag by half a step, which turns its
-//!   phase; with k = 1 a pair that stops would go on to and fro for ever; so the lag is a tenth of a
-//!   step, and what is left of the velocity of a pair that stops falls by k at every step.
+//! * N: V+ >= -gap / h, or V+ >= 0 where there is no gap: a gap closes within a step and not
+//!   faster, and no impact rebounds. The penetration of a landing pair within its step is corrected
+//!   at once.
+//! * T: (V+ + k V) / (1 + k), k = 2/3. With k = 0 friction would lag by half a step, which turns
+//!   its phase; with k = 1 a pair that stops would go on to and fro for ever. With 2/3 the lag is a
+//!   tenth of a step, and the remaining velocity of a pair that stops falls by k at every step.
 //!
-//! A pair with springs of stiffness kappa touches at a point that stands at w while the mean displacement of the step is
-//! Xm = X + h (V + V+)/4. Its law is that of the motion of that point in the step, Xm - lambda / kappa - w (N: w = -gap), here
-//! as a velocity, times 4/h: `V+ + V + 4 (X - w) / h - 4 lambda / (kappa h)`. What the springs store they give back.
+//! A pair with springs of stiffness kappa touches at a point at w while the mean displacement of
+//! the step is Xm = X + h (V + V+)/4. Its law is that of the motion of that point in the step,
+//! Xm - lambda / kappa - w (N: w = -gap), here as a velocity, times 4/h:
+//! `V+ + V + 4 (X - w) / h - 4 lambda / (kappa h)`. The springs return the energy that they store.
 //!
-//! The trapezoidal rule dissipates nothing of its own: but for what landing pairs penetrate,
+//! The trapezoidal rule itself dissipates nothing: except for the penetration of landing pairs,
 //! input = damping + contact work, step by step.
 //!
-//! **Fitted step.** With h = (2/w) tan(w t_step / 2) in the place of t_step, differing by (w t_step)^2/12,
-//! the rule is exact for motion at the frequency w of the excitation: a resonance is not shifted by the
-//! step, however light its damping.
+//! **Fitted step.** With h = (2/w) tan(w t_step / 2) in the place of t_step, differing by
+//! (w t_step)^2/12, the rule is exact for motion at the frequency w of the excitation: a resonance
+//! is not shifted by the step, however light its damping.
 
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
@@ -41,20 +44,20 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use std::f64::consts::TAU;
 
-/// k: share of the tangential velocity at the start of a step, that at its end counting 1.
+/// Weight k of the tangential velocity at the start of a step, relative to that at its end.
 const START_SHARE: f64 = 2.0 / 3.0;
 /// Fewest steps of a period.
 pub const LEAST_STEPS: usize = 16;
-/// Most steps of a period: beyond, a step is lost in the rounding of the motion.
+/// Most steps of a period: with more, a step is lost in the rounding of the motion.
 pub const MOST_STEPS: usize = 1_000_000;
 
-/// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the last
-/// step.
+/// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the
+/// last step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// X, m.
+    /// Relative displacements X, m.
     pub x: Vec<f64>,
-    /// X', m/s.
+    /// Relative velocities X', m/s.
     pub v: Vec<f64>,
     /// Amplitudes of the stuck modes.
     pub q: Vec<f64>,
@@ -62,12 +65,12 @@ pub struct State {
     pub q_rate: Vec<f64>,
     /// Mean contact force of the step that led here, N.
     pub lambda: Vec<f64>,
-    /// Where the points stand that touch, of pairs with springs, m.
+    /// Positions of the points that touch, for pairs with springs, m.
     pub touching: Vec<f64>,
 }
 
 impl State {
-    /// At rest at `x` under `lambda`, the stuck modes deflected by the static load.
+    /// State at rest at `x` under `lambda`, with the stuck modes deflected by the static load.
     pub fn at_rest(problem: &Problem, x: &[f64], lambda: &[f64]) -> Self {
         let on_modes = problem.reduced.static_load.on_modes.iter();
         Self {
@@ -83,7 +86,7 @@ impl State {
         }
     }
 
-    /// Whether all numbers are finite.
+    /// Returns `true` if all numbers are finite.
     pub fn is_finite(&self) -> bool {
         [&self.x, &self.v, &self.q, &self.q_rate]
             .iter()
@@ -94,17 +97,17 @@ impl State {
 /// Work done in one step, J.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
-    /// By the excitation.
+    /// Work of the excitation.
     pub input_j: f64,
-    /// Spent by tangential contact forces.
+    /// Work spent by tangential contact forces.
     pub friction_j: f64,
-    /// Spent by normal contact forces: impacts.
+    /// Work spent by normal contact forces: impacts.
     pub impact_j: f64,
-    /// Spent by the Rayleigh damping.
+    /// Work spent by the Rayleigh damping.
     pub viscous_j: f64,
 }
 
-/// What is constant from step to step, and working space.
+/// Constants of all steps, and working space.
 pub struct Stepper<'a> {
     problem: &'a Problem,
     damping: Rayleigh,
@@ -112,20 +115,20 @@ pub struct Stepper<'a> {
     omega_rad_s: f64,
     /// Fitted step, s.
     h: f64,
-    /// S^-1.
+    /// Inverse S^-1.
     inverse: Mat<f64>,
-    /// p^T.
+    /// Transposed coupling p^T.
     coupling_t: Mat<f64>,
-    /// d, per mode.
+    /// Factor d of each mode.
     modal: Vec<f64>,
     contact: ContactProblem,
-    /// K X, M V and p^T V of the present state.
+    /// Products K X, M V and p^T V of the present state.
     kx: Vec<f64>,
     mv: Vec<f64>,
     pv: Vec<f64>,
 }
 
-/// 1 / kappa of a pair (N, t1, t2), m/N; 0 for rigid contact.
+/// Compliances 1 / kappa of a pair (N, t1, t2), m/N; 0 for rigid contact.
 fn compliances(law: &PairLaw) -> [f64; 3] {
     law.stiffness.map_or([0.0; 3], |springs| {
         let along = 1.0 / springs.tangential_n_m;
@@ -133,7 +136,8 @@ fn compliances(law: &PairLaw) -> [f64; 3] {
     })
 }
 
-/// Where the points stand that touch while the pairs are displaced by `x` under `lambda`: in N at the clearance.
+/// Positions of the points that touch while the pairs are displaced by `x` under `lambda`; in N
+/// they are at the clearance.
 pub fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
     let mut touching = vec![0.0; x.len()];
     for (pair, law) in problem.laws.iter().enumerate() {
@@ -147,7 +151,7 @@ pub fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Stepper<'a> {
-    /// `steps` steps per period of `frequency_hz`.
+    /// Stepper with `steps` steps per period of `frequency_hz`.
     ///
     /// # Errors
     /// A frequency that is not above 0, too few steps, or a singular step matrix.
@@ -226,12 +230,12 @@ impl<'a> Stepper<'a> {
         })
     }
 
-    /// What is integrated.
+    /// Problem that is integrated.
     pub fn problem(&self) -> &'a Problem {
         self.problem
     }
 
-    /// Steps in a period.
+    /// Number of steps in a period.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -241,7 +245,7 @@ impl<'a> Stepper<'a> {
         self.omega_rad_s / TAU
     }
 
-    /// Must be called where a state did not come from [`Stepper::advance`].
+    /// Prepares for a state that does not come from [`Stepper::advance`].
     pub fn prepare(&mut self, state: &State) {
         apply(&self.problem.reduced.stiffness, &state.x, &mut self.kx);
         apply(&self.problem.reduced.mass, &state.v, &mut self.mv);
@@ -272,7 +276,7 @@ impl<'a> Stepper<'a> {
         load
     }
 
-    /// Takes `state` from step `step` of a period to the next.
+    /// Advances `state` from step `step` of a period to the next.
     ///
     /// # Errors
     /// The residual of the contact forces, where they were not found.
@@ -301,7 +305,7 @@ impl<'a> Stepper<'a> {
             ContactEnd::Solved => {}
             ContactEnd::NotSolved { residual } => return Err(residual),
         }
-        // The springs are no part of the motion.
+        // The springs do not belong to the motion.
         for (pair, law) in problem.laws.iter().enumerate() {
             for (c, compliance) in compliances(law).into_iter().enumerate() {
                 v[3 * pair + c] += 4.0 / h * compliance * state.lambda[3 * pair + c];
@@ -344,7 +348,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// fm + s (q' + p^T V) - w^2 q.
+    /// Computes fm + s (q' + p^T V) - w^2 q.
     fn known_on_modes(&self, state: &State, modal_force: &[f64]) -> Vec<f64> {
         let (problem, s) = (self.problem, 2.0 / self.h);
         (0..self.modal.len())
@@ -357,7 +361,7 @@ impl<'a> Stepper<'a> {
             .collect()
     }
 
-    /// V+ with lambda = 0.
+    /// Velocity V+ with lambda = 0.
     fn velocity_without_contact(&self, state: &State, force: &[f64], known: &[f64]) -> Vec<f64> {
         let problem = self.problem;
         let s = 2.0 / self.h;
@@ -378,7 +382,7 @@ impl<'a> Stepper<'a> {
         free
     }
 
-    /// Vm and q'm, from the velocities at both ends of the step.
+    /// Mean rates Vm and q'm, from the velocities at both ends of the step.
     fn mean_rates(&self, v_start: &[f64], v_end: &[f64], pv_end: &[f64], known: &[f64]) -> Rates {
         let c = 2.0 / self.h + self.damping.mass_per_s;
         let pv = mean(&self.pv, pv_end);
@@ -424,7 +428,7 @@ impl<'a> Stepper<'a> {
 struct Rates {
     /// Vm, m/s.
     v: Vec<f64>,
-    /// q'm.
+    /// q'm, in modal units per second.
     q: Vec<f64>,
     /// p^T Vm.
     pv: Vec<f64>,
@@ -434,13 +438,13 @@ fn mean(x: &[f64], y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| 0.5 * (x + y)).collect()
 }
 
-/// y = A x.
+/// Computes y = A x.
 fn apply(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     y.fill(0.0);
     add(a, x, y);
 }
 
-/// y += A x.
+/// Computes y += A x.
 fn add(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     let rows = y.len();
     matmul(

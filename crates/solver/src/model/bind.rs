@@ -15,7 +15,8 @@ use dovetail_mesh::Mesh;
 /// Resolves every name of the scene against the mesh, for a scene without files of fields.
 /// Otherwise use [`bind_with_fields`].
 ///
-/// # Errors The errors of [`bind_with_fields`].
+/// # Errors
+/// The errors of [`bind_with_fields`].
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     bind_with_fields(assembly, mesh, &SurfaceFields::new())
 }
@@ -26,8 +27,9 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
 /// Pairs are ordered contact by contact, each along the slot and then across it, whatever the
 /// numbering of the mesh. An observation is the mean of the nodes of its group.
 ///
-/// # Errors A name that the mesh does not have, a group of the wrong kind, or a file that `fields`
-/// lacks: see [`ModelError`].
+/// # Errors
+/// A name that the mesh does not have, a group of the wrong kind, or a file that `fields` lacks:
+/// see [`ModelError`].
 pub fn bind_with_fields(
     assembly: &Assembly,
     mesh: &Mesh,

@@ -179,7 +179,8 @@ impl BodyBuilder {
     /// Puts the middle nodes of the flanks' edges, which move with the mean of their corners, half
     /// way between these. Returns `None` where all of them are there already.
     ///
-    /// # Errors Elements fold over themselves after the change.
+    /// # Errors
+    /// Elements fold over themselves after the change.
     pub(super) fn straighten_flanks(
         &mut self,
         mesh: &Mesh,
@@ -220,14 +221,15 @@ impl BodyBuilder {
                 }
             }
         }
-        match folded.is_empty() {
-            true => Ok(Some(found)),
-            false => Err(ModelError::FoldedAtFlank {
+        if folded.is_empty() {
+            Ok(Some(found))
+        } else {
+            Err(ModelError::FoldedAtFlank {
                 body: self.name.clone(),
                 count: folded.len(),
                 tags: folded.into_iter().take(5).collect(),
                 largest_m: found.largest_m,
-            }),
+            })
         }
     }
 

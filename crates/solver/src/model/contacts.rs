@@ -82,9 +82,10 @@ impl Surface {
 pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
     const ALIKE: f64 = 1e-2;
     let [a, b] = [first, second].map(|s| s.flank.facet_area_m2());
-    match b < (1.0 - ALIKE) * a {
-        true => Side::Second,
-        false => Side::First,
+    if b < (1.0 - ALIKE) * a {
+        Side::Second
+    } else {
+        Side::First
     }
 }
 

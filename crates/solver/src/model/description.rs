@@ -65,14 +65,14 @@ pub enum BodyMesh {
         path: PathBuf,
         /// Units of the file.
         units: Units,
-        /// Position of the body.
+        /// Placement of the body.
         placement: Placement,
     },
     /// Copy of another body, as it is in its own place.
     CopyOf {
         /// Name of the other body.
         body: String,
-        /// Position of the copy.
+        /// Placement of the copy.
         placement: Placement,
     },
 }

@@ -184,8 +184,8 @@ fn outer_faces(
 }
 
 /// Direction in which most of the length of a surface's edge runs (of all edges, where the surface
-/// is closed), its largest component positive. On a skewed flank, a parallelogram, that is the slot;
-/// the axis of inertia would be a third of a degree off.
+/// is closed), its largest component positive. On a skewed flank, a parallelogram, that is the
+/// slot; the axis of inertia would be a third of a degree off.
 fn direction_of_edge(facets: &[Vec<u32>], x: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
     let mut uses: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for facet in facets {

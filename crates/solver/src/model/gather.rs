@@ -12,8 +12,8 @@ use dovetail_mesh::{Group, Mesh};
 /// Adds the bodies that have meshes of their own to the mesh that the others share. `read` gives
 /// the mesh of a file; each file is read once.
 ///
-/// # Errors The errors of `read`, and [`ModelError`] where a volume or the original of a copy is
-/// missing.
+/// # Errors
+/// The errors of `read`, and [`ModelError`] where a volume or the original of a copy is missing.
 pub fn gather<E: From<ModelError>>(
     assembly: &Assembly,
     shared: Option<Mesh>,
@@ -111,9 +111,10 @@ fn add_short_names(mesh: &mut Mesh, parts: &BTreeMap<&str, Mesh>) {
 /// Name of a group from the view of a body: a group of its own mesh comes before that of another.
 pub fn name_for<'a>(mesh: &Mesh, body: &str, name: &'a str) -> std::borrow::Cow<'a, str> {
     let own = format!("{body}.{name}");
-    match mesh.groups.contains_key(&own) {
-        true => own.into(),
-        false => name.into(),
+    if mesh.groups.contains_key(&own) {
+        own.into()
+    } else {
+        name.into()
     }
 }
 

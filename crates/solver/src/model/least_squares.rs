@@ -61,9 +61,12 @@ impl Fit {
     fn of(points_m: &[[f64; 3]], near: &[(usize, f64)]) -> Self {
         // The farthest point has a weight too.
         let reach = 1.2 * near.last().map_or(0.0, |(_, square)| *square);
-        let weight = |&(_, square): &(usize, f64)| match reach > 0.0 {
-            true => (1.0 - square / reach).powi(2),
-            false => 1.0,
+        let weight = |&(_, square): &(usize, f64)| {
+            if reach > 0.0 {
+                (1.0 - square / reach).powi(2)
+            } else {
+                1.0
+            }
         };
         let mut weights: Vec<f64> = near.iter().map(weight).collect();
         let sum: f64 = weights.iter().sum();
@@ -114,9 +117,10 @@ impl Fit {
         {
             if variance > least {
                 let [along, across] = REACH;
-                let reach = match variance > LINE * self.variances[2] {
-                    true => along,
-                    false => across,
+                let reach = if variance > LINE * self.variances[2] {
+                    along
+                } else {
+                    across
                 };
                 let far = reach * variance.sqrt();
                 let along = dot(from_middle, direction).clamp(-far, far);

@@ -260,9 +260,10 @@ fn interpolation_error(
         (re - pressures_pa[i][0]).hypot(im - pressures_pa[i][1])
     };
     let misses: Vec<f64> = (0..points_m.len()).into_par_iter().map(miss).collect();
-    Some(match size > 0.0 {
-        true => rms(misses.into_iter()) / size,
-        false => 0.0,
+    Some(if size > 0.0 {
+        rms(misses.into_iter()) / size
+    } else {
+        0.0
     })
 }
 
@@ -345,9 +346,10 @@ fn moment_error(
     };
     let scale: f64 = points_m.iter().zip(given).map(lever).sum();
     let [re, im] = [0, 1].map(|part| distance(given_moment[part], applied_moment[part]));
-    match scale > 0.0 {
-        true => re.hypot(im) / scale,
-        false => 0.0,
+    if scale > 0.0 {
+        re.hypot(im) / scale
+    } else {
+        0.0
     }
 }
 
@@ -486,8 +488,8 @@ mod tests {
         assert!((a - b).abs() < tolerance, "{a} {b}");
     }
 
-    /// With p = a + b x + c y the force is -int p dA, and the moments of the nodal forces are those of the
-    /// pressure, -int y p dA and int x p dA: x and y are in the span of the shape functions.
+    /// With p = a + b x + c y the force is -int p dA, and the moments of the nodal forces are those
+    /// of the pressure, -int y p dA and int x p dA: x and y are in the span of the shape functions.
     #[test]
     fn a_linear_pressure_has_its_exact_force_and_moment() {
         let facets = sheet(3, flat);
@@ -631,7 +633,8 @@ mod tests {
         }
     }
 
-    /// The areas of the cells of a grid, pressed on a cylinder: -int p n dA of the arc in closed form.
+    /// The areas of the cells of a grid, pressed on a cylinder: -int p n dA of the arc in closed
+    /// form.
     #[test]
     fn pressures_with_areas_press_along_the_inward_normal() {
         let facets = sheet(8, bent);

@@ -322,7 +322,8 @@ pub struct Rotation {
 pub enum BodyPrestress {
     /// None: the rotation gives only the centrifugal load.
     None,
-    /// Geometric stiffness of the static state of the body with its contact nodes held, and spin softening.
+    /// Geometric stiffness of the static state of the body with its contact nodes held, and spin
+    /// softening.
     HeldFlanks,
 }
 
@@ -346,7 +347,7 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// Single node that it meets, where the nodes of both flanks coincide.
+    /// Single node that it is paired with, where the nodes of both flanks coincide.
     pub fn partner(&self) -> Option<BodyNode> {
         match self.masters.as_slice() {
             [(partner, _)] => Some(*partner),
@@ -360,15 +361,16 @@ impl Slave {
 pub struct ContactPair {
     /// Number of its contact in [`Model::contact_names`].
     pub contact: usize,
-    /// Node, and the nodes of the other flank that it meets.
+    /// Slave node, and the nodes of the other flank that it is paired with.
     pub slave: Slave,
     /// Flank that has the slave node.
     pub side: Side,
-    /// Position half way between the node and what it meets, m.
+    /// Position half way between the node and its counterpart, m.
     pub position_m: [f64; 3],
-    /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in the
-    /// direction in which most of the length of the first flank's edge runs (along the slot). The relative
-    /// displacement of the pair is this times (u of the first flank - u of the second).
+    /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in
+    /// the direction in which most of the length of the first flank's edge runs (along the slot).
+    /// The relative displacement of the pair is this times (u of the first flank - u of the
+    /// second).
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,
@@ -401,7 +403,7 @@ pub struct FlankMatch {
     pub slave: Side,
     /// Fractions of the areas of the first and of the second flank that lie opposite the other one.
     pub covered: [f64; 2],
-    /// Largest distance between a node and what it meets, m. It is the lever arm between the two
+    /// Largest distance between a node and its counterpart, m. It is the lever arm between the two
     /// contact forces of a pair.
     pub largest_mismatch_m: f64,
     /// Largest distance between them along the normal, m.
@@ -411,7 +413,7 @@ pub struct FlankMatch {
     pub facet_m: f64,
     /// Largest absolute weight of a master node.
     pub largest_weight: f64,
-    /// True if each node meets exactly one node.
+    /// True if each node is paired with exactly one node.
     pub nodes_match: bool,
 }
 

@@ -1,21 +1,21 @@
 //! Search for the points of one flank that the nodes of the other meet, where the meshes of both do
 //! not match.
 //!
-//! The nodes of one flank, the slaves, follow those of the other, the masters, by weights of a dual mortar
-//! method. With the linear (bilinear) shape functions phi of a slave facet e, on the part of it that lies
-//! opposite master facets,
+//! The nodes of one flank, the slaves, follow those of the other, the masters, by weights of a dual
+//! mortar method. With the linear (bilinear) shape functions phi of a slave facet e, on the part of
+//! it that lies opposite master facets,
 //!
 //! ```text
 //! psi = D_e M_e^-1 phi      M_e = int phi phi^T     D_e = diag(int phi)
 //! D_s = sum int phi_s       W_sk = sum int psi_s phi_k       w_sk = W_sk / D_s
 //! ```
 //!
-//! psi are biorthogonal to phi (Wohlmuth, SIAM J. Numer. Anal. 38 (2000) 989-1012; for contact Popp, Gee,
-//! Wall, Int. J. Numer. Meth. Engng 83 (2010) 1428-1465; on partly covered facets Cichosz and Bischoff,
-//! Comput. Methods Appl. Mech. Engng 200 (2011) 1317-1332). So each slave node s has a gap of its own,
-//! x_s - sum_k w_sk x_k, and an area D_s. The weights of a row sum to 1, and on flat flanks that coincide
-//! linear fields are reproduced, both to rounding: all integrals use the same points, and these two
-//! identities hold for any rule.
+//! psi are biorthogonal to phi (Wohlmuth, SIAM J. Numer. Anal. 38 (2000) 989-1012; for contact
+//! Popp, Gee, Wall, Int. J. Numer. Meth. Engng 83 (2010) 1428-1465; on partly covered facets
+//! Cichosz and Bischoff, Comput. Methods Appl. Mech. Engng 200 (2011) 1317-1332). So each slave
+//! node s has a gap of its own, x_s - sum_k w_sk x_k, and an area D_s. The weights of a row sum to
+//! 1, and on flat flanks that coincide linear fields are reproduced, both to rounding: all
+//! integrals use the same points, and these two identities hold for any rule.
 
 use std::collections::HashMap;
 
@@ -312,9 +312,10 @@ impl Facet {
         let mut mixed: Vec<Vec<((usize, usize), f64)>> = vec![Vec::new(); corners];
         for (number, part) in parts {
             let outline = self.outline_of(&masters[*number]);
-            let cuts = match is_affine(&own) && is_affine(&outline) {
-                true => 0,
-                false => CUTS,
+            let cuts = if is_affine(&own) && is_affine(&outline) {
+                0
+            } else {
+                CUTS
             };
             let mut sums = Mat::<f64>::zeros(corners, outline.len());
             for (point, weight) in points_in(part, cuts) {
@@ -510,8 +511,8 @@ mod tests {
     use super::*;
     use dovetail_mesh::facet::shares;
 
-    /// A flank of n x m cells, each a quadrilateral or two triangles, put in space by `map`; its outward
-    /// normal is +z of the map, or -z where it lies on the other side.
+    /// A flank of n x m cells, each a quadrilateral or two triangles, put in space by `map`; its
+    /// outward normal is +z of the map, or -z where it lies on the other side.
     struct Grid {
         cells: [usize; 2],
         quadrilaterals: bool,
@@ -530,11 +531,13 @@ mod tests {
             for j in 0..m {
                 for i in 0..n {
                     let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    match self.quadrilaterals {
-                        true => facets.push(vec![a, b, c, d]),
-                        // The diagonals of neighbours cross.
-                        false if (i + j) % 2 == 0 => facets.extend([vec![a, b, c], vec![a, c, d]]),
-                        false => facets.extend([vec![a, b, d], vec![b, c, d]]),
+                    // The diagonals of neighbours cross.
+                    if self.quadrilaterals {
+                        facets.push(vec![a, b, c, d]);
+                    } else if (i + j) % 2 == 0 {
+                        facets.extend([vec![a, b, c], vec![a, c, d]]);
+                    } else {
+                        facets.extend([vec![a, b, d], vec![b, c, d]]);
                     }
                 }
             }
@@ -588,8 +591,8 @@ mod tests {
         })
     }
 
-    /// Rows sum to 1, linear fields are reproduced, and a uniform pressure on the slave's areas loads the
-    /// master as it would by its own shape functions: the contact patch test.
+    /// Rows sum to 1, linear fields are reproduced, and a uniform pressure on the slave's areas
+    /// loads the master as it would by its own shape functions: the contact patch test.
     #[test]
     fn linear_fields_and_a_uniform_pressure_pass_any_two_grids() {
         let grids = [[3, 2], [4, 3], [7, 5]];
@@ -673,8 +676,9 @@ mod tests {
         }
     }
 
-    /// The shape functions of a quadrilateral far from a parallelogram are no polynomials in its plane. Its nodes have
-    /// the areas all the same, which are polynomials in the coordinates of the element.
+    /// The shape functions of a quadrilateral far from a parallelogram are no polynomials in its
+    /// plane. Its nodes have the areas all the same, which are polynomials in the coordinates of
+    /// the element.
     #[test]
     fn the_nodes_of_a_quadrilateral_far_from_a_parallelogram_have_their_areas() {
         let grid = |on_top| Grid {

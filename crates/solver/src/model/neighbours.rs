@@ -1,4 +1,5 @@
-//! Nearest facets and nearest points, found by trees of boxes. The only place that knows the rstar crate.
+//! Nearest facets and nearest points, found by trees of boxes. The only place that knows the rstar
+//! crate.
 
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
@@ -160,9 +161,10 @@ fn inside(nodes: usize, [r, s]: [f64; 2]) -> [f64; 2] {
         return [r.clamp(-1.0, 1.0), s.clamp(-1.0, 1.0)];
     }
     let beyond = r + s - 1.0;
-    let [r, s] = match beyond > 0.0 {
-        true => [r - 0.5 * beyond, s - 0.5 * beyond],
-        false => [r, s],
+    let [r, s] = if beyond > 0.0 {
+        [r - 0.5 * beyond, s - 0.5 * beyond]
+    } else {
+        [r, s]
     };
     let r = r.clamp(0.0, 1.0);
     [r, s.clamp(0.0, 1.0 - r)]

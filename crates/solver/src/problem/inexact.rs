@@ -1,7 +1,7 @@
 //! Dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take
 //! part alone, with K in single precision, and the mass through the coarse space of the softest
-//! motions. Inertia matters where motions are soft; in the others it is below single precision. `M
-//! ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
+//! motions. Inertia matters where motions are soft; in the others it is below single precision.
+//! `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
 
 use std::sync::Arc;
 
@@ -292,7 +292,8 @@ fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
     product(moved.as_ref(), scaled.as_ref())
 }
 
-/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend on earlier ones.
+/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend
+/// on earlier ones.
 fn independent(motions: Mat<f64>, weights: &[f64]) -> Mat<f64> {
     let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
     let mut kept: Vec<Vec<f64>> = vec![];

@@ -78,8 +78,9 @@ impl Problem {
     /// Reduced model with a single unit load, the sum of all excitations at their amplitudes, as a
     /// folder ([`superelement`](crate::reduction::superelement)) stores it.
     ///
-    /// # Errors Loads of another harmonic than 1, out of phase, or that depend on the frequency;
-    /// other than one observed point.
+    /// # Errors
+    /// Loads of another harmonic than 1, out of phase, or that depend on the frequency; other than
+    /// one observed point.
     pub fn of_one_load(&self) -> Result<ReducedModel, SuperelementError> {
         if self
             .excitations

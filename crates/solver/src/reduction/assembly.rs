@@ -15,8 +15,9 @@
 //! on +X of the first body and on -X of the second). The lowest modes are followed by the [residual
 //! vectors](super::residual) of the loads and of the observed points. With Rayleigh damping a K + b
 //! M and q eliminated at the frequency w, `Lambda X + lambda = F - sum_m c_m fm_m / d_m`, where
-//! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`, `d_m = (1 + i w a) w_m^2 -
-//! (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`, `q_m = (fm_m - c_m . X) / d_m`.
+//! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`,
+//! `d_m = (1 + i w a) w_m^2 - (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`,
+//! `q_m = (fm_m - c_m . X) / d_m`.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -98,8 +99,8 @@ pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, Redu
         .omega2)
 }
 
-/// Linear static displacement (m) of all free dofs of each body under the steady load, with all pairs stuck. No body is
-/// reduced by itself.
+/// Linear static displacement (m) of all free dofs of each body under the steady load, with all
+/// pairs stuck. No body is reduced by itself.
 ///
 /// # Errors
 /// See [`ReductionError`].
@@ -315,7 +316,8 @@ impl<'a> Joined<'a> {
         let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
             || Symbolic::analyse(&k_gg),
             || {
-                // Most of the mass is a scalar times the identity per pair of nodes: two thirds are zeros.
+                // Most of the mass is a scalar times the identity per pair of nodes: two thirds are
+                // zeros.
                 let matrices = matrices_of(&bodies, BodyMatrix::Mass);
                 (
                     transformation.congruent(&matrices, Zeros::LeftOut),

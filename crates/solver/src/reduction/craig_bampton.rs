@@ -1,7 +1,8 @@
 //! Craig-Bampton reduction of one body (Craig, Bampton, AIAA J. 6 (1968) 1313-1319).
 //!
-//! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the static
-//! answers of the interior to its loads that the modes do not give, the residual vectors of `residual.rs`, together V:
+//! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the
+//! static answers of the interior to its loads that the modes do not give, the residual vectors of
+//! `residual.rs`, together V:
 //!
 //! ```text
 //! u_i = Psi u_b + V q,   Psi = -K_ii^-1 K_ib
@@ -52,8 +53,8 @@ pub struct Interior {
 }
 
 impl Interior {
-    /// Motion of all free degrees of freedom, one column per column of `coordinates`: `u_i = Psi
-    /// u_b + V q`.
+    /// Motion of all free degrees of freedom, one column per column of `coordinates`:
+    /// `u_i = Psi u_b + V q`.
     pub fn motion(&self, coordinates: MatRef<'_, f64>) -> Mat<f64> {
         let (contact, modal) = coordinates.split_at_row(self.coupling.ncols());
         let mut carried = times(&self.coupling, contact);
@@ -62,8 +63,8 @@ impl Interior {
         stacked(interior.as_ref(), contact)
     }
 
-    /// Transforms a load on the free degrees of freedom to the coordinates: `f_b + Psi^T f_i`, `V^T
-    /// f_i`.
+    /// Transforms a load on the free degrees of freedom to the coordinates: `f_b + Psi^T f_i`,
+    /// `V^T f_i`.
     pub fn gather(&self, load: &[f64]) -> Vec<f64> {
         let (interior, contact) = load.split_at(self.coupling.nrows());
         let column = MatRef::from_column_major_slice(interior, interior.len(), 1);
@@ -182,7 +183,8 @@ fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64>
 /// The `count` lowest fixed-interface modes of a body, which is not reduced: its contact nodes do
 /// not move. Vectors are on the free degrees of freedom of its interior.
 ///
-/// # Errors The errors of [`condense()`].
+/// # Errors
+/// The errors of [`condense()`].
 pub fn fixed_interface_modes(body: &BodyMatrices, count: usize) -> Result<Modes, ReductionError> {
     check_size(body)?;
     let inner: Vec<usize> = (0..body.interior_dofs()).collect();

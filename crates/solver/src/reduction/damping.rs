@@ -47,7 +47,8 @@ pub enum DampingError {
 /// frequencies `omega2`. A ratio zeta of critical on mode k is reached by stiffness-proportional
 /// damping with a = 2 zeta / omega_k.
 ///
-/// # Errors A mode that does not exist (modes count from 1).
+/// # Errors
+/// A mode that does not exist (modes count from 1).
 pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
     match *spec {
         DampingSpec::Rayleigh {

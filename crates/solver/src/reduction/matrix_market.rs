@@ -18,7 +18,8 @@ const DENSE: &str = "%%MatrixMarket matrix array real general";
 /// Writes a dense array, column by column, below a comment line. Numbers have the shortest digits
 /// that read back exactly.
 ///
-/// # Errors The errors of the file.
+/// # Errors
+/// The errors of the file.
 pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     writeln!(file, "{DENSE}\n% {comment}\n{} {}", a.nrows(), a.ncols())?;
@@ -32,7 +33,8 @@ pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
 
 /// Comment lines below the header of a matrix, without their sign.
 ///
-/// # Errors The errors of the file.
+/// # Errors
+/// The errors of the file.
 pub fn comments(path: &Path) -> io::Result<Vec<String>> {
     let mut lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
     lines.next().transpose()?;
@@ -49,7 +51,8 @@ pub fn comments(path: &Path) -> io::Result<Vec<String>> {
 /// Reads a matrix. The size in the header is compared with the length of the file before memory is
 /// allocated.
 ///
-/// # Errors A description of the error, with the line where there is one.
+/// # Errors
+/// A description of the error, with the line where there is one.
 pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let said = |e: io::Error| e.to_string();
     let file = input::open(path).map_err(said)?;
@@ -66,9 +69,10 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let mut found = 0;
     while let Some(text) = lines.content()? {
         found += 1;
-        let entry = match form.is_placed {
-            true => form.placed(text, &size).map(Some),
-            false => number(text).map(|value| places.next().map(|place| (place, value))),
+        let entry = if form.is_placed {
+            form.placed(text, &size).map(Some)
+        } else {
+            number(text).map(|value| places.next().map(|place| (place, value)))
         };
         // There may be more entries than places: all are counted.
         if let Some(((row, column), value)) = entry.map_err(|why| lines.here(&why))? {
@@ -82,12 +86,13 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
             }
         }
     }
-    match found == size.entries {
-        true => Ok(a),
-        false => Err(format!(
+    if found == size.entries {
+        Ok(a)
+    } else {
+        Err(format!(
             "{} entries are announced, {found} found",
             size.entries
-        )),
+        ))
     }
 }
 
@@ -195,7 +200,8 @@ impl Form {
             });
             let fits = entries <= most / self.bytes_of_an_entry() + 1
                 && (!self.is_placed || in_all <= most.saturating_mul(ENTRIES_TO_A_BYTE));
-            // A matrix without rows may still announce more columns than could ever be gone through.
+            // A matrix without rows may still announce more columns than could ever be gone
+            // through.
             (fits && rows.max(columns) <= most).then_some(Size {
                 rows,
                 columns,
@@ -227,9 +233,10 @@ impl Form {
             index.ok_or_else(|| format!("\"{word}\" is not a {what} from 1 to {most}"))
         };
         let (row, column) = (index("row", size.rows)?, index("column", size.columns)?);
-        let value = match self.has_values {
-            true => number(words.next().unwrap_or_default())?,
-            false => 1.0,
+        let value = if self.has_values {
+            number(words.next().unwrap_or_default())?
+        } else {
+            1.0
         };
         if let Some(word) = words.next() {
             return Err(format!("nothing may follow the entry, there is \"{word}\""));

@@ -70,9 +70,12 @@ impl Highest {
     /// Rounds up to the next power of the square root of two, so that ranges which hardly differ
     /// lead to the same reduction.
     pub fn rounded_up(self) -> Self {
-        let up = |x: f64| match x > 0.0 && x.is_finite() {
-            true => (0.5 * (2.0 * x.log2()).ceil()).exp2(),
-            false => x,
+        let up = |x: f64| {
+            if x > 0.0 && x.is_finite() {
+                (0.5 * (2.0 * x.log2()).ceil()).exp2()
+            } else {
+                x
+            }
         };
         match self {
             Self::RadS(x) => Self::RadS(up(x)),
@@ -199,7 +202,8 @@ impl ReducedModel {
         self.stiffness.nrows() / 3
     }
 
-    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, without the residual vectors.
+    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, without the residual
+    /// vectors.
     pub fn stuck_omega2(&self) -> &[f64] {
         &self.omega2[..self.stuck_modes]
     }

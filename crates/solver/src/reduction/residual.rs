@@ -47,8 +47,9 @@ pub enum ResidualError {
 /// mass and orthogonal to each other and to the modes. Loads that depend on each other, or that the
 /// modes answer in full, give fewer vectors than there are loads.
 ///
-/// # Errors Loads or answers that are not finite, or too large to be squared; a dense eigenvalue
-/// solver that does not converge.
+/// # Errors
+/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that
+/// does not converge.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
     answers: MatRef<'_, f64>,
@@ -74,9 +75,12 @@ pub(super) fn residual_vectors(
         })
     };
     let (loads, residual) = (scaled(loads), scaled(residual.as_ref()));
-    let share = |(left, whole): (&f64, &f64)| match *whole > 0.0 {
-        true => (left / whole).max(0.0),
-        false => 0.0,
+    let share = |(left, whole): (&f64, &f64)| {
+        if *whole > 0.0 {
+            (left / whole).max(0.0)
+        } else {
+            0.0
+        }
     };
     Ok(ResidualVectors {
         vectors: orthonormal(loads.as_ref(), residual.as_ref(), mass)?,

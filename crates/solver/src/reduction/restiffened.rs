@@ -1,8 +1,8 @@
 //! Change of the stuck frequencies by another stiffness of the bodies, such as that of another
 //! prestress.
 //!
-//! With the stuck modes Phi of K (unit modal mass), the frequencies for K + D are those of `w^2 +
-//! Phi^T D Phi` (Rayleigh-Ritz). The error by the modes left out is of second order in D.
+//! With the stuck modes Phi of K (unit modal mass), the frequencies for K + D are those of
+//! `w^2 + Phi^T D Phi` (Rayleigh-Ritz). The error by the modes left out is of second order in D.
 
 use faer::Mat;
 

@@ -170,7 +170,8 @@ pub enum SuperelementError {
     },
 }
 
-/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named `tip`.
+/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named
+/// `tip`.
 ///
 /// # Errors
 /// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric
@@ -294,9 +295,10 @@ impl Arrays<'_> {
             stuck_modes: m,
             static_load: Load {
                 on_x: self.on_x("f_static.mtx")?,
-                on_modes: match self.has("fm_static.mtx") {
-                    true => self.on_modes("fm_static.mtx")?,
-                    false => vec![0.0; m],
+                on_modes: if self.has("fm_static.mtx") {
+                    self.on_modes("fm_static.mtx")?
+                } else {
+                    vec![0.0; m]
                 },
             },
             unit_loads: vec![Load {

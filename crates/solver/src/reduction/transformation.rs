@@ -62,7 +62,8 @@ impl Transformation {
     /// `first_coordinate` gives the first of the three that are the displacement of a node of an
     /// interface.
     ///
-    /// # Errors [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
+    /// # Errors
+    /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
     /// [`ReductionError::Circle`] where slaves are each other's masters,
     /// [`ReductionError::NotOfInterface`].
     pub(super) fn new(
@@ -93,10 +94,7 @@ impl Transformation {
             let mut masters = Vec::with_capacity(joint.masters.len());
             for &(master, weight) in &joint.masters {
                 let own = held(master);
-                let weights = [0, 1, 2].map(|k| match still[k] || own[k] {
-                    true => 0.0,
-                    false => weight,
-                });
+                let weights = [0, 1, 2].map(|k| if still[k] || own[k] { 0.0 } else { weight });
                 masters.push((at(master)?, weights));
             }
             let pair = joint.turned.map(|turned| (pairs, turned));

@@ -8,8 +8,8 @@
 //!   sqrt(f^T K^-1 f) sqrt(c^T K^-1 c).
 //! - Flanks that yield by X pull at g with w^2 y, y = (M_gx + M_gg Psi) X. The answer of the modes
 //!   left out is at first w^2 (K_gg^-1 - Phi Omega^-2 Phi^T) y. It lowers the squared frequency of
-//!   a motion of unit modal mass by w^4 (y^T K_gg^-1 y - sum_m (p_m . X)^2 / w_m^2). X is taken from
-//!   the first stuck modes k, on pairs that are as soft as the bodies behind them:
+//!   a motion of unit modal mass by w^4 (y^T K_gg^-1 y - sum_m (p_m . X)^2 / w_m^2). X is taken
+//!   from the first stuck modes k, on pairs that are as soft as the bodies behind them:
 //!   (K + diag K) X = w_k^2 p_k.
 
 use faer::Mat;

@@ -78,9 +78,10 @@ impl ShorterSides {
         let orbits = response.orbits.iter_mut();
         let farthest = orbits.map(|orbit| {
             let farthest = self.judge_orbit(orbit);
-            match orbit.outcome.has_motion() {
-                true => farthest,
-                false => 0.0,
+            if orbit.outcome.has_motion() {
+                farthest
+            } else {
+                0.0
             }
         });
         farthest.fold(0.0, f64::max)

@@ -80,7 +80,8 @@ pub struct StaticFields {
     pub normal_force_n: Vec<f64>,
     /// Compression over tributary area, Pa.
     pub pressure_pa: Vec<f64>,
-    /// Friction force along t1 and t2 by which the body of the first flank pushes that of the second (lambda_T), N.
+    /// Friction force along t1 and t2 by which the body of the first flank pushes that of the
+    /// second (lambda_T), N.
     pub friction_n: Vec<[f64; 2]>,
     /// Displacement of the first flank relative to the second along t1 and t2, m.
     pub slip_m: Vec<[f64; 2]>,
@@ -167,9 +168,10 @@ const LEAST_FRICTION: f64 = 1e-9;
 /// the normal forces outweighs it.
 pub fn friction_power_w(orbit: &Orbit) -> f64 {
     let least = LEAST_FRICTION * orbit.input_power_w.abs();
-    match orbit.friction_power_w > least {
-        true => orbit.friction_power_w,
-        false => 0.0,
+    if orbit.friction_power_w > least {
+        orbit.friction_power_w
+    } else {
+        0.0
     }
 }
 
@@ -275,7 +277,8 @@ fn loss_factor(orbit: &Orbit) -> Option<f64> {
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
 }
 
-/// Largest amplitude of the linear reference in the range of the response; its index counts in `linear_curve`.
+/// Largest amplitude of the linear reference in the range of the response; its index counts in
+/// `linear_curve`.
 pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
     let points = response.linear_curve.iter().enumerate();
     largest(points.filter_map(|(index, s)| {
@@ -525,7 +528,8 @@ mod tests {
 
     #[test]
     fn every_peak_that_stands_out_is_listed_with_its_losses() {
-        // A shoulder at 22, a ripple of half a percent at 42, two equal points at 52 and 53, a rise to the end.
+        // A shoulder at 22, a ripple of half a percent at 42, two equal points at 52 and 53, a rise
+        // to the end.
         let curve = [
             (10.0, 1.0),
             (20.0, 5.0),
@@ -587,9 +591,10 @@ mod tests {
                     let mut orbit = orbit(10.0 + at, Outcome::Converged, 1.0);
                     orbit.point = i;
                     orbit.cycles[0].friction_power_w = at * (1.0 - at);
-                    orbit.cycles[0].status = match (0.25..0.5).contains(&at) {
-                        true => CycleStatus::Opening,
-                        false => CycleStatus::Slipping,
+                    orbit.cycles[0].status = if (0.25..0.5).contains(&at) {
+                        CycleStatus::Opening
+                    } else {
+                        CycleStatus::Slipping
                     };
                     orbit
                 })

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 /// Nodal vector field, m.
 pub type NodalField = Vec<[f64; 3]>;
 
-/// Oscillation of the nodes at the phase `w t`: `sum_k C_k cos(k w t) + S_k sin(k w t)`, without the
-/// mean. `coefficients` holds 2H+1 fields: mean, cosine 1, sine 1, cosine 2, ...
+/// Oscillation of the nodes at the phase `w t`: `sum_k C_k cos(k w t) + S_k sin(k w t)`, without
+/// the mean. `coefficients` holds 2H+1 fields: mean, cosine 1, sine 1, cosine 2, ...
 pub fn oscillation(coefficients: &[NodalField], phase_rad: f64) -> NodalField {
     let nodes = coefficients.first().map_or(0, Vec::len);
     let mut field = vec![[0.0; 3]; nodes];

@@ -21,7 +21,7 @@ pub struct Campbell {
     pub families: [Family; 2],
     /// Speed of the scene, rpm; 0 at rest.
     pub operating_rpm: f64,
-    /// Speeds (rpm) at which the structure is unstable, and why.
+    /// Speeds (rpm) at which the structure is unstable or not held, and why.
     pub failed: Vec<(f64, ReductionError)>,
 }
 
@@ -66,7 +66,8 @@ impl Crossing {
 /// the stiffness is a parabola of the speed, so that two assemblies, at rest and at the highest
 /// speed, give it at any speed. The stress is that with all pairs stuck.
 ///
-/// # Errors [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of
+/// # Errors
+/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of
 /// [`modes`](super::modes) at the lowest speed. A higher speed at which the structure is unstable
 /// is no error: see [`Campbell::failed`].
 pub fn campbell(

@@ -15,7 +15,8 @@ use crate::results::rigid_motion::{BodyMotion, RigidMotion, rigid_motions};
 /// Motions retained in the static state, of those that only friction holds. Empty where nothing is
 /// retained, or the bodies are not known.
 ///
-/// # Errors The errors of the recovery.
+/// # Errors
+/// The errors of the recovery.
 pub(super) fn retained_at_rest(
     reduced: &Reduced,
     state: &StaticState,
@@ -30,7 +31,8 @@ pub(super) fn retained_at_rest(
 
 /// Motions retained in a motion about the static state.
 ///
-/// # Errors The errors of the recovery.
+/// # Errors
+/// The errors of the recovery.
 pub(super) fn retained_in_motion(
     reduced: &Reduced,
     state: &StaticState,
@@ -64,7 +66,8 @@ fn retained(
 /// Motions in which bodies are free where all pairs are open. Empty where something holds them, or
 /// the bodies are not known.
 ///
-/// # Errors The errors of the recovery.
+/// # Errors
+/// The errors of the recovery.
 pub(super) fn held_by_nothing(
     reduced: &Reduced,
     state: &StaticState,

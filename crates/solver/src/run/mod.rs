@@ -59,7 +59,8 @@ pub struct Options {
 /// Computes static state and response from the meshes of a scene, or from its reduced model. A
 /// static state that nothing can vibrate about is no error: [`Run::verdict`] reports it.
 ///
-/// # Errors The error of a stage; [`Error::Stopped`] by the observer or the store.
+/// # Errors
+/// The error of a stage; [`Error::Stopped`] by the observer or the store.
 pub fn solve(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -129,7 +130,8 @@ pub fn solve(
 
 /// Computes the static state under the steady load: a run without a response.
 ///
-/// # Errors The error of a stage; [`Error::Stopped`] by the observer.
+/// # Errors
+/// The error of a stage; [`Error::Stopped`] by the observer.
 pub fn static_state(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -201,7 +203,8 @@ pub struct ModalAnalysis {
 /// Computes the modes of each body with its flanks held (full model), the fixed-interface modes,
 /// and those of the stuck assembly.
 ///
-/// # Errors The errors of [`Reduced::of`] and of the eigenvalues.
+/// # Errors
+/// The errors of [`Reduced::of`] and of the eigenvalues.
 pub fn modes(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -234,8 +237,9 @@ pub struct Condensed {
 /// Computes the reduced model, under a total force of 1 N whatever the forces of the scene.
 /// Excitations that are not forces stay as they are.
 ///
-/// # Errors [`Error::NoMesh`] for a scene about a reduced model; [`Error::AllBonded`] for one
-/// without pairs; those of [`Reduced::of`].
+/// # Errors
+/// [`Error::NoMesh`] for a scene about a reduced model; [`Error::AllBonded`] for one without pairs;
+/// those of [`Reduced::of`].
 pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
     let (of_one_newton, force_n) = of_one_newton(assembly);

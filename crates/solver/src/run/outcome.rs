@@ -19,7 +19,8 @@ pub struct Run {
     pub statics: StaticResult,
     /// Response; `None` where there is no static state to vibrate about, or none was asked for.
     pub response: Option<ResponseResult>,
-    /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they were not asked for.
+    /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they
+    /// were not asked for.
     pub held_omega2: Vec<Vec<f64>>,
 }
 
@@ -45,7 +46,8 @@ pub struct StaticResult {
 impl StaticResult {
     /// Checks that there is a static state to vibrate about.
     ///
-    /// # Errors [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
     pub fn usable(&self) -> Result<(), Error> {
         match self.state.outcome {
             Outcome::NothingHolds => Err(Error::NothingHolds {
@@ -94,7 +96,8 @@ pub struct Compared {
 impl Run {
     /// Checks that the run reached its full result.
     ///
-    /// # Errors [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
     /// [`Error::MovesTooFar`], [`Error::NotConverged`] where some frequencies failed.
     pub fn verdict(&self) -> Result<(), Error> {
         let Some(found) = &self.response else {

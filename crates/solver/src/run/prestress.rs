@@ -40,8 +40,9 @@ pub(super) fn is_of_contact(model: &Model) -> bool {
 
 /// Reduces a model with the prestress that it asks for.
 ///
-/// # Errors The errors of the finite elements and of the reduction; [`Error::Prestress`] where the
-/// normal forces do not converge.
+/// # Errors
+/// The errors of the finite elements and of the reduction; [`Error::Prestress`] where the normal
+/// forces do not converge.
 pub(super) fn settle(
     model: &Model,
     wanted: StuckModes,

@@ -24,8 +24,9 @@ use dovetail_numerics::eigen::Modes;
 impl Reduced {
     /// Binds, assembles and reduces a scene about meshes, or reads the folder of its reduced model.
     ///
-    /// # Errors [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of
-    /// binding, finite elements, prestress and reduction; a folder that cannot be read.
+    /// # Errors
+    /// [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of binding,
+    /// finite elements, prestress and reduction; a folder that cannot be read.
     pub fn of(scene: &Scene, meshes: Option<Meshes>, session: &Session<'_>) -> Result<Self, Error> {
         let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
@@ -62,8 +63,9 @@ impl Reduced {
 impl Bound {
     /// Binds an assembly to its mesh, and reports it.
     ///
-    /// # Errors A name that the mesh does not have, flanks that do not lie on each other, elements
-    /// without volume.
+    /// # Errors
+    /// A name that the mesh does not have, flanks that do not lie on each other, elements without
+    /// volume.
     pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
         let _stage = session.stage(Stage::Model);
         let model = bind_with_fields(assembly, &meshes.mesh, &meshes.fields)?;
@@ -85,8 +87,8 @@ impl Bound {
 impl Bodies {
     /// Reduces an assembly to its model and the problem with its laws and excitations.
     ///
-    /// # Errors The errors of [`Bound::of`], of the finite elements, of the reduction and of the
-    /// prestress.
+    /// # Errors
+    /// The errors of [`Bound::of`], of the finite elements, of the reduction and of the prestress.
     pub(super) fn reduce(
         bound: Bound,
         wanted: StuckModes,
@@ -135,7 +137,8 @@ impl Bodies {
 
     /// Makes the recovery of the bodies' motion from the reduced model.
     ///
-    /// # Errors The errors of the finite elements and of the reduction.
+    /// # Errors
+    /// The errors of the finite elements and of the reduction.
     pub fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
         if self.recovery.get().is_some() {
             return Ok(());
@@ -175,7 +178,8 @@ impl Bodies {
     /// Modes of each body alone with its flanks held (full model), on the free degrees of freedom
     /// of its interior.
     ///
-    /// # Errors The errors of the finite elements and of the eigenvalues.
+    /// # Errors
+    /// The errors of the finite elements and of the eigenvalues.
     pub fn held_modes(&self, session: &Session<'_>) -> Result<Vec<Modes>, Error> {
         let begin = Instant::now();
         if let Some(kept) = self.key.and_then(|key| session.store().held_modes(&key)) {

@@ -26,8 +26,9 @@ use std::ops::ControlFlow;
 
 /// Frequencies of the response, Hz, ascending.
 ///
-/// # Errors [`Error::NoLinearMode`] where they count from the first of the linear modes `omega2`,
-/// and there is none.
+/// # Errors
+/// [`Error::NoLinearMode`] where they count from the first of the linear modes `omega2`, and there
+/// is none.
 pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<Vec<f64>, Error> {
     let (from, to) = match response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
@@ -49,7 +50,8 @@ const ON_A_MODE: f64 = 1e-9;
 /// Checks that no harmonic lies on an undamped mode. There the linear answer is infinite for a
 /// linear mode, and the condensed stiffness for a stuck mode.
 ///
-/// # Errors [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
+/// # Errors
+/// [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
 pub(super) fn off_undamped_modes(
     reduced: &ReducedModel,
     state: &StaticState,
@@ -114,7 +116,8 @@ impl Responses<'_, '_> {
     /// Response of the scene itself, or the one with so many harmonics that it is compared with,
     /// and the largest ratio of the slide of a pair in it to the shorter side of its flank.
     ///
-    /// # Errors [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
+    /// # Errors
+    /// [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
     pub fn response(&self, compared_harmonics: Option<usize>) -> Result<(Response, f64), Error> {
         let own = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own, |h| compared(own, h));

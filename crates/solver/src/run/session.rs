@@ -146,7 +146,7 @@ pub enum Event<'a> {
         /// Number of steps.
         steps: usize,
     },
-    /// So many more steps of the loop that began last are done.
+    /// A number of further steps of the loop that began last are done.
     LoopAdvances(usize),
     /// The loop that began last has one step more.
     LoopGrows,
@@ -292,7 +292,8 @@ impl<'o> Session<'o> {
 
     /// Reports an event to the observer, one at a time.
     ///
-    /// # Errors [`Error::Stopped`] where the observer has ended the run.
+    /// # Errors
+    /// [`Error::Stopped`] where the observer has ended the run.
     pub fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
         if lock(&self.observer).on(event).is_break() {
             self.stopped.store(true, Ordering::Relaxed);
@@ -302,7 +303,8 @@ impl<'o> Session<'o> {
 
     /// Checks that the run continues.
     ///
-    /// # Errors [`Error::Stopped`] where the observer has ended it.
+    /// # Errors
+    /// [`Error::Stopped`] where the observer has ended it.
     pub(super) fn goes_on(&self) -> Result<(), Error> {
         if self.stopped.load(Ordering::Relaxed) {
             return Err(Error::Stopped);

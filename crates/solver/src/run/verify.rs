@@ -43,7 +43,8 @@ pub struct Verification {
 impl Verification {
     /// Checks that the number of steps is allowed.
     ///
-    /// # Errors [`Error::TooManySteps`].
+    /// # Errors
+    /// [`Error::TooManySteps`].
     pub fn check(&self) -> Result<(), Error> {
         let (periods, steps) = (self.most_periods_asked(), self.steps_per_period);
         if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
@@ -76,8 +77,9 @@ pub struct Verified {
 
 /// Integrates the reduced model in time at each frequency and compares.
 ///
-/// # Errors [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the
-/// reduction; [`Error::NotConverged`] where harmonic balance has no motion to compare.
+/// # Errors
+/// [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the reduction;
+/// [`Error::NotConverged`] where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
     meshes: Option<Meshes>,

@@ -1,4 +1,4 @@
-//! An accuracy in place of settings: the error it leaves, against a response with many harmonics.
+//! An accuracy in place of settings: its error, relative to a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -24,7 +24,7 @@ fn model() -> &'static Problem {
     })
 }
 
-/// From where few pairs slip, across the peak, where some open.
+/// Response from where few pairs slip, across the peak, where some open.
 fn respond(resolution: Resolution) -> Response {
     let model = model();
     let damping = Rayleigh {

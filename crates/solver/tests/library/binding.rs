@@ -1,4 +1,5 @@
-//! Real meshes bound to scenes: pairs, frames, areas, degrees of freedom, and what is said when they do not fit.
+//! Binding of real meshes to scenes: pairs, frames, areas, degrees of freedom, and the messages
+//! where they do not match.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,7 +52,7 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
     }
 }
 
-/// The same mesh with nodes and elements in another order and facets turned over.
+/// Mesh with nodes and elements in another order and facets turned over.
 fn renumbered(mesh: &Mesh) -> Mesh {
     let shuffle = |n: usize| -> Vec<usize> {
         let mut order: Vec<usize> = (0..n).collect();
@@ -426,7 +427,7 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     }
 }
 
-/// The nodes of a surface, as a set of nodes: what decks have.
+/// Mesh with the nodes of each surface as a set of nodes, as in decks.
 fn with_sets_of_nodes(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     for name in ["upper_bottom", "lower_top"] {

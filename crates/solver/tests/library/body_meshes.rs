@@ -1,4 +1,4 @@
-//! Bodies with meshes of their own: put in place, copied, with units and materials of decks.
+//! Bodies with meshes of their own: placed, copied, with units and materials of decks.
 
 use crate::shared_scenes::*;
 use dovetail_mesh::parts::Placement;
@@ -28,14 +28,15 @@ fn wedge_shaped() -> Mesh {
     mesh
 }
 
-/// A block on which the other stands.
+/// Block below the other one.
 fn support() -> Mesh {
     let mut mesh = block(ElementType::HEX20, [3, 2, 1], SIZE);
     map_nodes(&mut mesh, |[x, y, z]| [x, y, z - SIZE[2]]);
     mesh
 }
 
-/// The two blocks, with the groups of `blocks_assembly` called as a scene with own meshes calls them.
+/// The two blocks, with the groups of `blocks_assembly` called as a scene with own meshes calls
+/// them.
 fn own_assembly(upper: BodyMesh, lower: BodyMesh) -> Assembly {
     let mut assembly = blocks_assembly();
     assembly.mesh = None;
@@ -62,7 +63,7 @@ fn file(path: &str, placement: Placement) -> BodyMesh {
     }
 }
 
-/// Of the files `upper` and `lower`.
+/// Mesh gathered from the files `upper` and `lower`.
 fn gathered(assembly: &Assembly, upper: &Mesh, lower: &Mesh) -> Result<Mesh, ModelError> {
     let mut reads = 0;
     let mesh = gather::<ModelError>(assembly, None, &mut |path, _| {
@@ -76,7 +77,7 @@ fn gathered(assembly: &Assembly, upper: &Mesh, lower: &Mesh) -> Result<Mesh, Mod
     mesh
 }
 
-/// What both bodies are, where nothing is put anywhere.
+/// Model of both bodies without any placement.
 fn plain() -> Model {
     let both = two_blocks(&wedge_shaped(), &support());
     bind(&blocks_assembly(), &both).unwrap()

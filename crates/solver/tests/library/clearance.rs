@@ -1,5 +1,5 @@
-//! Pairs with a clearance or an interference: what closes a clearance is not pressed, what an
-//! interference takes is pressed besides, and moving the bodies apart changes no motion.
+//! Pairs with a clearance or an interference: closing a clearance takes from the pressing force, an
+//! interference adds to it, and moving the bodies apart changes no motion.
 
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::newton::NewtonOptions;
@@ -67,7 +67,7 @@ const NORMAL_STIFFNESS_N_M: f64 = 2.0;
 const PRESS_N: f64 = 3.0;
 const SHAKE_N: f64 = 1.0;
 
-/// The spring takes what closing a clearance costs, and adds what an interference takes.
+/// Compression of the pair: closing a clearance costs the spring's force, an interference adds it.
 fn compression_n(gap_m: f64) -> f64 {
     PRESS_N - NORMAL_STIFFNESS_N_M * gap_m
 }
@@ -77,8 +77,8 @@ const DAMPING: Rayleigh = Rayleigh {
     mass_per_s: 0.0,
 };
 
-/// A mass on a spring, pressed over a clearance against a floor and shaken across it, too weakly to
-/// leave it.
+/// A mass on a spring, pressed over a clearance against a floor and excited across it, too weakly
+/// to leave it.
 fn one_pair(gap_m: f64) -> Problem {
     let load = |normal: f64| Load {
         on_x: vec![normal, 0.0, 0.0],
@@ -135,8 +135,8 @@ fn a_closed_clearance_costs_its_share_of_the_load_and_an_interference_adds_to_it
     }
 }
 
-/// From a place with the clearance open, or with the interference not yet taken, to one where the pair
-/// is closed, and there as long as one looks.
+/// From a position with the clearance open, or with the interference not yet taken up, the pair
+/// closes and stays closed.
 #[test]
 fn integrated_in_time_a_pair_closes_and_stays_closed() {
     for gap_m in GAPS_M {
@@ -156,8 +156,9 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
     }
 }
 
-/// A mass on springs before a stop that it does not touch at rest, with no load or one that leaves it apart: it is where
-/// the springs have it, and its linear modes are its own. Shaken little it moves as without the stop.
+/// A mass on springs in front of a stop that it does not touch at rest, with no load or one that
+/// leaves it apart: the springs determine its position, and its linear modes are its own. Under a
+/// small excitation it moves as without the stop.
 #[test]
 fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
     for press_n in [0.0, 0.1] {
@@ -185,7 +186,8 @@ fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
     }
 }
 
-/// The same without mass across the stop: the springs alone decide there, and the modes are those of the other directions.
+/// A stop without mass across it: the springs alone decide there, and the modes are those of the
+/// other directions.
 #[test]
 fn a_stop_that_is_open_at_rest_may_have_no_mass_of_its_own() {
     let mut model = one_pair(0.25);
@@ -208,9 +210,9 @@ fn a_free_mass_before_a_stop_is_held_by_nothing() {
     assert_eq!(state.outcome, Outcome::NothingHolds);
 }
 
-/// With K_NT = 0.8 N/m an interference of 1 m drags the pair along by 0.8 N, which a load of 0.6 N opposes. Friction
-/// bears 0.5 N. Growing together both leave 0.2 N at most, and the pair never slips. The interference alone would drag
-/// it along.
+/// With K_NT = 0.8 N/m an interference of 1 m drags the pair along by 0.8 N, which a load of 0.6 N
+/// opposes. Friction can carry 0.5 N. Growing together both leave 0.2 N at most, and the pair never
+/// slips. The interference alone would drag it along.
 #[test]
 fn an_interference_grows_with_the_load_that_opposes_it() {
     let mut model = one_pair(-1.0);
@@ -239,8 +241,9 @@ fn dovetail(force_n: f64) -> Problem {
     Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
 }
 
-/// The same joint, its flanks apart by clearances that differ from pair to pair, under the load
-/// that closes them on top; its motion X is that of `model` less the clearances, in N.
+/// Joint with its flanks apart by clearances that differ from pair to pair, with the load that
+/// closes them added. Its motion X is that of `model` minus the clearances, in the
+/// component N.
 fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
     let mut moved = model.clone();
     let n = model.reduced.stiffness.nrows();
@@ -264,7 +267,7 @@ fn damping(model: &Problem) -> Rayleigh {
     }
 }
 
-/// Largest difference of `a` and `b` less `shift`, over the largest of `a`.
+/// Largest difference of `a` and `b` minus `shift`, over the largest of `a`.
 fn apart(a: &[f64], b: &[f64], shift: &[f64]) -> f64 {
     let shift = shift.iter().chain(std::iter::repeat(&0.0));
     let differences = a.iter().zip(b).zip(shift);
@@ -327,8 +330,8 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     assert!(off.iter().all(|o| *o < 1e-6), "{off:?}");
 }
 
-/// Statics has no length and no force of its own: loads and clearances a billionth of others move and press as much
-/// less.
+/// Statics has no length and no force of its own: displacements and pressures scale with loads and
+/// clearances, down to a billionth.
 #[test]
 fn the_static_state_goes_with_its_loads_and_clearances() {
     const FACTOR: f64 = 1e-9;
@@ -367,7 +370,7 @@ fn quarter(element: ElementType, cells: [usize; 3], [inner, outer]: [f64; 2]) ->
     mesh
 }
 
-/// Young's modulus and Poisson's ratio that take the place of those of plane stress in plane strain.
+/// Young's modulus and Poisson's ratio that replace those of plane stress in plane strain.
 fn in_plane_strain(material: Material) -> (f64, f64) {
     let Material {
         young_pa, poisson, ..
@@ -378,7 +381,8 @@ fn in_plane_strain(material: Material) -> (f64, f64) {
     )
 }
 
-/// Quarters of a hub and of the shaft in it, apart by `gap_m`, turning about their axis: the static state.
+/// Static state of quarters of a hub and of the shaft in it, apart by `gap_m`, rotating about their
+/// axis.
 fn of_quarters(
     [upper, lower]: [ElementType; 2],
     around: [usize; 2],
@@ -424,7 +428,8 @@ fn of_quarters(
     (model, state)
 }
 
-/// Of a ring in plane strain that turns, how far an edge moves outwards, m; the other edge has the radius `other_m`.
+/// Outward displacement of an edge of a rotating ring in plane strain, m; the other edge has the
+/// radius `other_m`.
 fn growth_m(material: Material, edge_m: f64, other_m: f64, speed_rad_s: f64) -> f64 {
     let (young_pa, poisson) = in_plane_strain(material);
     let of_radii = (1.0 - poisson) * edge_m.powi(2) + (3.0 + poisson) * other_m.powi(2);
@@ -459,8 +464,8 @@ fn a_press_fit_that_rotation_opens_is_a_static_state() {
     }
 }
 
-/// Two rings in plane strain, pressed onto each other (Lame): the interference is what the pressure opens the hub and
-/// closes the shaft by.
+/// Two rings in plane strain, pressed onto each other (Lame): the interference is the sum of the
+/// opening of the hub and the closing of the shaft by the pressure.
 #[test]
 fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
     let [inner, fit, outer] = RADII_M;

@@ -1,5 +1,5 @@
-//! Flanks whose edges are curved in the mesh: the model has them straight, so that a turn of the body strains nothing
-//! and a uniform pressure stays uniform.
+//! Flanks whose edges are curved in the mesh. The model makes them straight, so that a rotation of
+//! the body strains nothing and a uniform pressure stays uniform.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ fn on_ground(flanks: &[&str]) -> Assembly {
     floating
 }
 
-/// K u of a motion of the nodes, and the largest product that is summed up in it.
+/// Forces K u of a motion of the nodes, and the largest product in their sums.
 fn forces_n(model: &Model, motion: impl Fn([f64; 3]) -> [f64; 3]) -> (Vec<f64>, f64) {
     let body = &model.bodies[0];
     let mut u = vec![0.0; 3 * body.dofs.free_nodes()];
@@ -68,7 +68,8 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
                 "{element:?}: {worst:e} of {largest:e}"
             );
         }
-        // The chord of an arc of 20 / 6 mm is 0.0139 mm from it (the sagitta); those along y are straight.
+        // The chord of an arc of 20 / 6 mm is 0.0139 mm from it (the sagitta); those along y are
+        // straight.
         let [told] = &model.straightened[..] else {
             panic!("{:?}", model.straightened);
         };
@@ -76,7 +77,8 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
         assert!((told.largest_m / sagitta_m - 1.0).abs() < 1e-9, "{told:?}");
         let chord_m = 0.2 * (20e-3 / 6.0 / 0.2_f64).sin();
         assert!((told.largest_share / (sagitta_m / chord_m) - 1.0).abs() < 1e-9);
-        // All nodes that are not in the middles of flank edges stay where they are on their cylinders.
+        // All nodes that are not in the middles of flank edges stay where they are on their
+        // cylinders.
         let body = &model.bodies[0];
         for (node, [x, _, z]) in body.dofs.nodes.iter().zip(&body.nodes_m) {
             if matches!(node, NodeMotion::Free(_)) {
@@ -87,8 +89,9 @@ fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
     }
 }
 
-/// Edges that wind in the plane of the flank: along z all stretches alike, and the sides narrow as Poisson's ratio
-/// says, so that nothing but the flanks bears a force. Each of their nodes has its area of the stress.
+/// Edges that wind in the plane of the flank: along z all strains are alike, and the sides narrow
+/// according to Poisson's ratio, so that only the flanks bear a force. Each of their nodes has its
+/// area of the stress.
 #[test]
 fn a_uniform_pressure_on_a_plane_flank_with_curved_edges_stays_uniform() {
     for element in QUADRATIC {

@@ -1,4 +1,4 @@
-//! Mesh files with damage: what is still read of them can be checked and bound.
+//! Damaged mesh files: whatever is still read of them can be checked and bound.
 
 use crate::shared_bodies::MM;
 use crate::shared_scenes::{blocks_assembly, bytes};

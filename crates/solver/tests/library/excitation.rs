@@ -1,4 +1,4 @@
-//! What shakes: the base, pressures and tractions on surfaces, fields of files.
+//! Excitations: the base, pressures and tractions on surfaces, fields of files.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -46,8 +46,8 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
 
 const LENGTH_M: f64 = 0.2;
 
-/// A bar along x whose base is its face x = 0, and nothing across it; its end is watched. The speed of sound in it is
-/// the last.
+/// A bar along x whose base is its face x = 0, with no strain across it; its end is observed. The
+/// last value is the speed of sound in it.
 fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assembly, Mesh, f64) {
     let mut mesh = block(element, [cells, 1, 1], [LENGTH_M, 0.01, 0.01]);
     let group = mesh.groups.remove("volume").unwrap();
@@ -71,8 +71,8 @@ fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assem
 }
 
 /// Under the acceleration A cos(w t) of its base the end of a bar moves, relative to the base, by
-/// -(A / w^2) (1 / cos(w L / c) - 1), c the speed of sound: E u'' + rho w^2 (u + u_base) = 0 with u(0) = 0 and
-/// u'(L) = 0.
+/// -(A / w^2) (1 / cos(w L / c) - 1), c the speed of sound: E u'' + rho w^2 (u + u_base) = 0 with
+/// u(0) = 0 and u'(L) = 0.
 #[test]
 fn a_bar_on_a_shaken_base_moves_as_the_wave_equation_says() {
     let acceleration = 3.0;
@@ -105,8 +105,8 @@ fn a_bar_on_a_shaken_base_moves_as_the_wave_equation_says() {
     }
 }
 
-/// Shaken slowly the end lags behind the base by A L^2 / (2 c^2). Linear elements have it exactly, however few they
-/// are, where the elements at the base carry the mass of its nodes, too.
+/// Under a slow excitation the end lags behind the base by A L^2 / (2 c^2). Linear elements have it
+/// exactly, however few they are, if the elements at the base carry the mass of its nodes, too.
 #[test]
 fn the_mass_of_the_base_nodes_loads_the_elements_that_hang_on_them() {
     let acceleration = 3.0;
@@ -168,7 +168,7 @@ fn of_points(points_m: &[[f64; 3]], pressure_pa: impl Fn([f64; 3]) -> [f64; 2]) 
     }
 }
 
-/// The loads of harmonic 1 on X and on the modes: of the cosine, then of the sine.
+/// Loads of harmonic 1 on X and on the modes: of the cosine, then of the sine.
 fn loads(mut assembly: Assembly, mesh: &Mesh, excitations: Vec<ExcitationSpec>) -> [Vec<f64>; 2] {
     assembly.excitations = excitations;
     let relative = reduced(&assembly, mesh);
@@ -177,7 +177,7 @@ fn loads(mut assembly: Assembly, mesh: &Mesh, excitations: Vec<ExcitationSpec>) 
     [&load.cosine, &load.sine].map(|load| [&load.on_x[..], &load.on_modes[..]].concat())
 }
 
-/// The residual vectors of other loads are others: only X is compared.
+/// Compares X only, because other loads have other residual vectors.
 fn assert_same_on_x(a: &[f64], b: &[f64]) {
     let largest = b.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for (a, b) in a.iter().zip(b).take(27) {
@@ -224,7 +224,7 @@ fn a_phase_turns_all_of_a_field() {
     assert_same_on_x(&turned_s, &c);
 }
 
-/// The same force on a surface as a whole, over its area, and as a pressure against its normal.
+/// One force on a surface as a whole, over its area, and as a pressure against its normal.
 #[test]
 fn a_force_a_traction_and_a_pressure_on_a_plane_are_one() {
     let (assembly, mesh, _) = blocks();
@@ -242,7 +242,8 @@ fn a_force_a_traction_and_a_pressure_on_a_plane_are_one() {
     let [pressure, _] = of(LoadKind::Pressure { pressure_pa: 1.0 }, 5.0 / area_m2);
     assert_same_on_x(&traction, &force);
     assert_same_on_x(&pressure, &force);
-    // With all pairs stuck they carry what the base does not: the sum of the normal forces is the load.
+    // With all pairs stuck they carry what the base does not: the sum of the normal forces is the
+    // load.
     assert!(force.iter().any(|f| f.abs() > 1e-6));
 }
 

@@ -1,4 +1,5 @@
-//! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so. The whole table: `make extremes`, docs/extremes.md.
+//! Ends of the input on the 72-pair reference model: each converges, with figures that must result.
+//! The whole table: `make extremes`, docs/extremes.md.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -27,7 +28,7 @@ fn statics(model: &Problem) -> StaticState {
     static_state(model, 10, NEWTON)
 }
 
-/// At multiples of the first stuck mode, 0.1 % damping.
+/// Response at multiples of the first stuck mode, with 0.1 % damping.
 fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usize) -> Response {
     let first = model.reduced.omega2[0].sqrt();
     let settings = SweepSettings::new(
@@ -133,7 +134,8 @@ fn without_friction_the_response_is_that_of_hardly_any() {
 
 #[test]
 fn flanks_too_rough_to_slide_jam_and_the_response_converges() {
-    // Pairs that jam carry shear under next to no pressure: there the static state and the response grow with friction.
+    // Pairs that jam carry shear under next to no pressure: there the static state and the response
+    // grow with friction.
     let amplitudes = |friction| {
         let model = model(friction, 0.05);
         let response = respond(&model, &statics(&model), &[0.98, 1.02], 1);
@@ -153,7 +155,8 @@ fn an_excitation_beyond_what_presses_the_flanks_is_named() {
     let mut model = model(0.3, 1e6);
     let response = respond(&model, &statics(&model), &[0.98], 1);
     assert_eq!(response.orbits[0].outcome, Outcome::LeavesSlot);
-    // The same force as that of a displacement of the base, which grows as the square of the frequency.
+    // The same force as that of a displacement of the base, which grows as the square of the
+    // frequency.
     let load = &mut model.excitations[0];
     load.growth = Growth::Squared;
     for part in [&mut load.cosine, &mut load.sine] {

@@ -1,5 +1,5 @@
-//! A rigid cube that slides on rigid ground in most of the period, on a spring, shaken at its base. Friction reverses twice
-//! in a period, at instants that no sample meets.
+//! A rigid cube that slides on rigid ground in most of the period, on a spring, excited at its
+//! base. Friction reverses twice in a period, at instants between the samples.
 
 use crate::shared_rigid_body::{DAMPING, NEWTON, amplitude_in_time_m, body};
 use dovetail_solver::dlft::eps::Eps;
@@ -10,7 +10,7 @@ use dovetail_solver::dlft::{Orbit, Outcome};
 
 /// A cube of steel with sides of 10 mm.
 const MASS_KG: f64 = 7.8e-3;
-/// The limit of friction, mu N.
+/// Limit of friction, mu N.
 const FRICTION_N: f64 = 0.3;
 const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
 
@@ -35,7 +35,7 @@ fn integrated_m(frequency_hz: f64) -> f64 {
     amplitude_in_time_m(MASS_KG, FRICTION_N, frequency_hz)
 }
 
-/// The integration is of first order in its step.
+/// Error of the integration, which is of first order in its step.
 const OF_INTEGRATION: f64 = 1e-3;
 
 #[test]
@@ -55,7 +55,8 @@ fn a_cube_in_gross_slip_is_within_its_accuracy_or_says_that_it_is_not() {
             assert!(error < estimated + OF_INTEGRATION, "{hz} Hz: {error}");
             let converged = orbit.outcome == Outcome::Converged;
             assert_eq!(converged, estimated <= accuracy, "{hz} Hz");
-            // The choice of eps suits an elastic body, and a rigid one has none: it is far stiffer in its contact.
+            // The choice of eps suits an elastic body, and a rigid one has none: it is far stiffer
+            // in its contact.
             assert!(converged || accuracy < 0.05 || eps_scale == 1.0, "{hz} Hz");
         }
     }

@@ -1,7 +1,7 @@
-//! The tests of the library from outside, one module a subject: finite elements, reduction, contact,
-//! harmonic balance, steps in time. None knows the program. They are one binary, as those of
-//! tests/program, and no test changes what the process has only one of (its environment, its folder,
-//! its number of threads).
+//! Tests of the library from outside, one module per subject: finite elements, reduction, contact,
+//! harmonic balance, steps in time. None uses the program. They are one binary, like those of
+//! tests/program, and no test changes anything that the process has only once (its environment, its
+//! folder, its number of threads).
 
 mod shared_bodies;
 mod shared_dovetail;

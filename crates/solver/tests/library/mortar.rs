@@ -1,5 +1,6 @@
-//! Contact between flanks whose meshes do not match, through all packages, against what is exact or holds
-//! for any solution: a uniform pressure, the balance of forces, and what matched meshes give.
+//! Contact between flanks whose meshes do not match, through all packages, compared with exact
+//! results and laws of any solution: a uniform pressure, the balance of forces, and the results of
+//! matched meshes.
 
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::newton::NewtonOptions;
@@ -18,7 +19,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
 };
 const SIZE: [f64; 3] = [12e-3, 8e-3, 5e-3];
 
-/// A block whose lines across the flank are graded and bent inside; it stands on the plane `z_m`.
+/// A block whose lines across the flank are graded and bent inside; its base is the plane `z_m`.
 fn bent(element: ElementType, cells: [usize; 3], z_m: f64, grade: f64) -> Mesh {
     let mut mesh = block(element, cells, SIZE);
     map_nodes(&mut mesh, |[x, y, z]| {
@@ -31,7 +32,8 @@ fn bent(element: ElementType, cells: [usize; 3], z_m: f64, grade: f64) -> Mesh {
     mesh
 }
 
-/// An upper block pressed on a lower one of other elements by a uniform pressure; rollers on two sides of both.
+/// An upper block pressed on a lower one of other elements by a uniform pressure; rollers on two
+/// sides of both.
 fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
     let mut both = blocks_assembly();
     both.rotation = None;
@@ -75,8 +77,9 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
     (model, problem)
 }
 
-/// Two materials, any two meshes: where the lateral strains of both are alike nothing rubs, and the pressure is
-/// uniform to rounding. (Frictionless the sides slide over each other as the materials ask for.)
+/// Two materials, any two meshes: where the lateral strains of both are alike nothing rubs, and the
+/// pressure is uniform to rounding. (Without friction the sides slide over each other as the
+/// materials require.)
 #[test]
 fn a_uniform_pressure_crosses_meshes_that_do_not_match() {
     use ElementType as E;
@@ -146,8 +149,8 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     }
 }
 
-/// Three blocks on each other and on rigid ground, pressed from above: each contact carries the load, also where the
-/// nodes of the middle one are masters below and slaves above.
+/// Three blocks on each other and on rigid ground, pressed from above: each contact carries the
+/// load, also where the nodes of the middle one are masters below and slaves above.
 #[test]
 fn a_tower_of_three_bodies_on_the_ground_hands_the_load_down() {
     let part =

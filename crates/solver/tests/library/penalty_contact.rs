@@ -1,4 +1,5 @@
-//! Contact through springs: against closed forms, steps in time, and rigid contact, which it tends to.
+//! Contact through springs, compared with closed forms, steps in time, and rigid contact as its
+//! limit.
 
 use std::f64::consts::TAU;
 use std::sync::Mutex;
@@ -24,7 +25,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 60,
 };
 
-/// A mass of 1 kg on springs of 1 N/m, pressed on the ground and shaken; its pair has springs.
+/// A mass of 1 kg on springs of 1 N/m, pressed on the ground and excited; its pair has springs.
 struct Mass {
     springs: PairStiffness,
     friction: f64,
@@ -79,7 +80,7 @@ impl Mass {
         }
     }
 
-    /// By harmonic balance at an angular frequency.
+    /// Orbit by harmonic balance at an angular frequency.
     fn orbit(&self, omega: f64, harmonics: usize, solver: Solver) -> Orbit {
         let model = self.model();
         let state = static_state(&model, 10, NEWTON);
@@ -99,7 +100,7 @@ impl Mass {
         orbit
     }
 
-    /// By steps in time.
+    /// Motion by steps in time.
     fn settled(&self, omega: f64, steps: usize) -> Settled {
         let model = self.model();
         let mut stepper = Stepper::new(&model, self.damping(), omega / TAU, steps).unwrap();
@@ -112,8 +113,8 @@ impl Mass {
     }
 }
 
-/// Spring and slider in series beside a damped oscillator: the amplitude and the work of a period in closed form, as in
-/// `time_integration`, where the spring is a mode.
+/// Spring and slider in series beside a damped oscillator: the amplitude and the work of a period
+/// in closed form, as in `time_integration`, where the spring is a mode.
 #[test]
 fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let jenkins = Mass {
@@ -191,8 +192,8 @@ fn a_pair_that_sticks_is_a_spring() {
     }
 }
 
-/// Springs that are soft, a mass that lifts off and one that slides around: harmonic balance and steps in time, which
-/// have their own forms of the law.
+/// Springs that are soft, a mass that lifts off and one that slides around: harmonic balance and
+/// steps in time, which have their own forms of the law.
 #[test]
 fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_lift_off() {
     let normal = [1.5, 0.5, 0.0];
@@ -242,7 +243,8 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
     }
 }
 
-/// The flanks of the 72-pair model with stiffer and stiffer springs: the difference to rigid contact falls as 1 / kappa.
+/// The flanks of the 72-pair model with stiffer and stiffer springs: the difference to rigid
+/// contact falls as 1 / kappa.
 #[test]
 fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
     let folder = root().join("tests/data/dovetail72");
@@ -299,15 +301,17 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
     }
 }
 
-/// Pairs under the pressure of a Hertz contact of cylinders, whose forces fall to zero at its edges.
+/// Pairs under the pressure of a Hertz contact of cylinders, whose forces fall to zero at its
+/// edges.
 const HERTZ_PAIRS: usize = 40;
 
-/// Of each pair: the length it stands for, of a contact from -1 to 1 m.
+/// Length that each pair represents, of a contact from -1 to 1 m.
 const HERTZ_SPACING: f64 = 2.0 / HERTZ_PAIRS as f64;
 
 const HERTZ_FRICTION: f64 = 0.5;
 
-/// N/m per metre: of each pair its own spring and that which joins it to the body, in series.
+/// Stiffness per metre, N/m per metre: for each pair its own spring and that which joins it to the
+/// body, in series.
 const HERTZ_SHEAR: f64 = 0.5;
 
 /// Normal force of a pair: its length times the pressure sqrt(1 - x^2), 1 N/m at the most.
@@ -316,16 +320,16 @@ fn hertz_force(pair: usize) -> f64 {
     (1.0 - x * x).sqrt() * HERTZ_SPACING
 }
 
-/// Force of all pairs at the first shift of a body that has not moved: each sticks up to its limit, and the edges slide
-/// first.
+/// Force of all pairs at the first shift of a body that has not moved: each sticks up to its limit,
+/// and the edges slide first.
 fn first_loading(shift: f64) -> f64 {
     (0..HERTZ_PAIRS)
         .map(|pair| (HERTZ_SHEAR * HERTZ_SPACING * shift).min(HERTZ_FRICTION * hertz_force(pair)))
         .sum()
 }
 
-/// By the rules of Masing, when the body moves as D cos(w t): the first harmonic of the force, in phase with the
-/// displacement and ahead of it, which takes pi D times it per period.
+/// First harmonic of the force by Masing's rules, where the body moves as D cos(w t): in phase with
+/// the displacement, and ahead of it. The energy lost per period is pi D times the second value.
 fn masing(amplitude: f64, loading: fn(f64) -> f64) -> [f64; 2] {
     let steps = 20_000;
     let mut force = [0.0; 2];
@@ -339,9 +343,9 @@ fn masing(amplitude: f64, loading: fn(f64) -> f64) -> [f64; 2] {
     force
 }
 
-/// A body on a spring, and on pairs that are joined to it by springs. At the frequency where its inertia and its spring
-/// cancel, the contact alone carries the force: the edges slide and the middle sticks (Cattaneo and Mindlin, on a bed of
-/// independent springs).
+/// A body on a spring, and on pairs that are joined to it by springs. At the frequency where its
+/// inertia and its spring cancel, the contact alone carries the force: the edges slide and the
+/// middle sticks (Cattaneo and Mindlin, on a bed of independent springs).
 #[test]
 fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
     let n = 3 * HERTZ_PAIRS;
@@ -478,9 +482,10 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
     }
 }
 
-/// A mass of 1 kg on a spring of 40 N/m that strikes one of 1000 N/m behind a gap of 10 m (the example `onedofgap` of pyHarm):
-/// the curve folds from 1.11 to 1.36 Hz. From above the sweep comes down the motion that does not strike, which ends at
-/// 1.11 Hz, and further down Newton's method finds no motion from there: the frequencies are solved from below.
+/// A mass of 1 kg on a spring of 40 N/m that strikes one of 1000 N/m behind a gap of 10 m (the
+/// example `onedofgap` of pyHarm): the curve folds from 1.11 to 1.36 Hz. From above the sweep
+/// follows the motion that does not strike, which ends at 1.11 Hz. Further down Newton's method
+/// finds no motion from there: the frequencies are solved from below.
 #[test]
 fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let along = |v: f64| vec![-v, 0.0, 0.0];

@@ -1,4 +1,4 @@
-//! The reduction of two spring lattices against their full matrices.
+//! Comparison of the reduction of two spring lattices with their full matrices.
 
 use crate::shared_lattices::assembly;
 use dovetail_numerics::sparse::dense as to_dense;
@@ -13,7 +13,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use nalgebra_sparse::CscMatrix;
 
-/// More than there are: all of them.
+/// More modes than there are: all of them.
 const ALL: usize = 1000;
 
 fn wanted(count: usize) -> StuckModes {
@@ -59,7 +59,7 @@ fn close(a: &Mat<c64>, b: &Mat<c64>, tolerance: f64) {
     assert!(error < tolerance, "{error}");
 }
 
-/// The bodies whole, and both reduced with as many modes as they have.
+/// Reductions of whole bodies, and of both reduced with as many modes as they have.
 fn both_ways(count: usize) -> Vec<(Model, Structure, Reduction)> {
     [[None, None], [Some(ALL), Some(ALL)], [None, Some(ALL)]]
         .into_iter()
@@ -106,14 +106,15 @@ fn lambda_is_the_parallel_form() {
     }
 }
 
-/// Displacements of all free dofs of a body under given forces, from its full matrices.
+/// Displacements of all free degrees of freedom of a body under given forces, from its full
+/// matrices.
 fn solved(structure: &Structure, body: usize, w: f64, forces: &Mat<c64>) -> Mat<c64> {
     let b = &structure.bodies[body];
     let z = dynamic_stiffness(&to_dense(&b.stiffness), &to_dense(&b.mass), w);
     z.partial_piv_lu().solve(forces)
 }
 
-/// Complex amplitudes of the forces of one harmonic on the free dofs (`cos - i sin`).
+/// Complex amplitudes of the forces of one harmonic on the free degrees of freedom (`cos - i sin`).
 fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
     let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
     for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
@@ -362,7 +363,8 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     }
 }
 
-/// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind it.
+/// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind
+/// it.
 fn first_yielding(relative: &ReducedModel) -> f64 {
     let (n, m) = (relative.stiffness.nrows(), relative.omega2.len());
     let own = relative.diagonal_stiffness();
@@ -529,7 +531,8 @@ fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
     }
 }
 
-/// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair its own.
+/// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair
+/// its own.
 fn three_bodies() -> (Model, Structure) {
     let (mut model, structure) = assembly([None, None]);
     let mut third: Body = model.bodies[0].clone();
@@ -718,7 +721,8 @@ fn what_cannot_be_assembled_is_an_error() {
         join(&model, structure.bodies.clone()),
         Err(FemError::ContactNodeNotFree { .. })
     ));
-    // A node of the interior is joined to no other body, whether its own is reduced by itself or not.
+    // A node of the interior is joined to no other body, whether its own is reduced by itself or
+    // not.
     for modes in [None, Some(3)] {
         let (_, mut structure) = assembly([modes, None]);
         structure.joints[1].slave = InterfaceNode { body: 0, node: 4 };
@@ -760,7 +764,8 @@ fn undamped(k: &Mat<f64>, m: &Mat<f64>, omega: f64) -> Mat<f64> {
     k - faer::Scale(omega * omega) * m
 }
 
-/// Z_bb - Z_bi Z_ii^-1 Z_ib, first `split` unknowns condensed if `first`, else the others.
+/// Z_bb - Z_bi Z_ii^-1 Z_ib, with the first `split` unknowns condensed if `first`, otherwise the
+/// others.
 fn condensed(z: &Mat<f64>, inner: std::ops::Range<usize>) -> Mat<f64> {
     let outer = if inner.start == 0 {
         inner.end..z.nrows()

@@ -1,5 +1,5 @@
-//! The reduced model against the full finite elements it stands for: two cubes on each other, ten-node
-//! tetrahedra with tied mid-edge nodes, one of them spinning, solved densely by faer.
+//! Comparison of the reduced model with the full finite elements: two cubes on each other, ten-node
+//! tetrahedra with tied mid-edge nodes, one of them rotating, solved densely by faer.
 
 use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
@@ -19,7 +19,7 @@ const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 2e-9,
     mass_per_s: 3e3,
 };
-/// More than there are: all of them.
+/// More modes than there are: all of them.
 const ALL: usize = 10_000;
 
 fn assembled(modes: Option<usize>) -> (Model, Structure) {
@@ -46,7 +46,7 @@ fn reduced(structure: &Structure) -> Reduction {
     reduce(structure, wanted).unwrap()
 }
 
-/// Angular frequencies of no meaning between 0.05 and 3 times that of the first stuck mode.
+/// Arbitrary angular frequencies between 0.05 and 3 times that of the first stuck mode.
 fn random_frequencies(reduced: &ReducedModel, count: usize) -> Vec<f64> {
     let first = reduced.omega2[0].sqrt();
     let mut state = 20_041_u64;
@@ -67,7 +67,7 @@ fn full_dynamic_stiffness(body: &BodyMatrices, w: f64) -> Mat<c64> {
     Mat::from_fn(k.nrows(), k.ncols(), |i, j| s * k[(i, j)] - z * m[(i, j)])
 }
 
-/// Rows: displacement of a body's flank in the frames of the pairs.
+/// Rows that give the displacement of a body's flank in the frames of the pairs.
 fn flank_rows(model: &Model, body: usize) -> Mat<c64> {
     let dofs = &model.bodies[body].dofs;
     let mut rows = Mat::zeros(3 * model.pairs.len(), 3 * dofs.free_nodes());
@@ -100,8 +100,8 @@ fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
 
 #[test]
 fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
-    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
-    // linear, and the full one can be solved at once.
+    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is
+    // then linear, and the full one can be solved at once.
     let (model, structure) = assembled(None);
     let problem = Problem::new(reduced(&structure).model, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
@@ -186,7 +186,8 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
 
 #[test]
 fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
-    // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
+    // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its
+    // flank.
     let (model, structure) = assembled(None);
     let problem = Problem::new(reduced(&structure).model, &model);
     let system = ContactSystem::new(&problem, DAMPING);
@@ -240,7 +241,8 @@ fn lanczos_and_dense_modes_of_the_elements_agree() {
     }
 }
 
-/// Of the two bodies tied at all pairs but those: the first one's flank moves with the second's.
+/// Squared angular frequencies of the two bodies tied at all pairs except `open`: the first one's
+/// flank moves with the second's.
 fn tied_omega2(model: &Model, structure: &Structure, open: &[usize]) -> Vec<f64> {
     let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
     let tied_size = sizes[0] + sizes[1] - 3 * model.pairs.len();

@@ -1,6 +1,6 @@
-//! The contact solver against a reduced 72-pair dovetail solved by an independent program
-//! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8,
-//! friction work to 0.1 % (the reference summed it over samples).
+//! Comparison of the contact solver with an independent program, on a reduced 72-pair dovetail
+//! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8, friction work
+//! to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -203,7 +203,7 @@ fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     }
 }
 
-/// Two of three pairs stand off so far that the steady load does not close them.
+/// Two of three pairs are so far apart that the steady load does not close them.
 #[test]
 fn a_small_force_where_pairs_are_open_at_rest_gives_the_linear_curve() {
     let mut model = model(1e-3);

@@ -1,5 +1,6 @@
-//! Two masses on springs, of which the first rubs on rigid ground. The balance has 3 (2H+1) unknowns. It is solved at any
-//! frequency, from its neighbour or cold, within few iterations, and its error is estimated.
+//! Two masses on springs, of which the first rubs on rigid ground. The balance has 3 (2H+1)
+//! unknowns. It is solved at any frequency, from its neighbour or cold, within few iterations, and
+//! its error is estimated.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -25,8 +26,8 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 60,
 };
 
-/// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which ground carries with 1 N; another joins the second to it, and
-/// a force of 1 N shakes the second, whose motion is observed.
+/// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which presses on the ground with 1 N;
+/// another joins the second to it. A force of 1 N excites the second, whose motion is observed.
 fn two_masses(friction: f64) -> Problem {
     let load = |force_n: f64| Load {
         on_x: vec![0.0, force_n, 0.0],
@@ -64,7 +65,7 @@ fn two_masses(friction: f64) -> Problem {
     }
 }
 
-/// The integration is of first order in its step.
+/// Error of the integration, which is of first order in its step.
 const OF_INTEGRATION: f64 = 3e-3;
 
 fn respond(friction: f64, frequencies_hz: Vec<f64>, harmonics: usize) -> Vec<Orbit> {
@@ -87,8 +88,8 @@ fn range(count: u32) -> Vec<f64> {
     (0..count).map(|i| 0.05 + step * f64::from(i)).collect()
 }
 
-/// Newton iterations of the frequency that took most; prints the seconds that frequencies took from their neighbours, on
-/// average, and cold, at most.
+/// Newton iterations of the frequency that took most. Prints the seconds that frequencies took from
+/// their neighbours, on average, and cold, at most.
 fn most_iterations(friction: f64, harmonics: usize) -> usize {
     let began = Instant::now();
     let warm = respond(friction, range(21), harmonics);

@@ -1,6 +1,7 @@
-//! A cantilever whose tip rubs on a rigid floor: one pair, one tangential displacement, and stuck modes near the harmonics.
-//! Rigid friction at one point is where a truncated series does worst, and where the parameter eps of DLFT matters most:
-//! the condensed stiffness of the harmonics is up to thousands of times the static one.
+//! A cantilever whose tip rubs on a rigid floor: one pair, one tangential displacement, and stuck
+//! modes near the harmonics. Rigid friction at one point is where a truncated series does worst,
+//! and where the parameter eps of DLFT matters most: the condensed stiffness of the harmonics is up
+//! to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -55,8 +56,9 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
     (0..=n).map(|i| weight(i) * f(at(i))).sum::<f64>() / (3.0 * f64::from(n))
 }
 
-/// E I = rho A = L = 1: the tip moved by X bends the beam to (3 x^2 - x^3) / 2 X; a force of 1 N acts at the middle,
-/// whose motion is observed. The floor carries 1 N. Across the plane of bending the tip has the same mass and stiffness.
+/// E I = rho A = L = 1: the tip moved by X bends the beam to (3 x^2 - x^3) / 2 X; a force of 1 N
+/// acts at the middle, whose motion is observed. The floor carries 1 N. Across the plane of bending
+/// the tip has the same mass and stiffness.
 fn beam(friction: f64) -> Problem {
     let bent = |x: f64| 0.5 * (3.0 * x * x - x * x * x);
     let along = |v: f64| vec![0.0, v, 0.0];
@@ -161,7 +163,7 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
     }
 }
 
-/// The integration is of first order in its step.
+/// Error of the integration, which is of first order in its step.
 const OF_INTEGRATION: f64 = 3e-3;
 
 /// The estimate is above the difference from the integration, whatever eps.

@@ -1,4 +1,4 @@
-//! The blade in its dovetail: an assembly made in code, and what binding finds of it at any mesh.
+//! Blade in its dovetail: an assembly made in code, and the results of binding at any mesh.
 
 use std::collections::BTreeSet;
 
@@ -41,7 +41,7 @@ pub fn assert_vector(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
     );
 }
 
-/// What holds for the default dovetail at any flank mesh.
+/// Checks properties of the default dovetail at any flank mesh.
 pub fn check_dovetail(model: &Model, nu: usize, nv: usize) {
     let per_flank = nu * nv;
     assert_eq!(model.pairs.len(), 2 * per_flank);

@@ -1,4 +1,5 @@
-//! A rigid body on a spring, pressed onto rigid ground and shaken at its base, and its motion by steps in time.
+//! Rigid body on a spring, pressed onto rigid ground and excited at its base, and its motion by
+//! steps in time.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -23,7 +24,7 @@ pub const NEWTON: NewtonOptions = NewtonOptions {
 pub const SPRING_HZ: f64 = 100.0;
 pub const BASE_M_S2: f64 = 76.9;
 
-/// A rigid body on a spring, pressed onto rigid ground with 1 N and shaken at its base.
+/// A rigid body on a spring, pressed onto rigid ground with 1 N and excited at its base.
 pub fn body(mass_kg: f64, friction: f64) -> Problem {
     let diagonal = |value: f64| Mat::from_fn(3, 3, |i, j| if i == j { value } else { 0.0 });
     let load = |force_n: f64| Load {
@@ -58,8 +59,8 @@ pub fn body(mass_kg: f64, friction: f64) -> Problem {
     }
 }
 
-/// Amplitude of a rigid body on a spring of 100 Hz, of so much mass and limit of friction, by steps in time from the
-/// static state.
+/// Amplitude of a rigid body on a spring of 100 Hz, of so much mass and limit of friction, by steps
+/// in time from the static state.
 pub fn amplitude_in_time_m(mass_kg: f64, friction_n: f64, frequency_hz: f64) -> f64 {
     let model = body(mass_kg, friction_n);
     let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, 8000).unwrap();

@@ -1,4 +1,5 @@
-//! The time integration against closed forms, and harmonic balance against the time integration.
+//! Comparison of the time integration with closed forms, and of harmonic balance with the time
+//! integration.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -22,8 +23,9 @@ const UNDAMPED: Rayleigh = Rayleigh {
     mass_per_s: 0.0,
 };
 
-/// One pair with diagonal K and M and at most one mode, pressed together by `press_n`; the vibrating
-/// load acts along `axis` and on the mode, and the displacement along `axis` (and of the mode) is seen.
+/// One pair with diagonal K and M and at most one mode, pressed together by `press_n`. The
+/// vibrating load acts along `axis` and on the mode, and the displacement along `axis` (and of the
+/// mode) is observed.
 struct OnePair {
     stiffness: [f64; 3],
     mass: [f64; 3],
@@ -208,8 +210,8 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     assert!((work / 1.236895 - 1.0).abs() < 3e-5);
 }
 
-/// A mass pressed on a rigid floor with N and shaken with P cos(w t), P > N: it leaves when the load
-/// does, flies freely and lands without rebound.
+/// A mass pressed on a rigid floor with N and excited with P cos(w t), P > N: it leaves when the
+/// load does, flies freely and lands without rebound.
 #[test]
 fn a_pair_lifts_off_flies_and_lands() {
     let (press, p, w): (f64, f64, f64) = (1.0, 1.2, 1.0);
@@ -343,8 +345,8 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     }
 }
 
-/// At one frequency a load that grows as its square is a constant one of that size, to both methods: motion, work of
-/// the excitation and work of the contacts.
+/// For both methods, a load that grows as the square of the frequency equals a constant one of that
+/// size at each frequency: motion, work of the excitation and work of the contacts.
 #[test]
 fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
     const FREQUENCY_HZ: f64 = 699.5;

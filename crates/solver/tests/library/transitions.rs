@@ -1,6 +1,6 @@
-//! Robust where pairs stick, slip and lift off: frequency steps wider than the resonance, warm and cold
-//! starts, four forces and four choices of harmonics and samples, on the 72-pair reference model. Every
-//! point converges, its mean near the static state.
+//! Robust where pairs stick, slip and lift off: frequency steps wider than the resonance, warm and
+//! cold starts, four forces and four choices of harmonics and samples, on the 72-pair reference
+//! model. Every point converges, its mean near the static state.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -33,7 +33,8 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         };
         let state = static_state(&model, 10, NEWTON);
         let frequencies = RATIOS.map(|r| r * first / std::f64::consts::TAU);
-        // The upper half of a sweep starts from its end: six frequencies beyond keep these in order.
+        // The upper half of a sweep starts from its end: six frequencies beyond keep these in
+        // order.
         let warm: Vec<f64> = frequencies
             .into_iter()
             .chain([1.5 * frequencies[5]; 6])

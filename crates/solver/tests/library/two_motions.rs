@@ -1,4 +1,5 @@
-//! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both are named.
+//! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both
+//! are named.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -21,8 +22,8 @@ const FORCE_N: f64 = 0.1;
 const GAP_M: f64 = 1.0;
 const STOP_N_M: f64 = 5.0;
 
-/// 1 kg on a spring of 1 N/m, before a stop on a spring of 5 N/m that it meets after 1 m. X opens the pair of both; with X
-/// = 0 both springs carry the mass.
+/// 1 kg on a spring of 1 N/m, in front of a stop on a spring of 5 N/m that it touches after 1 m. X
+/// opens the pair of both; with X = 0 both springs carry the mass.
 fn oscillator() -> Problem {
     let both = 1.0 + STOP_N_M;
     // The mass moves so far for X = 1, and the stop by 1 more.
@@ -84,7 +85,8 @@ fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
 }
 
-/// A step of the mass in time, by the rule of Runge and Kutta of order 4: no part of the program.
+/// A step of the mass in time, by the Runge-Kutta method of order 4, which is no part of the
+/// program.
 fn step(state: [f64; 2], time: f64, dt: f64, omega: f64) -> [f64; 2] {
     let rate = |[u, v]: [f64; 2], t: f64| {
         let stop = STOP_N_M * (u - GAP_M).max(0.0);
@@ -154,8 +156,8 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
     }
 }
 
-/// Few frequencies: with 14 the halves meet in a step that is too far at once, with 20 the peak is above the meeting, and
-/// its motion ends among the frequencies that are added.
+/// Few frequencies: with 14 the halves meet in a step that is too far at once, with 20 the peak is
+/// above the meeting, and its motion ends among the frequencies that are added.
 #[test]
 fn a_fold_between_few_frequencies_and_one_among_those_that_are_added_are_named() {
     for points in [14, 20] {

@@ -1,4 +1,4 @@
-//! [`Deck`] -> [`Content`]: solids, facets and groups.
+//! Conversion of a [`Deck`] to its [`Content`]: solids, facets and groups.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
@@ -16,7 +16,7 @@ use crate::{Group, MeshError};
 /// Name of the group of all solids where a deck names none.
 const ALL: &str = "all";
 
-/// Where an element of the deck stands in the content.
+/// Position of an element of the deck in the content.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum At {
     Solid(u32),
@@ -25,8 +25,8 @@ enum At {
     Aside,
 }
 
-/// What a group is made of. Of groups with one name the first in this order keeps it, and the others
-/// have their [`Origin::suffix`] behind it.
+/// Origin of a group. Of groups with one name the first in this order keeps it, and the others get
+/// their [`Origin::suffix`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Origin {
     Instance,
@@ -77,17 +77,17 @@ pub(super) fn assemble(deck: &Deck, files: &Files) -> Result<Content, MeshError>
     assembly.finish()
 }
 
-/// Name as it is shown, and groups by what they are made of.
+/// Name as it is shown, and groups by their origin.
 type Found = (String, BTreeMap<Origin, Group>);
 
 struct Assembly<'a> {
     model: Model<'a>,
     content: Content,
-    /// Of each element of the model.
+    /// Position of each element of the model.
     places: Vec<At>,
     /// Groups by the key of their names.
     found: BTreeMap<String, Found>,
-    /// How many solids have a face with these corners, ascending.
+    /// Number of solids that have a face with these corners, ascending.
     face_counts: Option<Rc<HashMap<[u32; 4], u32>>>,
 }
 
@@ -172,9 +172,10 @@ impl Assembly<'_> {
                 self.element_groups(&shown(&set.name), &elements, Origin::Solids);
             }
             for surface in scope.surfaces.values().filter(|surface| !surface.internal) {
-                let result = match surface.of_nodes {
-                    true => self.node_surface(&shown(&surface.name), number, surface),
-                    false => self.surface(&shown(&surface.name), number, surface),
+                let result = if surface.of_nodes {
+                    self.node_surface(&shown(&surface.name), number, surface)
+                } else {
+                    self.surface(&shown(&surface.name), number, surface)
                 };
                 let error = |e| {
                     self.model
@@ -292,7 +293,7 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// A facet that turns the other way.
+    /// Adds a facet that faces the other way and returns its number.
     fn turned(&mut self, facet: u32) -> u32 {
         let nodes = self.content.facets.of(facet as usize);
         let (corners, middles) = nodes.split_at(facet_corners(nodes.len()));
@@ -303,8 +304,8 @@ impl Assembly<'_> {
         self.content.facets.len() as u32 - 1
     }
 
-    /// The faces of a solid that a line of a surface means: the one that it names, or all that no
-    /// other solid has.
+    /// Adds the faces of a solid that a line of a surface refers to: the one that it names, or all
+    /// that no other solid has.
     fn faces(
         &mut self,
         solid: u32,
@@ -420,16 +421,17 @@ impl Assembly<'_> {
         }
     }
 
-    /// Where no group has solids, makes one of all of them.
+    /// Adds a group of all solids where no group has solids.
     fn name_all_solids(&mut self) {
         let groups = &mut self.content.groups;
         let has_solids = groups.values().any(|group| group.dimension == 3);
         if has_solids {
             return;
         }
-        let name = match groups.contains_key(ALL) {
-            true => format!("{ALL} solids"),
-            false => ALL.to_owned(),
+        let name = if groups.contains_key(ALL) {
+            format!("{ALL} solids")
+        } else {
+            ALL.to_owned()
         };
         let all = self.content.all_solids();
         self.content.groups.insert(name, all);

@@ -1,35 +1,35 @@
-//! The lines of a deck: comments left out, keyword lines joined, included files in their place.
+//! Lines of a deck: comments left out, keyword lines joined, included files in their place.
 
 use std::borrow::Cow;
 
 use crate::MeshError;
 
-/// Files inside one another at most, so that a file that includes itself comes to an end.
+/// Most files inside one another, so that a file that includes itself comes to an end.
 const DEEPEST: usize = 20;
-/// Files included at most.
+/// Most files included.
 const MOST_FILES: usize = 2000;
 
-/// Where a line stands: number of the file in [`Files`] (the deck is 0), and of the line.
+/// Position of a line: number of the file in [`Files`] (the deck is 0), and of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Place {
     pub file: usize,
     pub line: usize,
 }
 
-/// A keyword line.
+/// Keyword line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Keyword {
-    /// In capital letters, without the star and without blanks.
+    /// Name in capital letters, without the star and without blanks.
     pub name: String,
-    /// As a message shows it, with the star.
+    /// Name as a message shows it, with the star.
     pub shown: String,
-    /// Names, in capital letters without blanks, and values.
+    /// Names, in capital letters without blanks, and values of the parameters.
     pub parameters: Vec<(String, String)>,
     pub place: Place,
 }
 
 impl Keyword {
-    /// The value of a parameter, empty where it has none.
+    /// Value of a parameter, empty where it has none.
     pub fn get(&self, name: &str) -> Option<&str> {
         let found = self.parameters.iter().find(|(key, _)| key == name);
         found.map(|(_, value)| value.as_str())
@@ -39,7 +39,7 @@ impl Keyword {
         self.get(name).is_some()
     }
 
-    /// The value of a parameter that cannot be left out.
+    /// Value of a parameter that is required.
     ///
     /// # Errors
     /// It is missing or empty.
@@ -61,7 +61,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// The next line without its end.
+    /// Next line without its end.
     fn next(&mut self) -> Option<&[u8]> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|b| *b == b'\n');
@@ -76,7 +76,7 @@ impl Source<'_> {
 pub(super) struct Files(Vec<String>);
 
 impl Files {
-    /// The error, with the place and the keyword where it was found.
+    /// Adds the place and the keyword to an error.
     pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
         if matches!(error, MeshError::Deck { .. }) {
             return error;
@@ -92,7 +92,7 @@ impl Files {
         }
     }
 
-    /// A place, as a message names it.
+    /// Place in the form of a message.
     pub fn shown(&self, place: Place) -> String {
         let line = place.line;
         match self.0.get(place.file).map_or("", String::as_str) {
@@ -105,9 +105,9 @@ impl Files {
 /// All lines of a deck.
 pub(super) struct Lines<'a> {
     sources: Vec<Source<'a>>,
-    /// Those that were opened.
+    /// Files that were opened.
     pub files: Files,
-    /// A line that was read and belongs to nobody yet.
+    /// Line that was read and not yet used.
     kept: Option<(Place, String)>,
     include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
 }
@@ -130,7 +130,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Reads on in another file, and behind it here.
+    /// Continues reading in another file, and after it here.
     ///
     /// # Errors
     /// The file cannot be read, or files include one another without end.
@@ -152,7 +152,7 @@ impl<'a> Lines<'a> {
         Ok(())
     }
 
-    /// The next line that is neither empty nor a comment, without blanks around it.
+    /// Next line that is neither empty nor a comment, without blanks around it.
     fn raw(&mut self) -> Option<(Place, String)> {
         if let Some(kept) = self.kept.take() {
             return Some(kept);
@@ -174,7 +174,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The next line, and where it stands.
+    /// Next line, and its place.
     pub fn next(&mut self) -> Option<(Place, Line)> {
         let (place, mut text) = self.raw()?;
         if !text.starts_with('*') {
@@ -193,7 +193,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Capital letters without blanks: how names of keywords and parameters are compared.
+/// Text in capital letters without blanks, by which names of keywords and parameters are compared.
 pub(super) fn bare(text: &str) -> String {
     let letters = text.chars().filter(|c| !c.is_whitespace());
     letters.collect::<String>().to_ascii_uppercase()
@@ -215,8 +215,8 @@ fn keyword(text: &str, place: Place) -> Keyword {
     }
 }
 
-/// What stands between the commas, without blanks around it. Commas between quotation marks belong
-/// to their field.
+/// Fields between the commas, without blanks around them. Commas between quotation marks belong to
+/// their field.
 pub(super) fn fields(line: &str) -> impl Iterator<Item = &str> {
     let mut quoted = false;
     let parts = line.split(move |c: char| {
@@ -226,17 +226,17 @@ pub(super) fn fields(line: &str) -> impl Iterator<Item = &str> {
     parts.map(str::trim)
 }
 
-/// The text without blanks and quotation marks around it.
+/// Text without blanks and quotation marks around it.
 pub(super) fn unquoted(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
     inner.unwrap_or(text)
 }
 
-/// A number as Fortran writes it, too: `1.5D+3`.
+/// Number, also as Fortran writes it: `1.5D+3`.
 ///
 /// # Errors
-/// It is none.
+/// The text is not a number.
 pub(super) fn number(field: &str) -> Result<f64, MeshError> {
     let wrong = || MeshError::NotANumber {
         found: field.to_owned(),
@@ -252,7 +252,7 @@ pub(super) fn number(field: &str) -> Result<f64, MeshError> {
 /// Number of a node or an element.
 ///
 /// # Errors
-/// It is none.
+/// The text is not such a number.
 pub(super) fn label(field: &str) -> Result<u64, MeshError> {
     field.parse().map_err(|_| MeshError::NotALabel {
         found: field.to_owned(),

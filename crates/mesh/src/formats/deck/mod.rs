@@ -1,11 +1,11 @@
 //! Decks of Abaqus and CalculiX: nodes, elements, sets, surfaces and materials of an input file.
 //!
-//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE`, `*MATERIAL` with `*ELASTIC` and
-//! `*DENSITY`, `*SOLID SECTION`, `*INCLUDE`, and Abaqus' parts, instances and assembly. Every other
-//! keyword is left aside, and the remarks name it. What makes nodes or elements by a rule (`*NGEN`,
-//! `*ELGEN`) is an error. A beginning that only one word has stands for the word (`GEN` for
-//! `GENERATE`). Of the keywords that are read, a parameter that has no meaning here is left aside and
-//! named in the remarks; one that the keyword does not have is an error.
+//! The keywords `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE`, `*MATERIAL` with `*ELASTIC` and
+//! `*DENSITY`, `*SOLID SECTION`, `*INCLUDE`, and Abaqus' parts, instances and assembly are read.
+//! Every other keyword is ignored and named in the remarks. Keywords that make nodes or elements by
+//! a rule (`*NGEN`, `*ELGEN`) are an error. An unambiguous beginning of a word is accepted for the
+//! word (`GEN` for `GENERATE`). A parameter of a keyword that is read is ignored and named in the
+//! remarks if it has no meaning here; one that the keyword does not have is an error.
 //!
 //! Groups:
 //! - An element set is a volume group of its solids. Its shells (also membranes, plane and surface
@@ -17,13 +17,13 @@
 //! - All solids are the group `all` where no other group has solids.
 //!
 //! Sets and surfaces that are marked `INTERNAL` are no groups. A set of a part is called by its own
-//! name where no other instance, nor the assembly, has that name, and else `instance.set`.
+//! name where no other instance, nor the assembly, has that name, and otherwise `instance.set`.
 //!
-//! Of several groups with one name the first of these keeps it, and the others are called with a
-//! word behind it: the instance, the solids of a set `(elements)`, the surface `(surface)`, the shells
-//! of a set `(shells)`, its lines `(lines)`, the node set `(nodes)`, the surface of nodes `(node
-//! surface)`. Names that differ in the case of the letters A to Z alone are one name, spelled as at its
-//! first place. A line that is no UTF-8 is read as Latin-1.
+//! If several groups have one name, the first of this list keeps it, and a word is appended to the
+//! names of the others: the instance, the solids of a set `(elements)`, the surface `(surface)`,
+//! the shells of a set `(shells)`, its lines `(lines)`, the node set `(nodes)`, the surface of
+//! nodes `(node surface)`. Names that differ only in the case of the letters A to Z are one name,
+//! spelled as at its first place. A line that is not UTF-8 is read as Latin-1.
 
 mod assemble;
 mod lines;
@@ -39,8 +39,8 @@ mod tests;
 use super::content::Content;
 use crate::MeshError;
 
-/// Parses the bytes of a deck. Lengths and materials are in the units of the deck. `include` gives the
-/// bytes of a file that the deck names.
+/// Parses the bytes of a deck. Lengths and materials are in the units of the deck. `include` gives
+/// the bytes of a file that the deck names.
 ///
 /// # Errors
 /// A deck that cannot be read, or that contradicts itself: see [`MeshError`], which names the line.

@@ -1,4 +1,5 @@
-//! Lines -> [`Deck`]: parts, instances, sets, surfaces and materials, with their names.
+//! Conversion of lines to a [`Deck`]: parts, instances, sets, surfaces and materials, with their
+//! names.
 
 use dovetail_numerics::space::{sub, unit};
 
@@ -16,10 +17,10 @@ pub(super) struct Material {
     pub density: Option<f64>,
 }
 
-/// Everything that a deck says and that is read.
+/// Contents of a deck that are read.
 #[derive(Debug, Default)]
 pub(super) struct Deck {
-    /// What stands in no part, and in the assembly.
+    /// Contents outside of any part, and in the assembly.
     pub root: Scope,
     pub parts: Vec<Scope>,
     pub instances: Vec<Scope>,
@@ -27,7 +28,7 @@ pub(super) struct Deck {
     pub remarks: Vec<String>,
 }
 
-/// Keywords that hold nothing, or what nobody misses.
+/// Keywords that are ignored without a remark.
 const SILENT: [&str; 9] = [
     "HEADING",
     "PREPRINT",
@@ -40,7 +41,7 @@ const SILENT: [&str; 9] = [
     "ENDSTEP",
 ];
 
-/// Where nodes, elements and sets go.
+/// Scope that nodes, elements and sets go to.
 #[derive(Clone, Copy, PartialEq)]
 enum Open {
     Root,
@@ -48,7 +49,7 @@ enum Open {
     Instance,
 }
 
-/// What the data lines behind a keyword are.
+/// Meaning of the data lines after a keyword.
 enum Mode {
     Skip,
     Nodes {
@@ -64,7 +65,7 @@ enum Mode {
     },
     Surface(String),
     Union(String),
-    /// The first line of a property of a material, then those for other temperatures.
+    /// First line of a property of a material, then those for other temperatures.
     Property {
         elastic: bool,
         is_read: bool,
@@ -72,23 +73,23 @@ enum Mode {
     Placement(usize),
 }
 
-/// An element that is being read, perhaps on several lines.
+/// Element that is being read, perhaps from several lines.
 struct Elements {
     kind: Kind,
     kind_name: String,
     set: Option<String>,
     /// Label, then nodes.
     pending: Vec<u64>,
-    /// A line of a mass or a beam ended with a comma.
+    /// True if a line of a mass or a beam ended with a comma.
     goes_on: bool,
-    /// A node of it is no number, as of a connector between instances.
+    /// True if one of its nodes is not a number, as for a connector between instances.
     odd: bool,
 }
 
 /// Reads all lines.
 ///
 /// # Errors
-/// See [`MeshError`]; each says where.
+/// See [`MeshError`]; each error names its place.
 pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
     let mut reader = Reader {
         deck: Deck::default(),
@@ -121,10 +122,10 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
 struct Reader {
     deck: Deck,
     open: Open,
-    /// Where *ASSEMBLY stands, while it is open.
+    /// Place of *ASSEMBLY, while it is open.
     in_assembly: Option<Place>,
     mode: Mode,
-    /// The last keyword.
+    /// Last keyword.
     keyword: Keyword,
     /// Keywords that are not read.
     aside: Vec<String>,
@@ -359,7 +360,7 @@ impl Reader {
         self.property(keyword, false, |m| m.density.is_some())
     }
 
-    /// The lines of a property, which a material has once.
+    /// Data lines of a property, which a material has once.
     fn property(
         &self,
         keyword: &Keyword,
@@ -378,7 +379,7 @@ impl Reader {
         }
     }
 
-    /// A line of a property that is not the first.
+    /// Records a line of a property that is not the first.
     fn other_temperatures(&mut self) {
         if let Some(material) = self.deck.materials.last() {
             name_once(&mut self.of_temperature, &material.name);
@@ -487,13 +488,14 @@ impl Reader {
                 *line += 1;
                 self.placement_line(text, *line)
             }
-            Mode::Property { elastic, is_read } => match std::mem::replace(is_read, true) {
-                false => self.material_line(text, *elastic),
-                true => {
+            Mode::Property { elastic, is_read } => {
+                if std::mem::replace(is_read, true) {
                     self.other_temperatures();
                     Ok(())
+                } else {
+                    self.material_line(text, *elastic)
                 }
-            },
+            }
         };
         self.mode = mode;
         result
@@ -552,7 +554,7 @@ impl Reader {
         }
     }
 
-    /// Keeps the element that is read.
+    /// Stores the element that has been read.
     fn element_done(&mut self, elements: &mut Elements) -> Result<(), MeshError> {
         let Some((&element, nodes)) = elements.pending.split_first() else {
             return Ok(());
@@ -660,7 +662,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The lines of the surfaces that a union names are lines of its own.
+    /// Adds the lines of the surfaces that a union names as its own.
     fn union_line(&mut self, text: &str, name: &str) -> Result<(), MeshError> {
         let scope = self.scope();
         for field in fields(text).filter(|f| !f.is_empty()) {
@@ -716,7 +718,7 @@ impl Reader {
         let first = number(fields.next().unwrap_or_default())?;
         if elastic {
             material.young = Some(first);
-            // CalculiX and Abaqus take a ratio that is left out for zero.
+            // CalculiX and Abaqus take a missing ratio as zero.
             let poisson = fields.next().filter(|f| !f.is_empty());
             material.poisson = Some(poisson.map_or(Ok(0.0), number)?);
         } else {
@@ -752,19 +754,19 @@ impl Reader {
         if !self.aside.is_empty() {
             let keywords = crate::text::list(&self.aside);
             let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
-            let scene = match self
+            let scene = if self
                 .aside
                 .iter()
                 .any(|k| of_the_scene.contains(&k.as_str()))
             {
-                true => " What holds, touches and loads the bodies stands in the scene.",
-                false => "",
+                " What holds, touches and loads the bodies stands in the scene."
+            } else {
+                ""
             };
-            let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
-                true => {
-                    " What *TIE joins is joined in the scene by a contact with the law `bonded`."
-                }
-                false => "",
+            let tie = if self.aside.iter().any(|keyword| keyword == "*TIE") {
+                " What *TIE joins is joined in the scene by a contact with the law `bonded`."
+            } else {
+                ""
             };
             self.deck.remarks.push(format!(
                 "These keywords were not read: {keywords}.{scene}{tie}"

@@ -1,4 +1,5 @@
-//! Names and labels -> numbers: the nodes and elements of all scopes in one list, and their sets.
+//! Resolution of names and labels to numbers: the nodes and elements of all scopes in one list, and
+//! their sets.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -10,18 +11,18 @@ use crate::MeshError;
 use crate::element::Connectivity;
 use crate::text;
 
-/// Sets inside one another at most.
+/// Most sets inside one another.
 const DEEPEST: usize = 200;
 
-/// Labels with the indices of what they stand for, by label.
+/// Labels with the indices that they refer to, by label.
 type ByLabel = Rc<Vec<(u64, u32)>>;
 
-/// A scope, and where its nodes and elements begin in the lists of all.
+/// Scope, with the first of its nodes and elements in the lists of all.
 struct Placed<'a> {
     scope: &'a Scope,
     first_node: u32,
     first_element: u32,
-    /// Of nodes and of elements; made when a range asks for them.
+    /// Labels of nodes and of elements; made when a range asks for them.
     by_label: [Option<ByLabel>; 2],
 }
 
@@ -56,22 +57,23 @@ pub(super) struct Model<'a> {
     scopes: Vec<Placed<'a>>,
     /// Nodes of each element of all scopes.
     pub elements: Connectivity,
-    /// Sets that are resolved; `None` while one is being so.
+    /// Sets that are resolved; `None` while one is being resolved.
     sets: HashMap<SetKey, Option<Rc<Vec<u32>>>>,
     files: &'a Files,
-    /// Sets that are generated from numbers of which not all are there, with their places.
+    /// Sets that are generated from numbers that do not all exist, with their places.
     pub fewer: Vec<String>,
 }
 
 impl<'a> Model<'a> {
-    /// Puts the scopes one behind the other.
+    /// Places the scopes one after the other.
     ///
     /// # Errors
-    /// An element names a node that is not there.
+    /// An element names a node that does not exist.
     pub fn new(deck: &'a Deck, files: &'a Files) -> Result<Self, MeshError> {
-        let instances = match deck.instances.is_empty() {
-            true => &deck.parts,
-            false => &deck.instances,
+        let instances = if deck.instances.is_empty() {
+            &deck.parts
+        } else {
+            &deck.instances
         };
         let mut model = Self {
             scopes: Vec::new(),
@@ -107,12 +109,12 @@ impl<'a> Model<'a> {
         Ok(model)
     }
 
-    /// All scopes, and where the elements of each begin.
+    /// All scopes, with the first element of each.
     pub fn scopes(&self) -> impl Iterator<Item = (&'a Scope, u32)> + use<'a, '_> {
         self.scopes.iter().map(|p| (p.scope, p.first_element))
     }
 
-    /// The error, with its place.
+    /// Adds the place to an error.
     pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
         self.files.at(place, keyword, error)
     }
@@ -130,7 +132,7 @@ impl<'a> Model<'a> {
         self.scopes.iter().position(is)
     }
 
-    /// Scope and key of the set `name`, also of `instance.set`, as it is seen from a scope.
+    /// Scope and key of the set `name`, also of `instance.set`, as seen from a scope.
     fn find(&self, what: What, scope: usize, name: &str) -> Option<(usize, String)> {
         if self.sets_of(what, scope).contains_key(&key(name)) {
             return Some((scope, key(name)));
@@ -144,10 +146,10 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// The nodes or elements of a set, ascending, each once.
+    /// Nodes or elements of a set, ascending, each once.
     ///
     /// # Errors
-    /// There is no such set, it holds what is not there, or itself.
+    /// There is no such set, it contains what does not exist, or it contains itself.
     pub fn set(&mut self, what: What, scope: usize, name: &str) -> Result<Rc<Vec<u32>>, MeshError> {
         self.set_inside(what, scope, name, 0)
     }
@@ -260,7 +262,7 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// The node or element with a label.
+    /// Node or element with a label.
     fn labelled(&self, what: What, scope: usize, label: u64) -> Result<u32, MeshError> {
         let placed = &self.scopes[scope];
         let (index, first) = match what {
@@ -290,10 +292,11 @@ impl<'a> Model<'a> {
         list.clone()
     }
 
-    /// What the first entry on a line of a surface means: a label or a set, perhaps of an instance.
+    /// Nodes or elements that the first entry on a line of a surface refers to: a label or a set,
+    /// perhaps of an instance.
     ///
     /// # Errors
-    /// It means nothing.
+    /// It refers to nothing.
     pub fn target(
         &mut self,
         what: What,
@@ -312,7 +315,7 @@ impl<'a> Model<'a> {
     }
 }
 
-/// The error, with the name of the set in which it was found.
+/// Adds the name of the set in which it was found to an error.
 pub(super) fn named(error: MeshError, name: &str) -> MeshError {
     match error {
         MeshError::LabelMissing { what, label, .. } => MeshError::LabelMissing {

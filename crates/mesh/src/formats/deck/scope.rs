@@ -1,4 +1,4 @@
-//! What a deck says: a part, an instance of one, or all that stands in neither.
+//! Contents of a deck by scope: a part, an instance of one, or all that is in neither.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,7 +8,7 @@ use super::lines::Place;
 use super::types::Kind;
 use crate::MeshError;
 
-/// How names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
+/// Key by which names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
 pub(super) fn key(name: &str) -> String {
     name.to_ascii_uppercase()
 }
@@ -17,9 +17,9 @@ pub(super) fn key(name: &str) -> String {
 pub(super) struct Element {
     pub label: u64,
     pub kind: Kind,
-    /// Where its nodes begin in [`Scope::element_nodes`].
+    /// Index of its first node in [`Scope::element_nodes`].
     pub first: usize,
-    /// Of its keyword line.
+    /// Place of its keyword line.
     pub place: Place,
 }
 
@@ -27,23 +27,23 @@ pub(super) struct Element {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Block {
     pub place: Place,
-    /// Whose nodes or elements they are, where the line says it.
+    /// Instance that the nodes or elements belong to, if the line names one.
     pub instance: Option<String>,
     pub labels: Vec<u64>,
-    /// First, last, step.
+    /// First, last and step of each range.
     pub ranges: Vec<[u64; 3]>,
-    /// Other sets.
+    /// Names of other sets.
     pub names: Vec<String>,
-    /// The nodes of the elements of these sets.
+    /// Names of the sets whose elements' nodes are members.
     pub elements_of: Vec<String>,
 }
 
 /// A set of nodes or of elements.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Set {
-    /// As it was first written.
+    /// Name as it was first written.
     pub name: String,
-    /// Written by a program for itself: no group.
+    /// True if a program wrote the set for itself: it is no group.
     pub internal: bool,
     pub blocks: Vec<Block>,
 }
@@ -51,7 +51,7 @@ pub(super) struct Set {
 /// Sets by their [`key`].
 pub(super) type Sets = BTreeMap<String, Set>;
 
-/// The block of the set `name` that the keyword line at `place` gives.
+/// Block of the set `name` that the keyword line at `place` gives.
 pub(super) fn block<'a>(
     sets: &'a mut Sets,
     name: &str,
@@ -77,7 +77,7 @@ pub(super) fn block<'a>(
 /// One data line of a surface.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct SurfaceLine {
-    /// An element, a node, or a set, perhaps behind the name of an instance and a dot.
+    /// Element, node or set, perhaps preceded by the name of an instance and a dot.
     pub target: String,
     /// Label of a face.
     pub face: Option<String>,
@@ -87,7 +87,7 @@ pub(super) struct SurfaceLine {
 pub(super) struct Surface {
     pub name: String,
     pub internal: bool,
-    /// Of nodes, not of faces of elements.
+    /// True for a surface of nodes, not of faces of elements.
     pub of_nodes: bool,
     pub place: Place,
     pub lines: Vec<SurfaceLine>,
@@ -100,7 +100,7 @@ pub(super) struct Section {
     pub place: Place,
 }
 
-/// A shift, then a turn about a line.
+/// Translation, then a rotation about a line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Placement {
     pub shift: [f64; 3],
@@ -109,15 +109,15 @@ pub(super) struct Placement {
 
 #[derive(Debug, Clone)]
 pub(super) struct Turn {
-    /// A point of the line.
+    /// Point of the line.
     pub point: [f64; 3],
-    /// Of length one; the turn is that of a right hand.
+    /// Direction of unit length; the rotation follows the right-hand rule.
     pub direction: [f64; 3],
     pub angle_rad: f64,
 }
 
 impl Placement {
-    /// Where a node of the part stands in the assembly.
+    /// Position in the assembly of a node of the part.
     pub fn apply(&self, at: [f64; 3]) -> [f64; 3] {
         let shifted = [0, 1, 2].map(|i| at[i] + self.shift[i]);
         let Some(turn) = &self.turn else {
@@ -137,9 +137,9 @@ impl Placement {
 /// Nodes, elements, sets and surfaces with labels and names of their own.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scope {
-    /// Of a part or an instance, empty for what stands in none.
+    /// Name of a part or an instance; empty for the root.
     pub name: String,
-    /// Of an instance: the name of its part.
+    /// Name of the part of an instance.
     pub part: String,
     pub placement: Placement,
     pub nodes: Vec<[f64; 3]>,
@@ -159,7 +159,7 @@ impl Scope {
     /// Adds a node.
     ///
     /// # Errors
-    /// Its label is another's.
+    /// Its label exists already.
     pub fn push_node(&mut self, label: u64, at: [f64; 3]) -> Result<(), MeshError> {
         let index = self.nodes.len() as u32;
         if self.node_index.insert(label, index).is_some() {
@@ -176,7 +176,7 @@ impl Scope {
     /// Adds an element.
     ///
     /// # Errors
-    /// Its label is another's, or it has a node twice.
+    /// Its label exists already, or it has a node twice.
     pub fn push_element(
         &mut self,
         label: u64,

@@ -3,7 +3,7 @@
 use crate::MeshError;
 use crate::element::ElementType;
 
-/// What an element is to this program.
+/// Kind of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A solid of so many nodes.
@@ -12,12 +12,12 @@ pub(super) enum Kind {
     Facet(usize),
     /// A beam, truss or pipe of so many nodes.
     Line(usize),
-    /// A mass, a spring and the like: nothing is read but its label.
+    /// A mass, a spring and the like, of which only the label is read.
     Aside,
 }
 
 impl Kind {
-    /// Number of nodes, where it counts.
+    /// Number of nodes, where it matters.
     pub fn nodes(self) -> Option<usize> {
         match self {
             Self::Solid(nodes) | Self::Facet(nodes) | Self::Line(nodes) => Some(nodes),
@@ -28,7 +28,7 @@ impl Kind {
 
 /// Beginnings of the names of solids; the number of nodes follows.
 const SOLIDS: [&str; 4] = ["C3D", "DC3D", "SC", "CSS"];
-/// The same of facets.
+/// Beginnings of the names of facets; the number of nodes follows.
 const FACETS: [&str; 13] = [
     "CPS", "CPEG", "CPE", "CAX", "CGAX", "M3D", "SFM3D", "R3D", "DC2D", "DCAX", "DS", "STRI", "S",
 ];
@@ -59,20 +59,20 @@ const LINES: [(&str, usize); 24] = [
     ("SAX2", 3),
     ("DC1D2", 2),
 ];
-/// Beginnings of the names of what has no shape.
+/// Beginnings of the names of elements without a shape.
 const ASIDE: [&str; 19] = [
     "MASS", "ROTARYI", "SPRING", "DASHPOT", "CONN", "DCOUP", "GAP", "ITT", "ITS", "JOINTC",
     "HEATCAP", "DRAG", "PSI", "F3D", "F2D", "FAX", "COH", "GK", "AC3D",
 ];
 
-/// What is read, for messages.
+/// Types that are read, for messages.
 pub(super) const READ: &str = "C3D4, C3D5, C3D6, C3D8, C3D10, C3D13, C3D15 and C3D20 with any \
     suffix, shells, membranes, plane and surface elements of 3, 4, 6 or 8 nodes, beams and trusses";
 
-/// The kind of the type that a deck calls `name`; `set` is the set of its elements, for messages.
+/// Kind of the type that a deck calls `name`; `set` is the set of its elements, for messages.
 ///
 /// # Errors
-/// A type with nodes inside faces, or one that is not known.
+/// A type with nodes inside faces, or an unknown one.
 pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
     let capitals = name.trim().to_uppercase();
     let digits = |prefix: &str| -> Option<(usize, String)> {

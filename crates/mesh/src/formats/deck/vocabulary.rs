@@ -1,19 +1,19 @@
-//! Keywords and parameters that are known, and the words that their beginnings stand for.
+//! Known keywords and parameters, and the words that their beginnings abbreviate.
 //!
-//! Abaqus takes the beginning of a keyword, of a parameter or of a parameter's value for the whole
-//! word, where no other word of that place begins so. All words stand here in capital letters
-//! without blanks.
+//! Abaqus accepts the beginning of a keyword, of a parameter or of a parameter's value for the
+//! whole word, where no other word of that place begins so. All words are given here in capital
+//! letters without blanks.
 
 use super::lines::{Keyword, bare};
 use crate::MeshError;
 use crate::text;
 
-/// A keyword that is read, with the parameters that it may have.
+/// Keyword that is read, with the parameters that it may have.
 struct Entry {
     keyword: &'static str,
     /// Parameters that are read, or that change nothing of what is read.
     read: &'static [&'static str],
-    /// Parameters of Abaqus or CalculiX that are left aside.
+    /// Parameters of Abaqus or CalculiX that are ignored.
     aside: &'static [&'static str],
 }
 
@@ -117,8 +117,8 @@ const GENERATORS: [&str; 11] = [
     "IMPORT",
     "SYMMETRICMODELGENERATION",
 ];
-/// Other keywords whose first three letters are those of one above: they say which beginnings stand
-/// for one word alone.
+/// Other keywords whose first three letters are those of one above. They determine which beginnings
+/// abbreviate only one word.
 const OTHERS: [&str; 59] = [
     "NODALENERGYRATE",
     "NODALTHICKNESS",
@@ -180,19 +180,20 @@ const OTHERS: [&str; 59] = [
     "IMPERFECTION",
     "IMPORTCONTROLS",
 ];
-/// Letters that a keyword needs at least to be completed.
+/// Fewest letters by which a keyword can be completed.
 const SHORTEST: usize = 3;
 
-/// A keyword line as it is understood.
+/// Keyword line after interpretation.
 pub(super) struct Understood {
-    /// With its name and parameters completed.
+    /// Keyword with its name and parameters completed.
     pub keyword: Keyword,
     pub is_generator: bool,
-    /// Parameters that are left aside, as they are written.
+    /// Parameters that are ignored, as they are written.
     pub aside: Vec<String>,
 }
 
-/// Completes the name and the parameters of a keyword line. A keyword that is not read stays as it is.
+/// Completes the name and the parameters of a keyword line. A keyword that is not read stays as it
+/// is.
 ///
 /// # Errors
 /// A beginning of several words, or a parameter that a keyword does not have.
@@ -236,7 +237,7 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
     })
 }
 
-/// The value of a parameter: the one of `words` that it is, or begins; else as it is written, in
+/// Value of a parameter: the one of `words` that it is, or begins; otherwise as it is written, in
 /// capital letters.
 ///
 /// # Errors
@@ -250,7 +251,7 @@ pub(super) fn value(found: &str, words: &[&'static str]) -> Result<String, MeshE
     }
 }
 
-/// The word that this is, or alone begins; else all words that begin so.
+/// Word that this is, or alone begins; otherwise all words that begin so.
 fn complete(
     beginning: &str,
     words: impl Iterator<Item = &'static str> + Clone,

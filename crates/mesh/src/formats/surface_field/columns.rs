@@ -1,18 +1,19 @@
-//! The columns of a file of points: what their names mean, in which unit they are.
+//! Columns of a file of points: the meaning of their names, and their units.
 //!
-//! A name is words, whatever stands between them, and a unit: in brackets (`Pressure Amplitude [ Pa ]`, as
-//! CFD-Post writes it), or as its last word (`pressure_amplitude_pa`). Capitals do not matter, but in units
-//! in brackets. Fluent names no units (`x-coordinate`, `pressure`): its files are in SI units.
+//! A name is words, whatever separates them, and a unit: in brackets (`Pressure Amplitude [ Pa ]`,
+//! as CFD-Post writes it), or as its last word (`pressure_amplitude_pa`). Case does not matter,
+//! except for units in brackets. Fluent names no units (`x-coordinate`, `pressure`): its files are
+//! in SI units.
 
 use std::path::Path;
 
 use super::{SurfaceFieldError, UNITS};
 use crate::text::{list, plain};
 
-/// One of the two numbers that a complex value is given by.
+/// Part of a complex value that a column gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
-    /// The only one, or one of several that the name does not tell apart.
+    /// The only number, or one of several that the name does not tell apart.
     Whole,
     Real,
     Imaginary,
@@ -20,20 +21,20 @@ enum Part {
     Phase,
 }
 
-/// What a column has.
+/// Quantity in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Quantity {
-    /// Along x, y or z.
+    /// Coordinate along x, y or z.
     Place(usize),
     Pressure(Part),
     Force(usize, Part),
     Area,
-    /// A number of a node, which nothing is done with.
+    /// Number of a node, which is not used.
     Label,
 }
 
 impl Quantity {
-    /// Its units, and what they are in SI units.
+    /// Units of the quantity, with their values in SI units.
     fn units(self) -> &'static [(&'static str, f64)] {
         const LENGTHS: &[(&str, f64)] = &[
             ("m", 1.0),
@@ -82,7 +83,7 @@ impl Quantity {
         }
     }
 
-    /// The name of such a column in a file of this program.
+    /// Name of such a column in a file of this program.
     fn own_name(self) -> String {
         let axis = |k: usize| ["x", "y", "z"][k];
         let part = |part: Part, unit: &str| match part {
@@ -101,15 +102,15 @@ impl Quantity {
     }
 }
 
-/// A name as it is understood.
+/// Interpretation of a name.
 struct Meaning {
     quantity: Quantity,
     unit: Option<String>,
-    /// Of a place: it is called a coordinate.
+    /// True for a place that is called a coordinate.
     is_coordinate: bool,
 }
 
-/// The words and the unit of a name; `None` where they mean nothing that is known.
+/// Interpretation of a name by its words and unit; `None` where it is unknown.
 fn meaning(name: &str) -> Option<Meaning> {
     let (words, mut unit) = match name.split_once('[') {
         Some((words, rest)) => {
@@ -175,20 +176,20 @@ fn meaning(name: &str) -> Option<Meaning> {
     })
 }
 
-/// A column that is read.
+/// Column that is read.
 #[derive(Debug, Clone)]
 pub(super) struct Column {
-    /// As the file calls it.
+    /// Name in the file.
     pub name: String,
-    /// Where it stands.
+    /// Position of the column.
     pub at: usize,
-    /// Its unit in SI units.
+    /// Value of its unit in SI units.
     pub factor: f64,
 }
 
-/// The columns of a complex value.
+/// Columns of a complex value.
 pub(super) enum Complex {
-    /// The real part, and the imaginary one where there is one.
+    /// Real part, and the imaginary one if there is one.
     Parts(Column, Option<Column>),
     /// Amplitude and phase.
     Polar(Column, Column),
@@ -207,22 +208,22 @@ impl Complex {
     }
 }
 
-/// What the points have.
+/// Columns of the values at the points.
 pub(super) enum ValueColumns {
     Forces([Complex; 3]),
     Pressures(Complex, Option<Column>),
 }
 
-/// Where the columns stand.
+/// Positions of the columns.
 pub(super) struct Columns {
     pub place: [Column; 3],
     pub values: ValueColumns,
-    /// How many there are, those that are not read too.
+    /// Number of columns, including those that are not read.
     pub count: usize,
 }
 
 impl Columns {
-    /// Reads the line that names them.
+    /// Reads the line that names the columns.
     pub fn of(header: &csv::StringRecord, path: &Path) -> Result<Self, SurfaceFieldError> {
         let all = Named::of(header, path)?;
         let place = [0, 1, 2].map(|k| all.need(Quantity::Place(k)));
@@ -257,7 +258,7 @@ impl Columns {
     }
 }
 
-/// The columns that are known.
+/// Columns that are known.
 struct Named<'a> {
     path: &'a Path,
     header: &'a csv::StringRecord,
@@ -328,7 +329,7 @@ impl<'a> Named<'a> {
             })
     }
 
-    /// A complex value in one of the ways to give it.
+    /// Complex value in one of the ways to give it.
     fn complex(&self, of: impl Fn(Part) -> Quantity) -> Result<Complex, SurfaceFieldError> {
         let [whole, re, im, amplitude, phase] = [
             Part::Whole,
@@ -339,9 +340,10 @@ impl<'a> Named<'a> {
         ]
         .map(|part| self.find(of(part)));
         let is_polar = amplitude.is_some() || phase.is_some();
-        let extra = match is_polar {
-            true => whole.as_ref().or(re.as_ref()).or(im.as_ref()),
-            false => whole.as_ref().filter(|_| re.is_some() || im.is_some()),
+        let extra = if is_polar {
+            whole.as_ref().or(re.as_ref()).or(im.as_ref())
+        } else {
+            whole.as_ref().filter(|_| re.is_some() || im.is_some())
         };
         if let Some(column) = extra {
             return Err(SurfaceFieldError::TwoWays {

@@ -1,13 +1,15 @@
-//! A CSV file of points in space with complex forces or pressures, as programs of fluid dynamics give them.
+//! CSV files of points in space with complex forces or pressures, as programs of fluid dynamics
+//! write them.
 //!
-//! The first line names the columns, in any order: `x_m`, `y_m`, `z_m`, and either `pressure_re_pa` with
-//! `pressure_im_pa` and `area_m2` where there are such, or `force_x_re_n`, `force_y_re_n`, `force_z_re_n` with
-//! `force_x_im_n` and so on. Imaginary parts that are left out are zero. `pressure_amplitude_pa` and
-//! `pressure_phase_deg` may stand in the place of real and imaginary parts, and names of other programs in
-//! the place of these (`columns.rs`). A line that begins with `#` is a remark. Of a file with sections, such
-//! as CFD-Post writes, the section `[Data]` is read.
-//! The value at the time t is the real part of (re + i im) exp(i w t); re + i im is the amplitude times
-//! exp(i phase).
+//! The first line names the columns, in any order: `x_m`, `y_m`, `z_m`, and either `pressure_re_pa`
+//! with `pressure_im_pa` and `area_m2` if there are any, or `force_x_re_n`, `force_y_re_n`,
+//! `force_z_re_n` with `force_x_im_n` and so on. Imaginary parts that are left out are zero.
+//! `pressure_amplitude_pa` and `pressure_phase_deg` may replace real and imaginary parts, and names
+//! of other programs may replace these names (`columns.rs`). A line that begins with `#` is a
+//! remark. In a file with sections, such as CFD-Post writes, the section `[Data]` is read.
+//!
+//! The value at the time t is the real part of (re + i im) exp(i w t); re + i im is the amplitude
+//! times exp(i phase).
 
 mod columns;
 
@@ -23,7 +25,7 @@ use crate::text::plain;
 /// Most points of a file.
 pub const MOST_POINTS: usize = 20_000_000;
 
-/// Why a file of points cannot be used.
+/// Error of a file of points that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SurfaceFieldError {
@@ -73,14 +75,14 @@ const COLUMNS: &str = "the columns are x_m, y_m, z_m, and pressure_re_pa (and pr
                        force_x_re_n, force_y_re_n, force_z_re_n (and force_x_im_n, force_y_im_n, force_z_im_n); \
                        amplitude and phase may stand for re and im (pressure_amplitude_pa, pressure_phase_deg), and \
                        units in brackets (Pressure Amplitude [Pa])";
-/// So many units are named in a message.
+/// Most units named in a message.
 const UNITS: usize = 6;
 
 impl SurfaceField {
     /// Reads the text of a file; `path` is for messages.
     ///
     /// # Errors
-    /// A text that cannot be read, or is none of such points: see [`SurfaceFieldError`].
+    /// A text that cannot be read, or is not a file of such points: see [`SurfaceFieldError`].
     pub fn parse(text: impl Read, path: &Path) -> Result<Self, SurfaceFieldError> {
         let mut lines = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
@@ -114,11 +116,12 @@ impl SurfaceField {
             }
             field.add(&columns, &record, path)?;
         }
-        match field.points_m.is_empty() {
-            true => Err(SurfaceFieldError::NoPoints {
+        if field.points_m.is_empty() {
+            Err(SurfaceFieldError::NoPoints {
                 path: path.to_owned(),
-            }),
-            false => Ok(field),
+            })
+        } else {
+            Ok(field)
         }
     }
 
@@ -185,7 +188,7 @@ impl SurfaceField {
     }
 }
 
-/// The name of the section that a line begins, in small letters: `[Data]`.
+/// Name of the section that a line begins, in small letters: `[Data]`.
 fn section(record: &csv::StringRecord) -> Option<String> {
     let name = record.get(0).filter(|_| record.len() == 1)?;
     let name = name.strip_prefix('[')?.strip_suffix(']')?;
@@ -247,7 +250,7 @@ mod tests {
         assert_eq!(parse(text).unwrap().values, expected);
     }
 
-    /// As CFD-Post exports a surface, and as Fluent writes ASCII with commas.
+    /// Files as CFD-Post exports a surface, and as Fluent writes ASCII with commas.
     #[test]
     fn files_of_other_programs_are_read_by_their_names_and_units() {
         let post = "\n[Name]\nBlade 1 pressure side\n\n[Spatial Fields]\nX,Y,Z\n\n[Data]\n\

@@ -1,4 +1,4 @@
-//! The numbers of an array: text, base64 or bytes, perhaps compressed.
+//! Numbers of an array: text, base64 or bytes, perhaps compressed.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -19,12 +19,12 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// Bytes that are taken piece by piece, and decoded only as far as they are taken.
+/// Bytes that are taken in parts, and decoded only as far as they are taken.
 struct Stream<'a> {
     rest: Cow<'a, [u8]>,
     at: usize,
     base64: bool,
-    /// Decoded and not yet taken.
+    /// Bytes that are decoded and not yet taken.
     spare: Vec<u8>,
 }
 
@@ -44,7 +44,7 @@ impl Stream<'_> {
             let rest = &self.rest[self.at..];
             let letters = (count - self.spare.len()).div_ceil(3) * 4;
             let chunk = &rest[..letters.min(rest.len())];
-            // One run of base64 ends with padding, and the next begins behind it.
+            // One run of base64 ends with padding, and the next begins after it.
             let padding = chunk.iter().position(|letter| *letter == b'=');
             let end = padding
                 .map_or(chunk.len(), |at| (at / 4 + 1) * 4)
@@ -61,7 +61,7 @@ impl Stream<'_> {
     }
 }
 
-/// The numbers of an array of `tuples` entries.
+/// Numbers of an array of `tuples` entries.
 ///
 /// # Errors
 /// An array of another length, or one that is broken.
@@ -106,9 +106,10 @@ fn decoded(file: &File<'_>, array: &Array<'_>, tuples: usize) -> Result<Vec<f64>
             }
         }
     };
-    let bytes = match file.compressed {
-        true => inflated(file, stream, bytes)?,
-        false => plain(file, stream, bytes)?,
+    let bytes = if file.compressed {
+        inflated(file, stream, bytes)?
+    } else {
+        plain(file, stream, bytes)?
     };
     Ok(numbers(&bytes, scalar, file.big_endian))
 }
@@ -122,13 +123,14 @@ fn ascii(text: &[u8], count: usize) -> Result<Vec<f64>, String> {
             .map_err(|_| format!("`{word}` is not a number"))?;
         found.push(number);
     }
-    match found.len() == count {
-        true => Ok(found),
-        false => Err(format!("it has {} numbers, expected {count}", found.len())),
+    if found.len() == count {
+        Ok(found)
+    } else {
+        Err(format!("it has {} numbers, expected {count}", found.len()))
     }
 }
 
-/// The next number of a header.
+/// Next number of a header.
 fn header(file: &File<'_>, stream: &mut Stream<'_>) -> Result<usize, String> {
     let size = if file.wide_header { 8 } else { 4 };
     let bytes = stream.take(size)?;
@@ -144,7 +146,7 @@ fn plain(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec
     stream.take(expected)
 }
 
-/// Blocks of equal size but for the last, each compressed by itself.
+/// Bytes of compressed blocks. All have the same size except the last, each compressed by itself.
 fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec<u8>, String> {
     let blocks = header(file, &mut stream)?;
     let (block, last) = (header(file, &mut stream)?, header(file, &mut stream)?);
@@ -178,7 +180,7 @@ fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<
     Ok(bytes)
 }
 
-/// Whole numbers beyond 2^53 are rounded.
+/// Converts bytes to numbers. Whole numbers beyond 2^53 are rounded.
 fn numbers(bytes: &[u8], scalar: Scalar, big_endian: bool) -> Vec<f64> {
     let number = |chunk: &[u8]| {
         let mut wide = [0; 8];
@@ -204,7 +206,7 @@ fn numbers(bytes: &[u8], scalar: Scalar, big_endian: bool) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Two runs of base64 behind one another, the first with padding, taken across their border.
+    /// Two successive runs of base64, the first with padding, taken across their border.
     #[test]
     fn base64_is_taken_across_its_padding() {
         let stream = || Stream {

@@ -1,12 +1,12 @@
-//! VTU files of VTK, ParaView, pyvista and meshio: one unstructured grid, of one piece or several.
+//! VTU files of VTK, ParaView, pyvista and meshio: one unstructured grid, in one part or several.
 //!
-//! Arrays of whole numbers say which cells and nodes belong together. One of a single component and of
-//! at most 1000 distinct values gives a group `<array> <value>` for each value, unless it numbers more
-//! than 100 cells or nodes, each differently. One that holds nothing
-//! but 0 and 1 gives a group `<array>` of the ones, too. Where cells of several dimensions have a value,
-//! the word `volume`, `surface`, `curve` or `point` stands behind the name. Arrays of nodes give
-//! groups of nodes, with the word `nodes` behind the name where cells have an array of that name. All
-//! solids are the group `all`, unless an array is called so.
+//! Arrays of whole numbers say which cells and nodes belong together. An array of a single
+//! component and of at most 1000 distinct values gives a group `<array> <value>` for each value,
+//! unless it numbers more than 100 cells or nodes, each differently. An array that holds only 0 and
+//! 1 gives a group `<array>` of the ones, too. Where cells of several dimensions have a value, the
+//! word `volume`, `surface`, `curve` or `point` is appended to the name. Arrays of nodes give
+//! groups of nodes, with the word `nodes` appended to the name where cells have an array of that
+//! name. All solids are the group `all`, unless an array has this name.
 //!
 //! Tags of nodes and cells are their numbers in ParaView, from 0.
 
@@ -26,19 +26,20 @@ use crate::{Group, MeshError};
 use arrays::values;
 use xml::{Array, File, Piece};
 
-/// Values of an array that gives groups, at most.
+/// Most values of an array that gives groups.
 const MOST_VALUES: usize = 1000;
-/// So many numbers that are all distinct are numbers of nodes or cells, and no groups.
+/// Number of values from which on an array of distinct numbers counts nodes or cells, and gives no
+/// groups.
 const LEAST_NUMBERING: usize = 101;
 /// Name of the group of all solids.
 const ALL: &str = "all";
 
-/// What a cell is.
+/// Kind of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Cell {
     Solid(ElementType),
     Facet(usize),
-    /// Of so many nodes, or of any number.
+    /// Line of so many nodes, or of any number.
     Line(Option<usize>),
     Points,
 }
@@ -54,7 +55,7 @@ impl Cell {
     }
 }
 
-/// VTK's types of cells.
+/// Kind of a cell by VTK's number of its type.
 fn cell(kind: f64) -> Option<Cell> {
     let solid = |nodes| ElementType::with_nodes(nodes).map(Cell::Solid);
     match kind as i64 {
@@ -78,15 +79,15 @@ fn cell(kind: f64) -> Option<Cell> {
     }
 }
 
-/// Where our nodes stand in a voxel or a pixel, whose nodes are sorted by coordinates.
+/// Position of each of our nodes in a voxel or a pixel, whose nodes are sorted by coordinates.
 const SORTED: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
-/// Where our nodes stand in a wedge that is inside out.
+/// Position of each of our nodes in a wedge that is inside out.
 const TURNED_WEDGE: [usize; 15] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13];
 
 /// Parses the bytes of a file. Lengths are those of the file.
 ///
 /// # Errors
-/// Bytes that are no whole VTU file, or cells that are not read: see [`MeshError`].
+/// Bytes that are not a whole VTU file, or cells that are not read: see [`MeshError`].
 pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     let file = xml::read(bytes)?;
     let mut grid = Grid::default();
@@ -107,12 +108,12 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     Ok(content)
 }
 
-/// What a cell of the file is, and its nodes: an element, or nodes alone.
+/// Cell of the file with its nodes: an element, or nodes alone.
 struct Placed {
     cell: Cell,
     /// Index among the elements or the facets.
     index: u32,
-    /// Of lines and points.
+    /// Nodes of lines and points.
     nodes: Vec<u32>,
 }
 
@@ -236,8 +237,8 @@ impl Grid {
         Ok(())
     }
 
-    /// The nodes of a solid; those of a wedge whose base looks the other way are turned, as VTK's own
-    /// wedges stand so, and those of other programs do not.
+    /// Nodes of a solid. Those of a wedge whose base faces the other way are turned, because VTK's
+    /// own wedges are oriented so, and those of other programs are not.
     fn upright(&self, element: ElementType, nodes: Vec<u32>) -> Vec<u32> {
         if element.shape != Shape::Wedge {
             return nodes;
@@ -250,12 +251,13 @@ impl Grid {
             let base: f64 = (0..3).map(|i| at(i)[axis]).sum();
             top - base
         });
-        match dot(normal, up) < 0.0 {
-            true => TURNED_WEDGE[..nodes.len()]
+        if dot(normal, up) < 0.0 {
+            TURNED_WEDGE[..nodes.len()]
                 .iter()
                 .map(|i| nodes[*i])
-                .collect(),
-            false => nodes,
+                .collect()
+        } else {
+            nodes
         }
     }
 
@@ -350,7 +352,7 @@ impl Grid {
     }
 }
 
-/// Whether all values are 0 or 1.
+/// Returns `true` if all values are 0 or 1.
 fn is_mark(values: &[i64]) -> bool {
     values.iter().all(|value| matches!(value, 0 | 1))
 }
@@ -371,8 +373,8 @@ fn indices(nodes: &[f64], points: usize, first: usize, cell: u64) -> Result<Vec<
     Ok(found)
 }
 
-/// The values of arrays of one component that every piece has, where all are whole numbers and not too
-/// many are distinct.
+/// Values of arrays of one component that every part of the grid has, if all are whole numbers and
+/// not too many are distinct.
 fn whole_arrays<'a>(
     file: &'a File<'a>,
     of: impl Fn(&'a Piece<'a>) -> (usize, &'a Vec<Array<'a>>),
@@ -428,7 +430,7 @@ fn whole_arrays<'a>(
     Ok(found)
 }
 
-/// The values as whole numbers, if all are.
+/// Values as whole numbers, if all are.
 fn whole_numbers(values: &[f64]) -> Option<Vec<i64>> {
     const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
     let is_whole = |x: &f64| x.fract() == 0.0 && x.abs() < EXACT;

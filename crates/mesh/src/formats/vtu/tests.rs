@@ -9,7 +9,7 @@ macro_rules! elements {
     };
 }
 
-/// What VTK, and meshio, write of the meshes that gmsh made, each encoded in another way.
+/// Files that VTK and meshio wrote of the meshes that gmsh made, each encoded in another way.
 const FILES: [(&str, &[u8], &[u8]); 8] = [
     (
         "ascii",
@@ -124,7 +124,7 @@ fn every_encoding_says_what_the_mesh_of_gmsh_says() {
     }
 }
 
-/// Two tetrahedra that share a face, a triangle, a line and a vertex, with what `change` makes of them.
+/// Two tetrahedra that share a face, a triangle, a line and a vertex, after `change`.
 const SMALL: &str = r#"<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" byte_order="LittleEndian">
 <UnstructuredGrid><Piece NumberOfPoints="6" NumberOfCells="5">
@@ -491,7 +491,7 @@ fn blocks_have_the_size_that_is_announced() {
     assert!(found.contains("it has 10 bytes, expected 5"), "{found}");
 }
 
-/// Numbers that a file announces are not believed.
+/// Numbers that a file announces are not trusted.
 #[test]
 fn announced_sizes_are_compared_with_what_is_there() {
     for (name, bytes, _) in FILES.iter().filter(|(name, ..)| *name != "ascii") {

@@ -1,4 +1,4 @@
-//! The tags of a VTU file, and where the numbers of its arrays stand.
+//! Tags of a VTU file, and the positions of the numbers of its arrays.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -30,7 +30,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes of a number.
+    /// Number of bytes of a number.
     pub fn size(self) -> usize {
         match self {
             Self::Signed(size) | Self::Unsigned(size) | Self::Float(size) => size,
@@ -38,14 +38,14 @@ impl Scalar {
     }
 }
 
-/// Where the numbers of an array stand.
+/// Position of the numbers of an array.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Place {
-    /// As text between the tags.
+    /// Text between the tags.
     Ascii,
-    /// As base64 between the tags.
+    /// Base64 between the tags.
     Binary,
-    /// So many bytes behind the beginning of the appended data.
+    /// Number of bytes after the beginning of the appended data.
     Appended(usize),
 }
 
@@ -53,15 +53,15 @@ pub(super) enum Place {
 #[derive(Debug, Clone)]
 pub(super) struct Array<'a> {
     pub name: String,
-    /// `None` if the type is not one of numbers.
+    /// Type of its numbers; `None` if the type is not one of numbers.
     pub scalar: Option<Scalar>,
     pub components: usize,
     pub place: Place,
-    /// What stands between its tags.
+    /// Text between its tags.
     pub text: Vec<&'a [u8]>,
 }
 
-/// One piece of the grid.
+/// One part of the grid.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Piece<'a> {
     pub points: usize,
@@ -76,16 +76,16 @@ pub(super) struct Piece<'a> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct File<'a> {
     pub big_endian: bool,
-    /// The numbers before an array have eight bytes, not four.
+    /// True if the numbers before an array have eight bytes, not four.
     pub wide_header: bool,
-    /// Compressed by zlib.
+    /// True if the arrays are compressed by zlib.
     pub compressed: bool,
     pub pieces: Vec<Piece<'a>>,
-    /// What stands behind the `_` of the appended data, and whether it is base64.
+    /// Data after the `_` of the appended data, and whether they are base64.
     pub appended: Option<(&'a [u8], bool)>,
 }
 
-/// What is wrong with the text of the file.
+/// Error in the text of the file.
 pub(super) fn broken(reason: impl Into<String>) -> MeshError {
     let reason = reason.into();
     MeshError::Vtu { reason }
@@ -98,7 +98,7 @@ fn find(bytes: &[u8], word: &[u8]) -> Option<usize> {
 /// Reads the tags.
 ///
 /// # Errors
-/// Bytes that are no VTU file, or one of another kind.
+/// Bytes that are not a VTU file, or a file of another kind.
 pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
     let (head, appended) = match find(bytes, b"<AppendedData") {
         Some(at) => (&bytes[..at], Some(appended(&bytes[at..])?)),
@@ -140,7 +140,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
     if !seen {
         return Err(broken("it has no <VTKFile>"));
     }
-    // The appended data stand inside <VTKFile>.
+    // The appended data are inside <VTKFile>.
     if open.len() > usize::from(file.appended.is_some()) {
         return Err(broken(format!("<{}> is not closed", open[open.len() - 1])));
     }
@@ -151,7 +151,7 @@ fn name_of(tag: &BytesStart<'_>) -> String {
     String::from_utf8_lossy(tag.name().as_ref()).into_owned()
 }
 
-/// The appended data behind its `_`, and whether they are base64.
+/// Appended data after their `_`, and whether they are base64.
 fn appended(bytes: &[u8]) -> Result<(&[u8], bool), MeshError> {
     let cut = || broken("<AppendedData> is cut off");
     let end = find(bytes, b">").ok_or_else(cut)?;
@@ -171,7 +171,7 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, MeshErr
     Ok(Some(value.into_owned()))
 }
 
-/// A number that cannot be negative.
+/// Number in an attribute, which must not be negative.
 fn count(tag: &BytesStart<'_>, name: &str) -> Result<Option<usize>, MeshError> {
     let value = attribute(tag, name)?;
     let number = |text: String| match text.trim().parse() {
@@ -230,7 +230,7 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// The arrays of a section of the piece that is open.
+    /// Arrays of a section of the part of the grid that is open.
     fn section(&mut self, name: &str) -> Option<&mut Vec<Array<'a>>> {
         let piece = self.pieces.last_mut()?;
         Some(match name {
@@ -242,7 +242,7 @@ impl<'a> File<'a> {
         })
     }
 
-    /// The array that is open.
+    /// Array that is open.
     fn array_at(&mut self, open: &[String]) -> Option<&mut Array<'a>> {
         let section = open.len().checked_sub(2).map(|i| open[i].clone())?;
         self.section(&section)?.last_mut()

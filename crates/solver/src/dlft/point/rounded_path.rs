@@ -19,8 +19,7 @@ const BLUNTEST: f64 = 2.0;
 /// where that is too far.
 const MOST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH: f64 = 1.1;
-/// From the first sharpness on the law itself is tried after each solution; no law is sharper than
-/// the second.
+/// Sharpness from which on the law itself is tried after each solution, and the largest sharpness.
 const SHARP: f64 = 32.0;
 const SHARPEST: f64 = 1024.0;
 /// Newton iterations allowed to the first law and to the law itself, and to the laws between. A law
@@ -72,12 +71,11 @@ impl FrequencySolver<'_> {
         let harmonics = cheap.max(1).min(self.setting.fourier.harmonics());
         let is_exact =
             self.solver == Solver::NewtonKrylov && blocks(harmonics) * n <= MOST_DENSE_UNKNOWNS;
-        let (method, slides_past) = match is_exact {
-            true => {
-                let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
-                (Method::Exact, slides_past(&self.setting, &slips_m))
-            }
-            false => (self.stepping(), 0.0),
+        let (method, slides_past) = if is_exact {
+            let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
+            (Method::Exact, slides_past(&self.setting, &slips_m))
+        } else {
+            (self.stepping(), 0.0)
         };
         let mut path = Path {
             solver: self,

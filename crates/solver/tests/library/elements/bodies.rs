@@ -6,7 +6,7 @@ use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
 use dovetail_solver::model::{BodyPrestress, Material};
 use dovetail_testkit::block::{block, distort, map_nodes, mixed_block};
 
-/// What a block is made of.
+/// Elements of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filling {
     /// Elements of one type.
@@ -36,7 +36,7 @@ impl Filling {
         }
     }
 
-    /// A block of these elements, of six cells or more along x where it is mixed.
+    /// Block of these elements, of six cells or more along x where it is mixed.
     pub fn block(self, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
         match self {
             Self::Of(element) => block(element, cells, size_m),
@@ -50,7 +50,7 @@ pub const STEEL: Material = Material {
     poisson: 0.29,
     density_kg_m3: 7850.0,
 };
-/// No symmetric numbers: a wrong index cannot hide.
+/// Gradient without symmetries, so that a wrong index shows.
 pub const GRADIENT: [[f64; 3]; 3] = [
     [1.3e-3, -0.4e-3, 0.7e-3],
     [0.2e-3, -0.9e-3, 1.1e-3],

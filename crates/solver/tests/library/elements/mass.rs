@@ -69,7 +69,8 @@ fn single_element_mass_is_the_tabulated_one() {
     }
 }
 
-/// Of a box: the product of the masses of three lines, 1/3 of a line at equal ends, 1/6 at others.
+/// The mass of a box is the product of the masses of three lines, 1/3 of a line at equal ends, 1/6
+/// at others.
 #[test]
 fn mass_of_a_box_of_eight_nodes_is_a_product() {
     let body = free_body(&block(ElementType::HEX8, [1, 1, 1], SIZE));
@@ -172,7 +173,8 @@ fn nodes_that_do_not_move_still_load_their_neighbours() {
     assert_eq!(mass_kg(&body), mass_kg(&whole));
 }
 
-/// A block of 30 x 20 x 15 mm, its corner at (1, 2, 3) m, that turns about an axis along z through (1, 0, 0).
+/// A block of 30 x 20 x 15 mm, its corner at (1, 2, 3) m, that rotates about an axis along z
+/// through (1, 0, 0).
 #[test]
 fn mass_properties_are_those_of_the_solid() {
     for filling in FILLINGS {

@@ -1,4 +1,4 @@
-//! What the finite elements must satisfy whatever the mesh: theorems and closed forms.
+//! Properties of the finite elements on any mesh: theorems and closed forms.
 
 mod algebra;
 mod bodies;

@@ -1,4 +1,4 @@
-//! How fast the error falls with the mesh: manufactured solutions, and a block whose modes are known.
+//! Decrease of the error with the mesh: manufactured solutions, and a block whose modes are known.
 //!
 //! Elements of order p: the displacement converges with h^(p+1) in L2, with h^p in energy, squared
 //! frequencies with h^(2p). Errors are integrated by a product rule that is exact to degree 7; the
@@ -18,7 +18,7 @@ use dovetail_testkit::block::{FACES, distort, map_nodes};
 use super::algebra::*;
 use super::bodies::*;
 
-/// Of [`SIZE`]: cells are cubes.
+/// Cells of a block of [`SIZE`], which are cubes.
 const CELLS: [usize; 3] = [6, 4, 3];
 
 // The solution ---------------------------------------------------------------------------------
@@ -83,8 +83,8 @@ fn body_force(x: [f64; 3]) -> [f64; 3] {
 
 // Quadrature -----------------------------------------------------------------------------------
 
-/// Gauss and Legendre's five points in each direction of a cube, for tetrahedra folded (Stroud's conical
-/// product), for wedges folded across: exact to degree 7 and more.
+/// The five-point Gauss-Legendre rule in each direction of a cube, folded for tetrahedra (Stroud's
+/// conical product), and folded across for wedges: exact to degree 7 and more.
 fn rich_rule(shape: Shape) -> Vec<([f64; 3], f64)> {
     let [inner, outer] =
         [-1.0, 1.0].map(|s: f64| (5.0 + s * 2.0 * (10.0_f64 / 7.0).sqrt()).sqrt() / 3.0);
@@ -160,10 +160,10 @@ fn the_rule_of_the_errors_is_exact_to_degree_7() {
     }
 }
 
-/// A point of an element.
+/// Point of an element.
 struct At<'a> {
     nodes: &'a [u32],
-    /// Its share of the volume.
+    /// Share of the volume.
     dv: f64,
     /// Shape functions, and their gradients in space.
     values: &'a [f64],
@@ -211,8 +211,9 @@ fn for_each_point(mesh: &Mesh, mut visit: impl FnMut(&At<'_>)) {
 
 // Errors ---------------------------------------------------------------------------------------
 
-/// Relative errors in L2 and in energy, the displacement given all over the surface. (Of the hexahedron
-/// of eight nodes that of the interpolated displacement, without the incompatible modes.)
+/// Relative errors in L2 and in energy, with the displacement given all over the surface. (For the
+/// hexahedron of eight nodes it is that of the interpolated displacement, without the incompatible
+/// modes.)
 fn errors_of(mesh: &Mesh) -> [f64; 2] {
     let body = free_body(mesh);
     let k = matrices(&body).stiffness;
@@ -270,14 +271,14 @@ fn errors_of(mesh: &Mesh) -> [f64; 2] {
     [0, 1].map(|norm| (off[norm] / all[norm]).sqrt())
 }
 
-/// The same smooth distortion whatever the number of cells; edges straight.
+/// Block with straight edges and a smooth distortion that does not depend on the number of cells.
 fn straight(filling: Filling, finer: usize) -> Mesh {
     let mut mesh = filling.block(CELLS.map(|c| c * finer), SIZE);
     distort(&mut mesh, SIZE, 0.04 * SIZE[0]);
     mesh
 }
 
-/// Bent into an arc: every edge along it is a curve.
+/// Block bent into an arc: every edge along it is a curve.
 fn curved(filling: Filling, finer: usize) -> Mesh {
     let mut mesh = filling.block(CELLS.map(|c| c * finer), SIZE);
     map_nodes(&mut mesh, |p| {
@@ -353,7 +354,7 @@ fn displacements_converge_in_the_order_of_the_elements_on_finer_meshes() {
 
 // Modes ----------------------------------------------------------------------------------------
 
-/// Of a Poisson number at which the first modes of the block lie well apart.
+/// Material with a Poisson number at which the first modes of the block are well separated.
 const MATERIAL: Material = Material {
     poisson: 0.2,
     ..STEEL
@@ -392,9 +393,9 @@ fn sliding_block_omega2(size: [f64; 3], count: usize) -> Vec<f64> {
 /// A block and its meshes.
 struct Block {
     size: [f64; 3],
-    /// Cells of the mesh of a number.
+    /// Number of cells of the mesh with a number.
     cells: fn(usize) -> [usize; 3],
-    /// Largest displacement of an inner node, of the least of the sizes.
+    /// Largest displacement of an inner node, relative to the least of the sizes.
     distortion: f64,
 }
 
@@ -403,13 +404,14 @@ const BULKY: Block = Block {
     cells: |n| CELLS.map(|c| c * n),
     distortion: 0.03,
 };
-/// Its lowest mode is dilatational, along x, and refined along x.
+/// Block whose lowest mode is dilatational, along x, and which is refined along x.
 const SLENDER: Block = Block {
     size: [0.03, 0.004, 0.004],
     cells: |n| [10 * n, 2, 2],
     distortion: 0.0,
 };
-/// The same mode, refined in all directions: for elements that change their form otherwise.
+/// Block with the same mode, refined in all directions: for elements whose form would change
+/// otherwise.
 const BAR: Block = Block {
     size: [0.03, 0.005, 0.005],
     cells: |n| [6 * n, n, n],

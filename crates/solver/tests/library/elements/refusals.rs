@@ -1,4 +1,4 @@
-//! Order of work, and what is refused.
+//! Order of work, and refused inputs.
 
 use dovetail_mesh::{Connectivity, ElementOrder, ElementType};
 use dovetail_solver::fem::mass_properties::mass_properties;

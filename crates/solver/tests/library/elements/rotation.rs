@@ -129,7 +129,7 @@ fn a_body_that_does_not_rotate_is_left_alone() {
     assert_eq!(largest(&all.load_n), 0.0);
 }
 
-/// An element of its own, bent and skewed; nothing about it is symmetric.
+/// Element of its own, bent and skewed, without any symmetry.
 fn bent_element(element: ElementType) -> Vec<[f64; 3]> {
     let place = |[x, y, z]: [f64; 3]| {
         [

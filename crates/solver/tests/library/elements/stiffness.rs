@@ -199,8 +199,9 @@ fn stiffness_and_mass_turn_with_the_body() {
     }
 }
 
-/// Pure bending about z, plane sections: what the trilinear hexahedron answers by shear. With incompatible modes
-/// boxes bend exactly, whatever their proportions; twice the energy is E I kappa^2 L.
+/// Pure bending about z with plane sections, to which the trilinear hexahedron responds by shear.
+/// With incompatible modes boxes bend exactly, whatever their proportions; twice the energy is E I
+/// kappa^2 L.
 #[test]
 fn boxes_of_eight_nodes_bend_as_a_beam_does() {
     let (kappa, nu) = (0.2, STEEL.poisson);
