@@ -9,7 +9,8 @@ pub enum ExitStatus {
     Failed = 1,
     /// The command line, the scene or the study is wrong.
     BadInput = 2,
-    /// Everything was computed and written, but some frequencies, or cases of a study, did not converge.
+    /// Everything was computed and written, but some frequencies, or cases of a study, did not
+    /// converge.
     NotConverged = 3,
     /// Ctrl-C or SIGTERM ended the command. The solved frequencies are written.
     Interrupted = 130,

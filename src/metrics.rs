@@ -33,7 +33,8 @@ pub fn processor_seconds() -> Option<f64> {
     Some(ticks / rustix::param::clock_ticks_per_second() as f64)
 }
 
-/// Sum of `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), in ticks of the clock.
+/// Sum of `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), in ticks of the
+/// clock.
 fn ticks_of_stat(stat: &str) -> Option<f64> {
     // The name of the program stands in brackets and may hold blanks.
     let (_, rest) = stat.rsplit_once(')')?;

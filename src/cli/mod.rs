@@ -39,7 +39,8 @@ use signal_hook::consts::SIGXFSZ;
 
 /// Runs the program with the arguments of the process. Exit codes: see [`ExitStatus`].
 pub fn main() -> ExitCode {
-    // A file that may not grow is then an error of the file, with its name, and not the end without a word.
+    // A file that may not grow is then an error of the file, with its name, and not the end without
+    // a word.
     let told = signal_hook::flag::register(SIGXFSZ, Arc::default());
     if let Err(source) = told.and_then(|_| exhaustion::prepare()) {
         terminal::report(&Error::Start(source));

@@ -112,7 +112,8 @@ impl Files {
     /// Takes the folder of the output for a run of the scene.
     ///
     /// # Errors
-    /// A folder that cannot be written, that holds the run of another scene, or in which a run is going on.
+    /// A folder that cannot be written, that holds the run of another scene, or in which a run is
+    /// going on.
     pub fn open(
         scene: &Scene,
         output: &Output,

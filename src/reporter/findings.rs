@@ -275,7 +275,8 @@ fn held(found: &ResponseResult) -> Option<Warning> {
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     let most_n = held.iter().map(|o| o.retention_n).reduce(f64::max)?;
     let what = retained_words(&found.retained);
-    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not found.
+    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not
+    // found.
     let is_found = held.iter().all(|orbit| orbit.counts().stuck == 0);
     let why = if is_found {
         format!("friction does not hold {what}")

@@ -118,8 +118,8 @@ impl<'c> Reporter<'c> {
         Taken {
             stages: self.inner().ended.clone(),
             seconds: self.begin.elapsed().as_secs_f64(),
-            // What the process used before is that of a program that it replaced: `cargo run` and the compilers that it
-            // waited for, a shell.
+            // What the process used before is that of a program that it replaced: `cargo run` and
+            // the compilers that it waited for, a shell.
             processor_seconds: used.map(|(now, begin)| now - begin),
         }
     }

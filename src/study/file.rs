@@ -54,7 +54,7 @@ pub struct StudyText {
 
 impl StudyText {
     /// # Errors
-    /// [`StudyError::Read`] where the file cannot be read.
+    /// [`StudyError::Read`] if the file cannot be read.
     pub fn read(file: &Path) -> Result<Self, StudyError> {
         let text = input::text(file).map_err(|source| StudyError::Read {
             path: file.to_owned(),

@@ -52,7 +52,7 @@ pub struct Operation {
 /// Draws the families and the engine orders `order * speed / 60`, with the speed of operation.
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_campbell(
     path: &Path,
     heading: Heading<'_>,

@@ -208,7 +208,7 @@ impl Ordinate<'_> {
 /// Draws curves against frequency (the paper's Figures 3 and 4).
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_curves(
     path: &Path,
     heading: Heading<'_>,

@@ -72,7 +72,7 @@ impl Axis {
 /// Draws the series on their axes.
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_series(
     path: &Path,
     title: &str,
