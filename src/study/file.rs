@@ -53,6 +53,8 @@ pub struct StudyText {
 }
 
 impl StudyText {
+    /// Reads the text of a study file.
+    ///
     /// # Errors
     /// [`StudyError::Read`] if the file cannot be read.
     pub fn read(file: &Path) -> Result<Self, StudyError> {

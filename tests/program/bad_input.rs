@@ -1,4 +1,4 @@
-//! Input that no one means: the program ends soon, with a short message, and never with a panic.
+//! Unintended input: the program ends soon, with a short message, and never with a panic.
 
 use crate::shared_folder;
 use crate::shared_program::in_one_line;

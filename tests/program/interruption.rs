@@ -144,8 +144,8 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     assert_same(&contents(&out), &whole);
 }
 
-/// The prestress of the static state is found anew before a run goes on, and is the same to the
-/// bit. That of held flanks is another input.
+/// The prestress of the static state is computed again before a run is resumed, and is the same to
+/// the bit. That of held flanks is another input.
 #[test]
 fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let column = |out: &Path, words: &[&str]| {

@@ -1,5 +1,5 @@
-//! The limits of the README are true: what it denies fails with a message that says so, and what it
-//! grants runs.
+//! The limits in the README are correct: what they exclude fails with a message about it, and what
+//! they permit runs.
 
 use std::path::Path;
 use std::process::Command;

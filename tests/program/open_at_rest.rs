@@ -1,5 +1,5 @@
-//! Pairs that are all open at rest: where supports or springs hold the bodies, that is a static
-//! state like any other, and small vibrations about it are those of the bodies without the contact.
+//! Pairs that are all open at rest: if supports or springs hold the bodies, this is a static state
+//! like any other, and small vibrations about it are those of the bodies without the contact.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

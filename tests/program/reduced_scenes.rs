@@ -557,8 +557,8 @@ fn forces_that_a_folder_cannot_hold_are_refused() {
     }
 }
 
-/// Headers that announce more than there is end at once, as do a stiffness and a mass that no body
-/// has.
+/// Headers that announce more data than there is are refused at once, as are a stiffness and a mass
+/// that no body has.
 #[test]
 fn a_folder_is_believed_only_as_far_as_it_goes() {
     let folder = Folder::new("believed");

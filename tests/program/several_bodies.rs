@@ -254,7 +254,8 @@ fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
 
 // ----------------------------------------------------------------------------- Brake-Reuss beam
 
-/// A turn of the whole beam strains nothing: its six rigid motions lie on the soft springs alone.
+/// A rotation of the whole beam causes no strain: its six rigid motions depend on the soft springs
+/// alone.
 #[test]
 fn the_bolted_beam_floats() {
     let modes = Run::new("modes", "brake_reuss", "floating", &[]).table("modes.csv");

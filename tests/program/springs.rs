@@ -245,7 +245,7 @@ fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
     }
 }
 
-/// Axial vibration of a bar whose end stands on a spring: x tan x = k L / (E A).
+/// Axial vibration of a bar whose end is on a spring: x tan x = k L / (E A).
 #[test]
 fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     let (length, width) = (1.0, 0.05);

@@ -392,8 +392,8 @@ fn each_command_has_a_man_page() {
 
 // -------------------------------------------------------------------------------------- the README
 
-/// The quick start of the README with a deck of this repository: its scene runs, and gives what the
-/// page says.
+/// The quick start of the README with a deck of this repository: its scene runs, and gives the
+/// results on the page.
 #[test]
 fn the_scene_of_the_readme_runs() {
     let page = fs::read_to_string(root().join("README.md")).unwrap();
