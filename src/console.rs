@@ -66,9 +66,10 @@ impl Loop {
         let taken = self.begun.elapsed();
         let share = self.done as f64 / self.steps.max(1) as f64;
         let left = taken.mul_f64((1.0 / share.max(1e-9) - 1.0).clamp(0.0, 1e6));
-        let news = match self.news.is_empty() {
-            true => String::new(),
-            false => format!("; {}", self.news),
+        let news = if self.news.is_empty() {
+            String::new()
+        } else {
+            format!("; {}", self.news)
         };
         format!(
             "  {}: {} of {} ({:.0} %) in {}, {} left{news}",
@@ -85,9 +86,10 @@ impl Loop {
 impl Console {
     pub fn new(verbosity: Verbosity) -> Self {
         let on_terminal = std::io::stderr().is_terminal() && verbosity != Verbosity::Quiet;
-        let target = match on_terminal {
-            true => ProgressDrawTarget::stderr(),
-            false => ProgressDrawTarget::hidden(),
+        let target = if on_terminal {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
         };
         Self {
             verbosity,

@@ -65,9 +65,10 @@ pub fn hash(scene: &Scene, scene_file: &Path) -> String {
     let folder = scene_file.parent().map_or(String::new(), |folder| {
         format!("{:?}", folder.join("x")).replace("x\"", "")
     });
-    let text = match folder.len() > 1 {
-        true => text.replace(&folder, "\""),
-        false => text,
+    let text = if folder.len() > 1 {
+        text.replace(&folder, "\"")
+    } else {
+        text
     };
     hasher.update(text.as_bytes());
     for file in files(scene) {

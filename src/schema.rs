@@ -123,10 +123,7 @@ fn of_kind(kind: Kind) -> Value {
 
 fn of_limits(limits: Limits) -> Vec<(&'static str, Value)> {
     let Limits { above, below, from } = limits;
-    let least = match from {
-        true => "minimum",
-        false => "exclusiveMinimum",
-    };
+    let least = if from { "minimum" } else { "exclusiveMinimum" };
     let ends = [(least, above), ("exclusiveMaximum", below)];
     let ends = ends.into_iter().filter(|(_, end)| end.is_finite());
     ends.map(|(word, end)| (word, end.into())).collect()

@@ -49,9 +49,10 @@ pub fn report(error: &dyn Diagnostic) {
 /// Report of an error, as [`report`] prints it on a terminal or elsewhere.
 pub fn rendered(error: &dyn Diagnostic, on_terminal: bool) -> String {
     let options = MietteHandlerOpts::new();
-    let handler = match on_terminal {
-        true => options.build(),
-        false => options.unicode(false).color(false).width(110).build(),
+    let handler = if on_terminal {
+        options.build()
+    } else {
+        options.unicode(false).color(false).width(110).build()
     };
     Rendered(&handler, &Shown::of(error)).to_string()
 }

@@ -68,9 +68,10 @@ const NO_ERROR: f64 = 1e-4;
 
 /// Number without the zeros at the end of its fraction.
 pub fn without_zeros(number: &str) -> &str {
-    match number.contains('.') && !number.contains('e') {
-        true => number.trim_end_matches('0').trim_end_matches('.'),
-        false => number,
+    if number.contains('.') && !number.contains('e') {
+        number.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        number
     }
 }
 
@@ -96,9 +97,10 @@ pub fn error_words(error: f64) -> String {
     if error < NO_ERROR {
         return format!("estimated error below {}", percent(NO_ERROR, 1));
     }
-    let digits = match format!("{error:.1e}").starts_with('1') {
-        true => 2,
-        false => 1,
+    let digits = if format!("{error:.1e}").starts_with('1') {
+        2
+    } else {
+        1
     };
     format!("estimated error {}", percent(error, digits))
 }
@@ -111,9 +113,10 @@ pub fn percent(share: f64, digits: usize) -> String {
 /// Text of a relative error: `at most 0.21 %` with `words` before it, or `less than 0.01 %` if it
 /// changes no digit.
 pub fn bounded(error: f64, words: &str) -> String {
-    match error.abs() < NO_ERROR {
-        true => format!("less than {}", percent(NO_ERROR, 1)),
-        false => format!("{words} {}", percent(error.abs(), 2)),
+    if error.abs() < NO_ERROR {
+        format!("less than {}", percent(NO_ERROR, 1))
+    } else {
+        format!("{words} {}", percent(error.abs(), 2))
     }
 }
 

@@ -136,9 +136,10 @@ impl Folder {
             && name.and_then(role).is_some()
             && fs::symlink_metadata(path)?.is_file()
             && self.is_marked();
-        match is_own {
-            true => fs::remove_file(path),
-            false => Err(io::Error::other("this is no file of the cache")),
+        if is_own {
+            fs::remove_file(path)
+        } else {
+            Err(io::Error::other("this is no file of the cache"))
         }
     }
 

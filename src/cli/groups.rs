@@ -79,9 +79,10 @@ fn table(mesh: &Mesh) -> String {
 /// Number with at most six digits, and no more than it needs.
 fn short(value: f64) -> String {
     let rounded = format!("{value:.5e}").parse().unwrap_or(value);
-    match rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
+    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
     }
 }
 

@@ -23,9 +23,10 @@ fn command() -> clap::Command {
     let shared: Vec<Arg> = shared(&command).map(|arg| arg.clone().hide(true)).collect();
     command.mut_subcommands(|sub| {
         let own = sub.get_after_help().map(ToString::to_string);
-        let more = match takes_shared(sub.get_name()) {
-            true => "\n\nOptions of all commands, such as --out and --threads: dovetail --help",
-            false => "",
+        let more = if takes_shared(sub.get_name()) {
+            "\n\nOptions of all commands, such as --out and --threads: dovetail --help"
+        } else {
+            ""
         };
         sub.args(&shared).after_help(own.unwrap_or_default() + more)
     })

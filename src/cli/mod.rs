@@ -80,9 +80,10 @@ fn run(cli: &Cli) -> Result<(), Error> {
         }
         Command::New(New { folder, template }) => {
             let told = new::write(folder, *template)?;
-            match cli.shared.quiet {
-                true => Ok(()),
-                false => print(&told),
+            if cli.shared.quiet {
+                Ok(())
+            } else {
+                print(&told)
             }
         }
         Command::Groups(arguments) => print(&groups::of(&arguments.mesh, &mut console)?),
@@ -132,9 +133,10 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         further_plots: run.map_or_else(Vec::new, Run::further_plots),
     };
     let cache = Cache::new(cache_settings(shared)?.as_ref());
-    let other = match shared.force {
-        true => OtherScene::Replace,
-        false => OtherScene::Refuse,
+    let other = if shared.force {
+        OtherScene::Replace
+    } else {
+        OtherScene::Refuse
     };
     match &cli.command {
         Command::Reduce(Reduce {

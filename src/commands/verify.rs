@@ -10,9 +10,10 @@ pub fn tables(comparisons: &[Comparison]) -> String {
 /// Table of both methods side by side at one frequency.
 fn table(comparison: &Comparison) -> String {
     let (b, i) = (&comparison.balance, &comparison.integration);
-    let steady = match comparison.steady {
-        true => "steady",
-        false => "not steady",
+    let steady = if comparison.steady {
+        "steady"
+    } else {
+        "not steady"
     };
     let mut lines = vec![
         format!(

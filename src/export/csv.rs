@@ -496,9 +496,10 @@ impl<'a> Table<'a> {
         }
         self.row_is_empty = false;
         let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']);
-        let guarded = match is_formula && cell.parse::<f64>().is_err() {
-            true => format!("'{cell}"),
-            false => cell.to_owned(),
+        let guarded = if is_formula && cell.parse::<f64>().is_err() {
+            format!("'{cell}")
+        } else {
+            cell.to_owned()
         };
         let cell = guarded.as_str();
         if cell.contains([',', '"', '\n', '\r']) {

@@ -71,9 +71,10 @@ fn excitations(assembly: &Assembly) -> Vec<String> {
         match (amplitudes.as_slice(), range(&amplitudes)) {
             ([one], _) => parts.push(given(*one, unit)),
             (_, Some((least, most))) => {
-                let each = match least == most {
-                    true => given(most, unit),
-                    false => format!("{} to {}", given(least, unit), given(most, unit)),
+                let each = if least == most {
+                    given(most, unit)
+                } else {
+                    format!("{} to {}", given(least, unit), given(most, unit))
                 };
                 let (one, many) = match unit {
                     "N" => ("force", "forces"),

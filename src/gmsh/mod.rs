@@ -266,12 +266,13 @@ fn check_option(program: &OsStr, name: &str, value: f64, scratch: &Path) -> Resu
     let run = started(program, &arguments, SHORT_LIMIT_S);
     let _ = std::fs::remove_file(scratch); // a file of one line stays behind
     let run = run?;
-    match run.status.success() && !run.printed.has_error {
-        true => Ok(()),
-        false => Err(GmshError::UnknownOption {
+    if run.status.success() && !run.printed.has_error {
+        Ok(())
+    } else {
+        Err(GmshError::UnknownOption {
             name: name.to_owned(),
             messages: run.printed.messages(),
-        }),
+        })
     }
 }
 

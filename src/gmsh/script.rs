@@ -149,9 +149,10 @@ impl Definitions {
             [Token::Word(name), ..] => ((*name).to_owned(), false),
             _ => return,
         };
-        let names = match is_indexed {
-            true => &mut self.indexed,
-            false => &mut self.parameters,
+        let names = if is_indexed {
+            &mut self.indexed
+        } else {
+            &mut self.parameters
         };
         if !names.contains(&name) {
             names.push(name);

@@ -58,9 +58,10 @@ fn note(map: &FieldMap) -> String {
 /// Complex vector, such as `(1, 2, 3)`, with an imaginary part `(1, 2, 3) + i (4, 5, 6)`.
 fn complex([re, im]: &[[f64; 3]; 2]) -> String {
     let vector = |v: &[f64; 3]| format!("({})", v.map(|c| figure(c, 4)).join(", "));
-    match *im == [0.0; 3] {
-        true => vector(re),
-        false => format!("{} + i {}", vector(re), vector(im)),
+    if *im == [0.0; 3] {
+        vector(re)
+    } else {
+        format!("{} + i {}", vector(re), vector(im))
     }
 }
 

@@ -176,9 +176,10 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
                 continue;
             };
             let nodes = format!("{name} (nodes)");
-            let remedy = match find(&nodes).is_some() {
-                true => format!("the set of nodes alone is `{nodes}`"),
-                false => "name a surface or a set of nodes to hold a face".to_owned(),
+            let remedy = if find(&nodes).is_some() {
+                format!("the set of nodes alone is `{nodes}`")
+            } else {
+                "name a surface or a set of nodes to hold a face".to_owned()
             };
             lines.push(Line::warning(
                 Weight::Doubt,

@@ -32,12 +32,11 @@ fn names(out: &Path) -> BTreeSet<String> {
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
-            match path.is_dir() {
-                true => folders.push(path),
-                false => {
-                    let name = path.strip_prefix(out).unwrap().to_str().unwrap();
-                    assert!(found.insert(name.to_owned()));
-                }
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(out).unwrap().to_str().unwrap();
+                assert!(found.insert(name.to_owned()));
             }
         }
     }

@@ -251,19 +251,22 @@ fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
         let path = entry.path();
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let mut files = Vec::new();
-        match path.is_dir() {
-            true => rust_files(&path, &mut files),
-            false if ["mod", "lib", "main", "tests"].contains(&name.as_str()) => continue,
-            false => files.push(path.clone()),
+        if path.is_dir() {
+            rust_files(&path, &mut files);
+        } else if ["mod", "lib", "main", "tests"].contains(&name.as_str()) {
+            continue;
+        } else {
+            files.push(path.clone());
         }
         let mut named = Vec::new();
         for file in files.iter().filter(|file| !file.ends_with("tests.rs")) {
             let code = code_of(file);
             let code = code.split("#[cfg(test)]").next().unwrap();
             let depth = file.strip_prefix(folder).unwrap().iter().count();
-            let up = match file.ends_with("mod.rs") {
-                true => depth - 1,
-                false => depth,
+            let up = if file.ends_with("mod.rs") {
+                depth - 1
+            } else {
+                depth
             };
             named.extend(names_after(code, &"super::".repeat(up)));
             named.extend(names_after(code, &absolute));

@@ -328,9 +328,10 @@ fn highest_shown(curves: &[Curve]) -> f64 {
         highest(&|_| true),
         highest(&|c| c.kind != CurveKind::Linear),
     );
-    match own > 0.0 && all > MUCH_HIGHER * own {
-        true => own,
-        false => all,
+    if own > 0.0 && all > MUCH_HIGHER * own {
+        own
+    } else {
+        all
     }
 }
 

@@ -76,13 +76,14 @@ pub fn load(
     };
     let amplitude = checker.number(at, key, value, Limits::NOT_NEGATIVE, None);
     let direction = checker.direction(at, "direction", direction)?;
-    let unit = match is_force {
-        true => LoadKind::Force {
+    let unit = if is_force {
+        LoadKind::Force {
             vector_n: direction,
-        },
-        false => LoadKind::Traction {
+        }
+    } else {
+        LoadKind::Traction {
             vector_pa: direction,
-        },
+        }
     };
     Some((unit, amplitude?))
 }
