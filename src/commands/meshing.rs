@@ -32,7 +32,8 @@ fn origin_of(path: &Path) -> MeshOrigin {
     }
 }
 
-/// Checks that the meshes named by the scene exist. Warns that gmsh runs a script as a program.
+/// Checks that the meshes and fields named by the scene exist. Notes that gmsh runs a script as a
+/// program.
 pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), RunError> {
     let is_there = |path: &Path| {
         input::check(path).map_err(|source| MeshError::Io {

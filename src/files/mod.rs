@@ -71,8 +71,8 @@ pub enum FurtherPlot {
 
 /// Least time between two updates of the tables of a response under way.
 const INTERVAL: Duration = Duration::from_secs(5);
-/// Factor on the duration of an update, which is the least time to the next: at most one part in so
-/// many of the time is spent on updates.
+/// Least time between two updates as a multiple of the duration of the last one, which limits the
+/// share of the time spent on updates.
 const SHARE: u32 = 20;
 
 /// Writes the events of a run to files of one folder.
