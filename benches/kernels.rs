@@ -1,6 +1,7 @@
-//! Seconds of each part of a run: `cargo bench`, or `cargo bench -- dlft` for those whose name holds
-//! that word. The finite elements are those of scenes/paper.toml on the ready mesh; the contact is a
-//! reduced dovetail of 72 pairs (tests/data/dovetail72). docs/performance.md holds the figures.
+//! Seconds of each part of a run: `cargo bench`, or `cargo bench -- dlft` for those whose name
+//! contains that word. The finite elements are those of scenes/paper.toml on the ready mesh; the
+//! contact is a reduced dovetail of 72 pairs (tests/data/dovetail72). docs/performance.md has the
+//! figures.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -34,10 +35,10 @@ use dovetail_solver::reduction::{Highest, StuckModes, reduce, superelement};
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
-/// N, of the excitation; the flanks slip in part and lift off here and there.
+/// Force of the excitation, N; part of the flanks slips and some pairs lift off.
 const FORCE_N: f64 = 1.0;
-/// Relative to the first stuck mode: near the peak of the response, where both solvers find the same
-/// motion from the static state.
+/// Ratio of the frequency to that of the first stuck mode. It is near the peak of the response,
+/// where both solvers find the same motion from the static state.
 const FREQUENCY_RATIO: f64 = 0.9985;
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-8,
@@ -52,7 +53,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The paper's scene on the ready mesh, with more `--set` arguments.
+/// Model of the paper's scene on the ready mesh, with more `--set` arguments.
 fn bound(more: &[&str]) -> Model {
     let mut overrides = vec!["mesh.file=../meshes/dovetail.msh".to_owned()];
     overrides.extend(more.iter().map(|s| (*s).to_owned()));
@@ -66,7 +67,7 @@ fn bound(more: &[&str]) -> Model {
     model::bind(assembly, &mesh).unwrap()
 }
 
-/// From the bound mesh to the matrices that the contact solver sees.
+/// Times the steps from the bound mesh to the matrices of the contact solver.
 fn structure(c: &mut Criterion) {
     let mut group = c.benchmark_group("structure");
     group
@@ -136,7 +137,8 @@ fn dogleg(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     (u, end)
 }
 
-/// Static state and one frequency of the reduced dovetail, and what a Newton iteration is made of.
+/// Times the static state and one frequency of the reduced dovetail, and the parts of a Newton
+/// iteration.
 fn dlft(c: &mut Criterion) {
     let mut group = c.benchmark_group("dlft");
     group

@@ -1,7 +1,8 @@
-//! The memory of the process: the system's, and where the system gives none the end that [`dovetail::exhaustion`] makes.
+//! Allocator of the process: that of the system. If the system gives no memory,
+//! [`dovetail::exhaustion`] ends the process.
 //!
-//! Without it the first allocation that fails ends the process by a signal, and what stands in the folder of the run
-//! still says that the run is going on.
+//! Without it the first failed allocation would end the process by a signal, and summary.json in
+//! the folder of the run would still say that the run is under way.
 
 #![expect(unsafe_code, reason = "an allocator hands out raw memory")]
 
@@ -9,7 +10,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 
 use dovetail::exhaustion;
 
-/// Hands on to the allocator of the system.
+/// Allocator that passes all calls on to that of the system.
 pub struct Watched;
 
 fn given(memory: *mut u8, bytes: usize) -> *mut u8 {

@@ -1,8 +1,7 @@
-//! Prints what a run tells while it works to stderr: stages with time and memory, bars, notes and
-//! warnings.
+//! Prints the progress of a run to stderr: stages with time and memory, bars, notes and warnings.
 //!
-//! On a terminal the stage under way turns, with the time it has taken, and bars move, with the time
-//! that is left. Elsewhere plain lines are printed; a loop prints one at most every
+//! On a terminal the stage under way has a spinner with the elapsed time, and bars show the
+//! remaining time. Otherwise plain lines are printed; a loop prints at most one every
 //! [`LINE_INTERVAL`].
 
 use std::io::{IsTerminal, Write};
@@ -17,34 +16,34 @@ use dovetail_mesh::text;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::run::{Event, Stage};
 
-/// Between two lines of a loop where there is no terminal.
+/// Least time between two lines of a loop without a terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Prints what it hears to stderr.
+/// Prints the events of a run to stderr.
 #[derive(Debug)]
 pub struct Console {
     verbosity: Verbosity,
     on_terminal: bool,
     lines: MultiProgress,
-    /// Of the stages under way, the innermost last.
+    /// Spinners of the stages under way, the innermost last.
     spinners: Vec<ProgressBar>,
-    /// The loops under way, the innermost last.
+    /// Loops under way, the innermost last.
     loops: Vec<Loop>,
-    /// Frequencies of the response under way that have failed.
+    /// Number of failed frequencies of the response under way.
     failed: usize,
-    /// A response is there: what is told of it waits for the end.
+    /// True once a response exists: warnings about it wait for the end.
     solved: bool,
-    /// What waits.
+    /// Warnings that wait for the end.
     waiting: Vec<Warning>,
 }
 
-/// How much is printed.
+/// Amount of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verbosity {
     /// Warnings only.
     Quiet,
     Normal,
-    /// Each frequency with its Newton iterations, too.
+    /// Also each frequency with its Newton iterations.
     Verbose,
 }
 
@@ -53,7 +52,7 @@ struct Loop {
     label: String,
     steps: usize,
     done: usize,
-    /// What the last step came to.
+    /// Text of the result of the last step.
     news: String,
     begun: Instant,
     last_line: Instant,
@@ -61,14 +60,16 @@ struct Loop {
 }
 
 impl Loop {
-    /// What is done, the time that it took, and the time that the rest will take if it goes on so.
+    /// Line with the completed share, the elapsed time, and the remaining time if the loop
+    /// continues at the same rate.
     fn line(&self) -> String {
         let taken = self.begun.elapsed();
         let share = self.done as f64 / self.steps.max(1) as f64;
         let left = taken.mul_f64((1.0 / share.max(1e-9) - 1.0).clamp(0.0, 1e6));
-        let news = match self.news.is_empty() {
-            true => String::new(),
-            false => format!("; {}", self.news),
+        let news = if self.news.is_empty() {
+            String::new()
+        } else {
+            format!("; {}", self.news)
         };
         format!(
             "  {}: {} of {} ({:.0} %) in {}, {} left{news}",
@@ -85,9 +86,10 @@ impl Loop {
 impl Console {
     pub fn new(verbosity: Verbosity) -> Self {
         let on_terminal = std::io::stderr().is_terminal() && verbosity != Verbosity::Quiet;
-        let target = match on_terminal {
-            true => ProgressDrawTarget::stderr(),
-            false => ProgressDrawTarget::hidden(),
+        let target = if on_terminal {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
         };
         Self {
             verbosity,
@@ -109,12 +111,12 @@ impl Console {
         self.lines().line(message);
     }
 
-    /// Lines for another thread.
+    /// Printer of lines for another thread.
     pub fn lines(&self) -> Lines {
         Lines(self.lines.clone())
     }
 
-    /// Prints the warnings that waited for the end, the weightiest first.
+    /// Prints the warnings that waited for the end, the most important first.
     pub fn end(&mut self) {
         for Warning { text, .. } in by_weight(&std::mem::take(&mut self.waiting)) {
             self.line(&format!("warning: {text}"));
@@ -128,17 +130,18 @@ impl Drop for Console {
     }
 }
 
-/// What prints lines, whatever bars are drawn.
+/// Printer of lines that keeps the bars intact.
 #[derive(Debug, Clone)]
 pub struct Lines(MultiProgress);
 
 impl Lines {
-    /// Bars are cleared, the line is printed above them, and they are drawn again.
+    /// Prints a line: the bars are cleared, the line is printed above them, and they are drawn
+    /// again.
     fn line(&self, message: &str) {
         self.0.suspend(|| print(message));
     }
 
-    /// The last line of a process: no bar is drawn after it.
+    /// Prints the last line of a process: no bar is drawn after it.
     pub fn last(&self, message: &str) {
         let _ = self.0.clear();
         self.0.set_draw_target(ProgressDrawTarget::hidden());
@@ -146,12 +149,12 @@ impl Lines {
     }
 }
 
-/// A stderr that is gone is no reason to end the run.
+/// Prints a line. A closed stderr does not end the run.
 fn print(message: &str) {
     let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
 }
 
-/// What a frequency came to, in a few words.
+/// Short text of the result of a frequency.
 fn news(orbit: &Orbit, failed: usize) -> String {
     let found = match (
         orbit.outcome.has_motion(),
@@ -172,7 +175,7 @@ fn news(orbit: &Orbit, failed: usize) -> String {
     )
 }
 
-/// The first and the last residual of each attempt of Newton's method, with its iterations.
+/// First and last residual of each attempt of Newton's method, with its iterations.
 fn residuals(orbit: &Orbit) -> String {
     let attempt = |residuals: &Vec<f64>| match residuals[..] {
         [only] => format!("{only:.1e} in 0"),
@@ -184,7 +187,7 @@ fn residuals(orbit: &Orbit) -> String {
 }
 
 impl Console {
-    /// A stage begins.
+    /// Shows the begin of a stage.
     pub fn stage_begins(&mut self, title: &str) {
         if self.on_terminal {
             let template = "{spinner} {msg}  {elapsed}";
@@ -197,7 +200,7 @@ impl Console {
         }
     }
 
-    /// The stage that began last ends.
+    /// Shows the end of the stage that began last.
     pub fn stage_ends(&mut self, record: &StageSummary) {
         if let Some(spinner) = self.spinners.pop() {
             spinner.finish_and_clear();
@@ -214,7 +217,7 @@ impl Console {
         ));
     }
 
-    /// What goes on in a loop; other events are not heard.
+    /// Shows the events of a loop; other events are ignored.
     pub fn loop_event(&mut self, event: &Event<'_>) {
         match event {
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
@@ -293,12 +296,12 @@ impl Console {
         }
     }
 
-    /// A response is about to be computed.
+    /// Prepares for a response that is about to be computed.
     pub fn response_begins(&mut self) {
         self.failed = 0;
     }
 
-    /// One frequency of the response that began last is solved, converged or not.
+    /// Shows a solved frequency of the response that began last, converged or not.
     pub fn frequency(&mut self, solved: &SolvedFrequency) {
         let orbit = &solved.orbit;
         // The first attempt at one that is solved again has failed.
@@ -316,15 +319,16 @@ impl Console {
         }
     }
 
-    /// A line, but for the quiet.
+    /// Prints a line unless the verbosity is quiet.
     pub fn note(&mut self, message: &str) {
         if self.verbosity != Verbosity::Quiet {
             self.line(message);
         }
     }
 
-    /// A line at once, for the quiet, too. What is told of a finished response waits for the end, and what
-    /// is more than a remark is said there once more.
+    /// Prints a warning at once, also if the verbosity is quiet. Otherwise, a warning about a
+    /// finished response waits for the end, and all warnings that are more than a remark are
+    /// repeated there.
     pub fn warning(&mut self, warning: &Warning) {
         let waits = self.solved && self.verbosity != Verbosity::Quiet;
         if !waits {

@@ -1,4 +1,4 @@
-//! Defines the error of a run, which is the stage's own error, with the words of the scene.
+//! Error of a run: the error of the stage itself, in the words of the scene.
 
 use std::error::Error;
 use std::fmt;
@@ -21,29 +21,29 @@ use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::superelement::SuperelementError;
 use dovetail_solver::run;
 
-/// Why a run ended without its full result.
+/// Reason why a run ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
 pub enum RunError {
     #[error(transparent)]
     Mesh(#[from] MeshError),
 
-    /// gmsh made no mesh.
+    /// Error of gmsh, which made no mesh.
     #[error("meshing failed")]
     Gmsh(#[from] GmshError),
 
     #[error("the mesh cannot be used")]
     Quality(#[from] QualityError),
 
-    /// The file of `excitation.file`.
+    /// Error of the file of `excitation.file`.
     #[error(transparent)]
     Field(#[from] SurfaceFieldError),
 
-    /// The run itself.
+    /// Error of the run itself.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(Ended),
 
-    /// `dovetail mesh` of a scene about a reduced model.
+    /// `dovetail mesh` for a scene with a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
     #[diagnostic(help(
         "`dovetail static` and `dovetail run` compute with it; `dovetail mesh` and `dovetail reduce` need a scene with [mesh] \
@@ -51,7 +51,7 @@ pub enum RunError {
     ))]
     NoMesh { scene: String },
 
-    /// What is only to be kept in the cache has no place there.
+    /// A reduced model is to be kept only in the cache, and there is no cache.
     #[error("the reduced model is to be kept in the cache alone, and there is none")]
     #[diagnostic(help(
         "name its folder (--cache DIR) and leave out --no-cache and a limit of 0 GiB, or write the reduced model into a \
@@ -62,20 +62,20 @@ pub enum RunError {
     #[error(transparent)]
     Export(#[from] ExportError),
 
-    /// Told when it was met.
+    /// End of memory, which is reported when it occurs.
     #[error(transparent)]
     #[diagnostic(transparent)]
     OutOfMemory(#[from] OutOfMemory),
 }
 
-/// Bodies and meshes that do not fit, before a run begins.
+/// Error of bodies and meshes that do not fit, before a run begins.
 impl From<ModelError> for RunError {
     fn from(error: ModelError) -> Self {
         run::Error::from(error).into()
     }
 }
 
-/// A reduced model that is read or written beside a run.
+/// Error of a reduced model that is read or written outside of a run.
 impl From<SuperelementError> for RunError {
     fn from(error: SuperelementError) -> Self {
         run::Error::from(error).into()
@@ -88,7 +88,7 @@ impl From<run::Error> for RunError {
     }
 }
 
-/// The error of a run in the words of a scene: what to change, by the names of its keys.
+/// Error of a run in the words of a scene, with the names of the keys to change.
 #[derive(Debug)]
 pub struct Ended(pub run::Error);
 
@@ -137,7 +137,7 @@ impl Diagnostic for Ended {
     }
 }
 
-/// What to do about the error of a run.
+/// Remedy for the error of a run.
 fn remedy(error: &run::Error) -> Option<&'static str> {
     Some(match error {
         run::Error::NoLinearMode => {
@@ -211,7 +211,7 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
 }
 
 impl RunError {
-    /// How a command ends with this error.
+    /// Exit status of a command that ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
             Self::Gmsh(

@@ -1,8 +1,9 @@
-//! Ends the process with a last word where the system gives it no more memory.
+//! Ends the process with a last message if the system gives it no more memory.
 //!
-//! Where an allocation has failed nothing more can be allocated, and locks may be held. Another thread, which was started
-//! before, therefore speaks the last word, on a reserve that it gives back first. All others wait at their next
-//! allocation for the end of the process.
+//! After a failed allocation nothing more can be allocated, and locks may be held by other threads.
+//! Therefore another thread, which was started before, writes the last message, using a reserve of
+//! memory that it first releases. All other threads wait at their next allocation for the end of
+//! the process.
 
 use std::cell::Cell;
 use std::io;
@@ -19,11 +20,11 @@ use thiserror::Error;
 use crate::exit::ExitStatus;
 use crate::terminal;
 
-/// What the last word may take.
+/// Memory reserved for the last message.
 const RESERVE_BYTES: usize = 8 << 20;
-/// Of the thread that speaks it.
+/// Stack of the thread that writes the last message.
 const STACK_BYTES: usize = 1 << 20;
-/// After this time the process ends without a last word.
+/// Time after which the process ends without a last message.
 const LONGEST_WORD: Duration = Duration::from_secs(10);
 
 /// The system gave no more memory.
@@ -34,11 +35,11 @@ const LONGEST_WORD: Duration = Duration::from_secs(10);
      limit of memory (`ulimit -v`, the container, the batch system)"
 ))]
 pub struct OutOfMemory {
-    /// By the allocation that failed.
+    /// Size of the failed allocation.
     pub asked_bytes: usize,
 }
 
-/// What is done before the process ends.
+/// Action before the process ends.
 type LastWord = Box<dyn Fn(OutOfMemory) + Send>;
 
 static SPEAKER: OnceLock<Thread> = OnceLock::new();
@@ -50,7 +51,7 @@ thread_local! {
     static SPEAKS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Starts the thread that speaks the last word.
+/// Starts the thread that writes the last message.
 ///
 /// # Errors
 /// The system starts no thread.
@@ -69,7 +70,7 @@ pub fn prepare() -> io::Result<()> {
     Ok(())
 }
 
-/// What is done, besides a message, before the process ends for want of memory.
+/// Sets the action, besides the message, before the process ends for lack of memory.
 pub fn on_exhaustion(last_word: impl Fn(OutOfMemory) + Send + 'static) {
     *LAST_WORD.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(last_word));
 }
@@ -87,7 +88,7 @@ fn speak() -> ! {
     exit(i32::from(ExitStatus::Failed.code()))
 }
 
-/// To stderr, past its lock, which a thread that waits may hold.
+/// Writes to stderr without its lock, which a waiting thread may hold.
 fn say(text: &str) {
     let mut left = text.as_bytes();
     while let Ok(written @ 1..) = rustix::io::write(rustix::stdio::stderr(), left) {
@@ -98,7 +99,8 @@ fn say(text: &str) {
     }
 }
 
-/// For an allocator, before it allocates: waits for the end where the process is ending for want of memory.
+/// Waits for the end if the process is ending for lack of memory. An allocator calls it before it
+/// allocates.
 #[inline]
 pub fn wait_if_ending() {
     if ENDING.load(Ordering::Relaxed) && !speaks() {
@@ -106,7 +108,8 @@ pub fn wait_if_ending() {
     }
 }
 
-/// For an allocator whose system gave nothing for so many bytes. Returns where nobody is there to speak a last word.
+/// Ends the process for lack of memory. An allocator calls it if the system gave nothing for this
+/// number of bytes. Returns only if no thread was prepared for the last message.
 #[cold]
 pub fn exhausted(bytes: usize) {
     let Some(speaker) = SPEAKER.get() else {

@@ -1,4 +1,4 @@
-//! Finds the fingerprint of the program that computes.
+//! Determines the fingerprint of the program that computes.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io;
 use std::sync::OnceLock;
 
-/// A hash of the program's file.
+/// Hash of the file of the program.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -20,9 +20,10 @@ pub fn executable_hash() -> io::Result<[u8; 32]> {
     Ok(*HASH.get_or_init(|| *hasher.finalize().as_bytes()))
 }
 
-/// To the last bit of its results: a hash of the executable, the libraries that it has loaded, and
-/// what their kernels are chosen by: the processor and the settings of numerical libraries in the
-/// environment. `None` where the executable cannot be read.
+/// Fingerprint of everything in the program that affects the last bit of its results: a hash of the
+/// executable, of the loaded libraries, and of what selects their kernels, which are the processor
+/// and the settings of numerical libraries in the environment. `None` if the executable cannot be
+/// read.
 pub fn fingerprint() -> Option<[u8; 32]> {
     static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
     *FINGERPRINT.get_or_init(|| {
@@ -44,7 +45,8 @@ fn executable() -> io::Result<File> {
     File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?))
 }
 
-/// Path, size and time of each shared library, in the order of their paths; nothing where the system does not tell.
+/// Path, size and time of each shared library, in the order of their paths; empty if the system
+/// does not provide them.
 fn libraries() -> Vec<String> {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let paths = maps
@@ -64,7 +66,7 @@ fn libraries() -> Vec<String> {
     paths.into_iter().map(about).collect()
 }
 
-/// Variables by which numerical libraries are told their threads and kernels.
+/// Environment variables for the threads and kernels of numerical libraries.
 fn settings() -> BTreeMap<OsString, OsString> {
     let prefixes = ["OPENBLAS_", "GOTO_", "OMP_", "MKL_", "BLIS_"];
     let tells = |name: &OsString| {

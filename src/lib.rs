@@ -1,10 +1,10 @@
 //! Computes the vibration of turbomachinery blades held by dovetail joints, whose flanks stick,
 //! slip and lift off.
 //!
-//! This package is the program about the library `dovetail_solver`. [`scene`] reads TOML into a
-//! description of a run. [`commands`] opens its meshes and hands them to the library, which computes.
-//! [`reporter`] hears of the run; [`files`] and [`export`] write it down. [`study`] runs the whole of
-//! it many times.
+//! This package is the program around the library `dovetail_solver`. [`scene`] reads TOML into a
+//! description of a run. [`commands`] opens its meshes and passes them to the library, which
+//! computes. [`reporter`] observes the run; [`files`] and [`export`] write its results. [`study`]
+//! performs many runs.
 
 #![forbid(unsafe_code)]
 

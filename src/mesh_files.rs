@@ -1,4 +1,4 @@
-//! Opens the files of meshes and of surface fields: the library reads bytes.
+//! Opens the files of meshes and of surface fields, as the library reads bytes.
 
 use std::path::{Path, PathBuf};
 
@@ -8,10 +8,10 @@ use dovetail_mesh::units::Units;
 use dovetail_mesh::{Mesh, MeshError, formats};
 use dovetail_solver::input;
 
-/// Reads a mesh file, whatever its format, with the files that it includes.
+/// Reads a mesh file of any format, with the files that it includes.
 ///
 /// # Errors
-/// A file that cannot be read, or is no whole mesh of solid elements: see [`MeshError`].
+/// A file that cannot be read, or that is not a whole mesh of solid elements: see [`MeshError`].
 pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
     let bytes = bytes(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -51,7 +51,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
 /// Reads a CSV file of forces or pressures at points.
 ///
 /// # Errors
-/// A file that cannot be read, or is none of such points: see [`SurfaceFieldError`].
+/// A file that cannot be read, or that does not contain such points: see [`SurfaceFieldError`].
 pub fn surface_field(path: &Path) -> Result<SurfaceField, SurfaceFieldError> {
     let file = input::open(path).map_err(|error| SurfaceFieldError::Io {
         path: path.to_owned(),

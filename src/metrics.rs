@@ -1,8 +1,8 @@
-//! Reads from the system what time it is, and the time and memory that the process has used so far.
+//! Measures the time, and the time and memory that the process has used so far.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A moment in universal time, to the second: `2004-02-29T23:59:59Z`.
+/// Time in universal time, to the second: `2004-02-29T23:59:59Z`.
 pub fn universal_time(moment: SystemTime) -> String {
     let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
     let (days, second) = (since.as_secs() / 86_400, since.as_secs() % 86_400);
@@ -25,15 +25,16 @@ pub fn universal_time(moment: SystemTime) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
-/// Processor time of the process so far, all threads and the programs it waited for, s; `None`
-/// where the system does not tell. It goes on counting where one program takes the place of another
-/// in the same process.
+/// Processor time of the process so far, for all threads and the programs it waited for, s; `None`
+/// if the system does not provide it. It continues to count if one program replaces another in the
+/// same process.
 pub fn processor_seconds() -> Option<f64> {
     let ticks = ticks_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)?;
     Some(ticks / rustix::param::clock_ticks_per_second() as f64)
 }
 
-/// Sum of `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), in ticks of the clock.
+/// Sum of `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), in ticks of the
+/// clock.
 fn ticks_of_stat(stat: &str) -> Option<f64> {
     // The name of the program stands in brackets and may hold blanks.
     let (_, rest) = stat.rsplit_once(')')?;
@@ -42,7 +43,7 @@ fn ticks_of_stat(stat: &str) -> Option<f64> {
     Some(next()? + next()? + next()? + next()?)
 }
 
-/// `VmHWM` of /proc/self/status (Linux), MiB.
+/// Peak resident memory, `VmHWM` of /proc/self/status (Linux), MiB.
 pub fn peak_rss_mib() -> Option<f64> {
     peak_of_status(&std::fs::read_to_string("/proc/self/status").ok()?)
 }
@@ -57,7 +58,7 @@ fn peak_of_status(status: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// As `date -u -d @SECONDS` has them.
+    /// The dates are those of `date -u -d @SECONDS`.
     #[test]
     fn seconds_since_1970_are_a_date() {
         for (seconds, date) in [

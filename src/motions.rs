@@ -1,4 +1,4 @@
-//! Says in words which bodies move, and how.
+//! Texts of the motions of bodies.
 
 use std::collections::BTreeMap;
 
@@ -6,16 +6,17 @@ use crate::words::{figure, quantity};
 use dovetail_solver::results::rigid_motion::BodyMotion;
 use dovetail_solver::results::rigid_motion::Kind;
 
-/// Where there is no mesh, or the way back to the bodies was not made.
+/// Text if there is no mesh, or if the motion of the bodies was not recovered.
 const UNKNOWN: &str = "the bodies";
 
-/// What friction does not hold: ``body `wedge` along x``.
+/// Text of the motions that friction does not hold: ``body `wedge` along x``.
 pub fn retained_words(motions: &[BodyMotion]) -> String {
     let words = motions.iter();
     listed(words.map(|m| format!("body `{}` {}", m.name, kind_words(m.kind))))
 }
 
-/// The bodies that nothing holds, with the motion of those that are free in one alone.
+/// Text of the bodies that nothing holds, with the motion of a body that is free in a single
+/// motion.
 pub fn free_words(motions: &[BodyMotion]) -> String {
     let mut bodies: BTreeMap<usize, Vec<&BodyMotion>> = BTreeMap::new();
     for motion in motions {
@@ -46,10 +47,10 @@ fn kind_words(kind: Kind) -> String {
     }
 }
 
-/// Components smaller than this are 0 to the digits that are written.
+/// Component below which a direction is shown as 0, given the written digits.
 const NEXT_TO_NOTHING: f64 = 5e-4;
 
-/// `x`, or `(0.906, 0.423, 0)`.
+/// Text of a direction: `x`, or `(0.906, 0.423, 0)`.
 fn direction_words(direction: [f64; 3]) -> String {
     let rounded = direction.map(|c| if c.abs() < NEXT_TO_NOTHING { 0.0 } else { c });
     let axes = ["x", "y", "z"].into_iter().zip(rounded);

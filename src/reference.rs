@@ -4,13 +4,13 @@ use crate::scene::entries::SCENE;
 use crate::scene::keys::{Section, Shape, Vocabulary};
 use crate::study::keys::STUDY;
 
-/// The tables of scene files: the name of each section (`top` for the top of the file, `sections`
-/// for the list of them) and its table.
+/// Tables of scene files: the name of each section (`top` for the top of the file, `sections` for
+/// the list of them) and its table.
 pub fn scene_tables() -> Vec<(&'static str, String)> {
     tables(&SCENE)
 }
 
-/// The tables of study files, as [`scene_tables`].
+/// Tables of study files, with names as in [`scene_tables`].
 pub fn study_tables() -> Vec<(&'static str, String)> {
     tables(&STUDY)
 }

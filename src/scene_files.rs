@@ -1,4 +1,4 @@
-//! Finds the files that a scene names, and what says that two runs have the same inputs.
+//! Finds the files that a scene names, and determines whether two runs have the same inputs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,8 +10,8 @@ use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
 use dovetail_solver::reduction::superelement;
 
-/// The files that a scene names: meshes or their script, fields, the files of a reduced model. A
-/// ready mesh that is not there is left out: it is missed only where gmsh is.
+/// Files that a scene names: meshes or their script, fields, the files of a reduced model. A ready
+/// mesh that does not exist is left out, as it is needed only if gmsh is missing.
 pub fn files(scene: &Scene) -> Vec<PathBuf> {
     let assembly = match &scene.subject {
         Subject::ReducedModel(spec) => return superelement::files(&spec.folder),
@@ -55,8 +55,9 @@ pub fn hash_of_file(file: &Path) -> io::Result<String> {
     Ok(hasher.finalize().to_string())
 }
 
-/// Hash of a scene as it was read and of the files that it names, in hexadecimals. Paths count from
-/// the folder of the scene's file. A file that cannot be read is told where it is missed.
+/// Hash of a scene as it was read and of the files that it names, in hexadecimals. Paths are
+/// relative to the folder of the file of the scene. A file that cannot be read is ignored here; it
+/// is reported where it is needed.
 pub fn hash(scene: &Scene, scene_file: &Path) -> String {
     let mut hasher = blake3::Hasher::new();
     // Numbers are written so that they read back to the bit.
@@ -64,9 +65,10 @@ pub fn hash(scene: &Scene, scene_file: &Path) -> String {
     let folder = scene_file.parent().map_or(String::new(), |folder| {
         format!("{:?}", folder.join("x")).replace("x\"", "")
     });
-    let text = match folder.len() > 1 {
-        true => text.replace(&folder, "\""),
-        false => text,
+    let text = if folder.len() > 1 {
+        text.replace(&folder, "\"")
+    } else {
+        text
     };
     hasher.update(text.as_bytes());
     for file in files(scene) {

@@ -1,6 +1,6 @@
 //! Makes JSON schemas of scene and study files from the entries of their keys, for editors that
-//! complete and check keys. The checks of [`crate::scene`] and [`crate::study`] have the last word:
-//! a schema knows single values, not what they mean to each other.
+//! complete and check keys. The checks of [`crate::scene`] and [`crate::study`] are authoritative:
+//! a schema covers single values, but not how they depend on each other.
 
 use serde_json::{Map, Value, json};
 
@@ -9,17 +9,17 @@ use crate::scene::keys::{Key, Section, Shape, Vocabulary};
 use crate::scene::kinds::{Kind, Limits};
 use crate::study::keys::STUDY;
 
-/// The schema of scene files.
+/// Schema of scene files.
 pub fn scene() -> Value {
     schema(&SCENE, "scene of dovetail", "docs/scene.md")
 }
 
-/// The schema of study files.
+/// Schema of study files.
 pub fn study() -> Value {
     schema(&STUDY, "study of dovetail", "docs/study.md")
 }
 
-/// A draft that editors of TOML take.
+/// Draft of JSON schema that editors of TOML accept.
 const DRAFT: &str = "http://json-schema.org/draft-07/schema#";
 
 fn schema(vocabulary: &Vocabulary, title: &str, page: &str) -> Value {
@@ -61,7 +61,7 @@ fn section(section: &Section) -> Value {
     }
 }
 
-/// The schema of the value of a key.
+/// Schema of the value of a key.
 fn value(key: &Key) -> Value {
     let mut about = vec![("description", description(key).into())];
     if let Some(default) = key.default_value() {
@@ -70,7 +70,7 @@ fn value(key: &Key) -> Value {
     with(of_kind(key.kind), about)
 }
 
-/// Type and unit, limits and meaning, and what holds without the key.
+/// Type and unit, limits and meaning, and the default of a key.
 fn description(key: &Key) -> String {
     let default = match key.default {
         "-" => "required".to_owned(),
@@ -123,16 +123,13 @@ fn of_kind(kind: Kind) -> Value {
 
 fn of_limits(limits: Limits) -> Vec<(&'static str, Value)> {
     let Limits { above, below, from } = limits;
-    let least = match from {
-        true => "minimum",
-        false => "exclusiveMinimum",
-    };
+    let least = if from { "minimum" } else { "exclusiveMinimum" };
     let ends = [(least, above), ("exclusiveMaximum", below)];
     let ends = ends.into_iter().filter(|(_, end)| end.is_finite());
     ends.map(|(word, end)| (word, end.into())).collect()
 }
 
-/// A schema with more words.
+/// Schema with further words added.
 fn with(mut schema: Value, words: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
     if let Some(object) = schema.as_object_mut() {
         object.extend(words.into_iter().map(|(word, v)| (word.to_owned(), v)));
@@ -140,7 +137,7 @@ fn with(mut schema: Value, words: impl IntoIterator<Item = (&'static str, Value)
     schema
 }
 
-/// `[text](target)` as `text`: links of the book lead nowhere in an editor.
+/// Text with `text` in place of `[text](target)`, as an editor cannot follow links of the book.
 fn without_links(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;
@@ -182,7 +179,7 @@ mod tests {
         schemas.validate(&file, index).is_ok()
     }
 
-    /// The file with a key of a section set, or taken out.
+    /// The file with a key of a section set or removed.
     fn changed(text: &str, section: &Section, key: &Key, value: Option<&str>) -> toml::Table {
         let mut file: toml::Table = text.parse().unwrap();
         let table = match &mut file[section.name] {

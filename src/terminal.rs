@@ -1,4 +1,4 @@
-//! Prints the report of an error, and results on standard output. What it prints passes
+//! Prints the report of an error, and results on standard output. All output passes through
 //! [`text::plain`].
 
 use std::fmt;
@@ -11,18 +11,19 @@ use miette::{
 
 use dovetail_mesh::text;
 
-/// Most related errors of a report.
+/// Largest number of related errors in a report.
 const MOST_RELATED: usize = 20;
-/// Most errors of a chain of causes.
+/// Largest number of errors in a chain of causes.
 const MOST_CAUSES: usize = 20;
-/// Bytes of source text around a label that are shown as they are, and of one line of it.
+/// Largest number of bytes of source text around a label that are shown unchanged.
 const MOST_OF_A_SOURCE: usize = 8192;
+/// Largest number of bytes of a line of source text that are shown unchanged.
 const MOST_OF_A_LINE: usize = 1000;
-/// Characters of a longer line that are shown before, at and behind the label.
+/// Numbers of characters of a longer line that are shown before, at and after the label.
 const WINDOW: [usize; 3] = [40, 60, 40];
 
-/// Prints results, whole lines, to standard output. A reader that has closed its end (`| head`)
-/// wants no more of them, which is no error.
+/// Prints results, whole lines, to standard output. It is not an error if the reader has closed its
+/// end (`| head`).
 ///
 /// # Errors
 /// The output cannot be written for another reason.
@@ -45,12 +46,13 @@ pub fn report(error: &dyn Diagnostic) {
     );
 }
 
-/// The report of an error, as [`report`] prints it on a terminal or elsewhere.
+/// Report of an error, as [`report`] prints it on a terminal or elsewhere.
 pub fn rendered(error: &dyn Diagnostic, on_terminal: bool) -> String {
     let options = MietteHandlerOpts::new();
-    let handler = match on_terminal {
-        true => options.build(),
-        false => options.unicode(false).color(false).width(110).build(),
+    let handler = if on_terminal {
+        options.build()
+    } else {
+        options.unicode(false).color(false).width(110).build()
     };
     Rendered(&handler, &Shown::of(error)).to_string()
 }
@@ -63,7 +65,8 @@ impl fmt::Display for Rendered<'_> {
     }
 }
 
-/// A diagnostic as it may be shown: nothing in it that a terminal would obey, all of it bounded.
+/// Diagnostic in a form that may be shown: without control characters for a terminal, and of
+/// bounded size.
 #[derive(Debug)]
 struct Shown<'a> {
     message: String,
@@ -75,7 +78,7 @@ struct Shown<'a> {
     related: Vec<Shown<'a>>,
 }
 
-/// The cause of an error, and its own.
+/// Cause of an error, and its own cause.
 #[derive(Debug)]
 struct Cause {
     message: String,
@@ -120,7 +123,7 @@ impl<'a> Shown<'a> {
 }
 
 impl Cause {
-    /// Of an error that says `said`. A cause whose words stand there is not told again.
+    /// Cause of an error with the message `said`. A cause whose message is part of it is skipped.
     fn of(
         error: Option<&(dyn std::error::Error + 'static)>,
         said: &str,
@@ -184,12 +187,12 @@ impl Diagnostic for Shown<'_> {
     }
 }
 
-/// The text that labels point at.
+/// Source text that labels point at.
 #[derive(Debug)]
 enum ShownSource<'a> {
-    /// As it is.
+    /// The whole source text, unchanged.
     Whole(Borrowed<'a>),
-    /// A part of the line of the first label.
+    /// Part of the line of the first label.
     Line(Line),
 }
 
@@ -201,8 +204,8 @@ impl fmt::Debug for Borrowed<'_> {
     }
 }
 
-/// The source with its labels where it is short and plain around each of them; else a part of the
-/// line of the primary label, and that label alone.
+/// Source and labels to be shown: the source with its labels if it is short and plain around each
+/// of them; else part of the line of the primary label, and that label alone.
 fn shown_source(
     source: &dyn SourceCode,
     labels: Vec<LabeledSpan>,
@@ -239,18 +242,19 @@ fn shown_source(
     }
 }
 
-/// A part of a line, made plain, that knows where it was taken from.
+/// Part of a line, made plain, with its original place.
 #[derive(Debug)]
 struct Line {
     name: String,
     text: String,
-    /// Both counted from 0.
+    /// Number of the line, counted from 0.
     line: usize,
+    /// Number of the column, counted from 0.
     column: usize,
 }
 
 impl Line {
-    /// The line in which a label begins, around the label, and the label in it.
+    /// Part of the line in which a label begins, around the label, and the label in it.
     fn around(source: &dyn SourceCode, label: &LabeledSpan) -> Option<(Self, LabeledSpan)> {
         let place = source.read_span(label.inner(), 0, 0).ok()?;
         let around = source.read_span(label.inner(), 1, 1).ok()?;

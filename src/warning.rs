@@ -1,29 +1,29 @@
-//! Defines what a run tells its user to mind.
+//! Warnings of a run for its user.
 
 use serde::{Deserialize, Serialize};
 
-/// Something to mind about a run.
+/// Warning about a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
-    /// How much it weighs.
+    /// Importance of the warning.
     pub weight: Weight,
-    /// What is so, and what to do about it.
+    /// The condition, and the remedy.
     pub text: String,
 }
 
-/// How much a warning weighs, the weightiest first.
+/// Importance of a warning, the highest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weight {
-    /// A result is missing, or is not of what was meant.
+    /// A result is missing, or is not what was intended.
     Wrong,
-    /// A figure may be off.
+    /// A figure may be inaccurate.
     Doubt,
-    /// The results are as asked for.
+    /// The results are as requested.
     Remark,
 }
 
-/// The weightiest first, each text once; of the same weight in their order.
+/// Warnings sorted by importance, each text once; those of the same weight keep their order.
 pub fn by_weight(warnings: &[Warning]) -> Vec<&Warning> {
     let mut sorted: Vec<&Warning> = warnings.iter().collect();
     sorted.sort_by_key(|warning| warning.weight);

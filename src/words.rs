@@ -1,4 +1,4 @@
-//! Numbers as a reader takes them in.
+//! Numbers in a form that is easy to read.
 
 use dovetail_solver::dlft::{CycleCounts, StaticCounts};
 
@@ -15,14 +15,14 @@ const PREFIXES: [(&str, i32); 9] = [
     ("T", 4),
 ];
 
-/// To so many digits, and its power of ten.
+/// Number rounded to this number of digits, and its power of ten.
 fn rounded(v: f64, digits: usize) -> (f64, i32) {
     let text = format!("{v:.*e}", digits.saturating_sub(1));
     let power = text.rsplit('e').next().and_then(|e| e.parse().ok());
     (text.parse().unwrap_or(v), power.unwrap_or(0))
 }
 
-/// So many digits in all, without an exponent where that is short.
+/// Number with this number of digits in all, without an exponent if that is short.
 pub fn figure(v: f64, digits: usize) -> String {
     if v == 0.0 {
         return "0".to_owned();
@@ -38,12 +38,12 @@ pub fn figure(v: f64, digits: usize) -> String {
     format!("{value:.after$}").replace('-', "−")
 }
 
-/// With the prefix that leaves one to three digits before the point: `6.491 mm`.
+/// Quantity with the prefix that leaves one to three digits before the point: `6.491 mm`.
 pub fn quantity(v: f64, unit: &str, digits: usize) -> String {
     quantity_beside(v, v, unit, digits)
 }
 
-/// With the prefix that another quantity has: `0.656 µm` beside `1.24 µm`.
+/// Quantity with the prefix of another quantity: `0.656 µm` beside `1.24 µm`.
 pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String {
     if v == 0.0 || !v.is_finite() || other == 0.0 || !other.is_finite() {
         return format!("{} {unit}", figure(v, digits));
@@ -59,22 +59,24 @@ pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String 
     )
 }
 
-/// Most digits of a figure that a reader takes in at a glance, and those of one whose error is not known.
+/// Largest number of digits of a figure.
 const MOST_DIGITS: usize = 4;
+/// Number of digits of a figure whose error is not known.
 const DIGITS_OF_UNKNOWN: usize = 3;
-/// Below this an estimated error changes no digit.
+/// Estimated error below which no digit changes.
 const NO_ERROR: f64 = 1e-4;
 
-/// A number without the zeros at the end of its fraction.
+/// Number without the zeros at the end of its fraction.
 pub fn without_zeros(number: &str) -> &str {
-    match number.contains('.') && !number.contains('e') {
-        true => number.trim_end_matches('0').trim_end_matches('.'),
-        false => number,
+    if number.contains('.') && !number.contains('e') {
+        number.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        number
     }
 }
 
-/// How many digits of a number its estimated relative error supports: the last one is of the power of ten of the error.
-/// `None` is an error that is not known.
+/// Number of digits that are supported by the estimated relative error of a number: the last one
+/// has the power of ten of the error. `None` is an unknown error.
 pub fn supported_digits(v: f64, error: Option<f64>) -> usize {
     let Some(error) = error else {
         return DIGITS_OF_UNKNOWN;
@@ -88,33 +90,37 @@ pub fn supported_digits(v: f64, error: Option<f64>) -> usize {
     (digits as usize).clamp(1, MOST_DIGITS)
 }
 
-/// `estimated error 4 %`, of one digit, and of two where the first is 1: `estimated error 15 %`.
+/// Text of an error with one digit, `estimated error 4 %`, or two digits if the first is 1:
+/// `estimated error 15 %`.
 pub fn error_words(error: f64) -> String {
     let error = error.abs();
     if error < NO_ERROR {
         return format!("estimated error below {}", percent(NO_ERROR, 1));
     }
-    let digits = match format!("{error:.1e}").starts_with('1') {
-        true => 2,
-        false => 1,
+    let digits = if format!("{error:.1e}").starts_with('1') {
+        2
+    } else {
+        1
     };
     format!("estimated error {}", percent(error, digits))
 }
 
-/// `3.4 %`.
+/// Share in percent: `3.4 %`.
 pub fn percent(share: f64, digits: usize) -> String {
     format!("{} %", figure(100.0 * share, digits))
 }
 
-/// A relative error: `at most 0.21 %` with these words before it, or `less than 0.01 %` where it changes no digit.
+/// Text of a relative error: `at most 0.21 %` with `words` before it, or `less than 0.01 %` if it
+/// changes no digit.
 pub fn bounded(error: f64, words: &str) -> String {
-    match error.abs() < NO_ERROR {
-        true => format!("less than {}", percent(NO_ERROR, 1)),
-        false => format!("{words} {}", percent(error.abs(), 2)),
+    if error.abs() < NO_ERROR {
+        format!("less than {}", percent(NO_ERROR, 1))
+    } else {
+        format!("{words} {}", percent(error.abs(), 2))
     }
 }
 
-/// `1 pair`, `12 pairs`.
+/// Number with its noun: `1 pair`, `12 pairs`.
 pub fn counted(count: usize, one: &str, many: &str) -> String {
     match count {
         1 => format!("1 {one}"),
@@ -122,7 +128,7 @@ pub fn counted(count: usize, one: &str, many: &str) -> String {
     }
 }
 
-/// What the pairs do in the static state: `38 pairs stick, 4 slide, 64 open`.
+/// Counts of the states of the pairs in the static state: `38 pairs stick, 4 slide, 64 open`.
 pub fn static_counts(counts: StaticCounts) -> String {
     format!(
         "{} stick, {} slide, {} open",
@@ -132,8 +138,8 @@ pub fn static_counts(counts: StaticCounts) -> String {
     )
 }
 
-/// What the pairs do in a period: `14 pairs stick, 35 slip, 3 open at times`, and what pairs do that are open at rest where
-/// there are any: `, 2 close at times, 62 stay open`.
+/// Counts of the states of the pairs in a period: `14 pairs stick, 35 slip, 3 open at times`,
+/// followed by those of pairs that are open at rest, if any: `, 2 close at times, 62 stay open`.
 pub fn cycle_counts(counts: CycleCounts) -> String {
     let at_rest = match counts.closing + counts.open {
         0 => String::new(),

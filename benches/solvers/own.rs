@@ -15,8 +15,8 @@
 //!
 //! Each runs in a process of its own, so that the peak of memory is its alone.
 //!
-//! MESH: of geometry/dovetail.geo, in millimetres. Processor seconds are of all threads; on a busy machine they say
-//! more than the wall clock.
+//! MESH is a mesh of geometry/dovetail.geo, in millimetres. Processor seconds are those of all
+//! threads; on a busy machine they are more meaningful than the wall time.
 
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -45,10 +45,11 @@ use nalgebra_sparse::CscMatrix;
 use rayon::iter::ParallelIterator;
 
 const RIGHT_HAND_SIDES: usize = 256;
-/// Right-hand sides solved for in one go: few as a block of Lanczos vectors has, and many.
+/// Numbers of right-hand sides that are solved together: few, as in a block of Lanczos vectors, and
+/// many.
 const COLUMNS: [usize; 4] = [1, 8, 16, RIGHT_HAND_SIDES];
 const MODES: usize = 30;
-/// Squared angular frequency below which modes are counted, rad2/s2: there are some fifty.
+/// Squared angular frequency below which modes are counted, rad2/s2: there are about fifty.
 const SHIFT: f64 = 1e11;
 
 fn main() {
@@ -95,7 +96,7 @@ fn main() {
     }
 }
 
-/// Runs and prints wall and processor seconds and the peak of memory so far.
+/// Runs `run` and prints wall and processor seconds and the peak of memory so far.
 fn timed<T>(what: &str, run: impl FnOnce() -> T) -> T {
     let (start, used) = (Instant::now(), processor_seconds());
     let out = run();
@@ -148,7 +149,7 @@ fn write_matrix(mesh: &str, file: &str) {
     println!("{} unknowns, {} entries", k.ncols(), k.nnz());
 }
 
-/// Stiffness and mass.
+/// Reads stiffness and mass.
 fn read_matrices(file: &str) -> [CscMatrix<f64>; 2] {
     let mut source = BufReader::new(std::fs::File::open(file).unwrap());
     let mut number = || {
@@ -174,8 +175,8 @@ fn solve(k: &CscMatrix<f64>) {
     println!("{} entries", factor.symbolic().factor_entries());
 }
 
-/// faer's Cholesky factor in the order of dovetail, by supernodes. The right-hand sides are shared
-/// among the threads, each of which works alone: faer is fastest so.
+/// Solves by faer's Cholesky factor in the order of dovetail, by supernodes. The right-hand sides
+/// are shared among the threads, each of which works alone, as faer is fastest this way.
 fn solve_by_faer(k: &CscMatrix<f64>, threads: usize) {
     let together = if threads == 1 {
         Par::Seq
@@ -223,7 +224,7 @@ fn faer_analysis(k: &CscMatrix<f64>) -> SymbolicCholesky<usize> {
     factorize_symbolic_cholesky(pattern, Side::Upper, order, params).unwrap()
 }
 
-/// Times and checks the solution for so many right-hand sides.
+/// Times and checks the solution for this number of right-hand sides.
 fn solve_columns(k: &CscMatrix<f64>, columns: usize, solve: impl Fn(MatMut<'_, f64>)) {
     let b = Mat::from_fn(k.ncols(), columns, |i, j| ((i + 7 * j) as f64).sin());
     let mut x = b.clone();
@@ -232,8 +233,8 @@ fn solve_columns(k: &CscMatrix<f64>, columns: usize, solve: impl Fn(MatMut<'_, f
     assert!(error < 1e-6, "residual {error}");
 }
 
-/// Eigenvalues below a shift: dovetail keeps no factor for the count, faer's L D L^T has one
-/// thread.
+/// Counts the eigenvalues below a shift: dovetail keeps no factor for the count, faer's L D L^T has
+/// one thread.
 fn inertia(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
     let symbolic = Symbolic::analyse(k).unwrap();
     let count = if program == "dovetail" {
@@ -269,7 +270,7 @@ fn bound(mesh: &str) -> Model {
     model::bind(assembly, &mesh).unwrap()
 }
 
-/// Of the process so far; 0 where the system does not say.
+/// Processor time of the process so far, s; 0 if the system does not provide it.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<&str> = stat.split_whitespace().collect();

@@ -1,8 +1,8 @@
-//! An entry of the cache is one file. It is written whole or not at all, and hashed, so that damage
-//! is noticed.
+//! Entry of the cache: one file. It is written whole or not at all, and hashed, so that damage is
+//! detected.
 //!
-//! The file holds a mark, the hash of what the entry depends on, the content, the content's length,
-//! and a hash of all of these.
+//! The file contains a mark, the hash of the inputs of the entry, the content, the length of the
+//! content, and a hash of all of these.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -17,7 +17,7 @@ const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;
 const LENGTH: usize = 8;
 
-/// Why an entry is of no use.
+/// Reason why an entry cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Damage {
     #[error("it cannot be read: {0}")]
@@ -32,7 +32,7 @@ pub(super) enum Damage {
     Content(#[from] postcard::Error),
 }
 
-/// `None` where there is no such file.
+/// Reads an entry; `None` if there is no such file.
 pub(super) fn read<T: DeserializeOwned>(
     path: &Path,
     key: &[u8; HASH],
@@ -58,7 +58,7 @@ pub(super) fn read<T: DeserializeOwned>(
     Ok(Some(postcard::from_bytes(content)?))
 }
 
-/// Bytes of the file of an entry.
+/// Size of the file of an entry, bytes.
 pub(super) fn size(value: &impl Serialize) -> u64 {
     struct Count(u64);
     impl Write for Count {
@@ -83,7 +83,7 @@ pub(super) fn write(path: &Path, key: &[u8; HASH], value: &impl Serialize) -> io
 }
 
 fn write_parts(file: &mut File, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
-    /// Counts and hashes what passes.
+    /// Writer that counts and hashes the bytes written through it.
     struct Passing<W> {
         into: W,
         hasher: blake3::Hasher,

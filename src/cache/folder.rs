@@ -1,6 +1,6 @@
-//! The subfolder of the cache holds its entries, and is marked as a cache. Nothing outside of it is
-//! touched. Inside of it only regular files are removed that bear the name of an entry, of a part
-//! of one, or of a lock.
+//! Folder of the cache. The subfolder has the entries and is marked as a cache. Nothing outside of
+//! it is changed. Inside it only regular files are removed whose name is that of an entry, of a
+//! part of one, or of a lock.
 
 use std::fs;
 use std::io;
@@ -9,9 +9,9 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use crate::export::name_of_part;
 
-/// Of the folder named by `--cache`; the number is that of the layout.
+/// Name of the subfolder in the folder given by `--cache`; the number is that of the layout.
 const SUBFOLDER: &str = "dovetail-cache-1";
-/// The mark, by the Cache Directory Tagging Specification (bford.info/cachedir).
+/// File that marks a cache, by the Cache Directory Tagging Specification (bford.info/cachedir).
 const TAG: &str = "CACHEDIR.TAG";
 const SIGNATURE: &str = "Signature: 8a477f597d28d172789f06886806bc55";
 const TAG_TEXT: &str = "Signature: 8a477f597d28d172789f06886806bc55
@@ -19,7 +19,7 @@ const TAG_TEXT: &str = "Signature: 8a477f597d28d172789f06886806bc55
 # It may be removed at any time. Only files that dovetail made are removed from it.
 ";
 
-/// What an entry holds.
+/// Kind of content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Mesh,
@@ -37,7 +37,7 @@ impl Kind {
         Self::HeldModes,
     ];
 
-    /// In names of files and in messages.
+    /// Word for the kind in names of files and in messages.
     pub(super) fn word(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
@@ -48,16 +48,16 @@ impl Kind {
     }
 }
 
-/// What a file of the cache is, by its name.
+/// Role of a file of the cache, by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     Entry,
-    /// An entry under way.
+    /// Incomplete entry.
     Part,
     Lock,
 }
 
-/// `None`: the name is none that this program gives.
+/// Role of a file of this name; `None` if the name is not one that the cache gives.
 fn role(name: &str) -> Option<Role> {
     let (entry, role) = match (name_of_part(name), name.strip_suffix(".lock")) {
         (Some(entry), _) => (entry, Role::Part),
@@ -76,7 +76,7 @@ pub(super) fn lock_of(entry: &Path) -> PathBuf {
     entry.with_extension("lock")
 }
 
-/// The subfolder.
+/// Subfolder of the cache.
 #[derive(Debug, Clone)]
 pub(super) struct Folder(PathBuf);
 
@@ -85,7 +85,7 @@ impl Folder {
         Self(parent.join(SUBFOLDER))
     }
 
-    /// The folder that the user named.
+    /// Folder named by the user.
     pub(super) fn parent(&self) -> Option<&Path> {
         self.0.parent()
     }
@@ -99,10 +99,10 @@ impl Folder {
         fs::read(self.0.join(TAG)).is_ok_and(|tag| tag.starts_with(SIGNATURE.as_bytes()))
     }
 
-    /// Makes the folder with its mark, where it is not there.
+    /// Creates the folder with its mark if it does not exist.
     ///
     /// # Errors
-    /// A folder of this name that has other files and no mark; one that cannot be made.
+    /// A folder of this name that has other files and no mark; a folder that cannot be created.
     pub(super) fn prepare(&self) -> io::Result<()> {
         if self.is_marked() {
             return Ok(());
@@ -129,21 +129,22 @@ impl Folder {
         }
     }
 
-    /// Removes a file of the cache; any other stays.
+    /// Removes a file of the cache; any other file stays.
     pub(super) fn remove(&self, path: &Path) -> io::Result<()> {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_own = path.parent() == Some(self.0.as_path())
             && name.and_then(role).is_some()
             && fs::symlink_metadata(path)?.is_file()
             && self.is_marked();
-        match is_own {
-            true => fs::remove_file(path),
-            false => Err(io::Error::other("this is no file of the cache")),
+        if is_own {
+            fs::remove_file(path)
+        } else {
+            Err(io::Error::other("this is no file of the cache"))
         }
     }
 
-    /// Evicts the least recently used entries until all together are within the limit; `newest` stays.
-    /// Parts and locks that nobody has written to for `abandoned` are removed, too.
+    /// Removes the least recently used entries until the total size is within the limit; `newest`
+    /// stays. Parts and locks that were not written to for `abandoned` are removed, too.
     pub(super) fn make_room(&self, limit_bytes: u64, newest: &Path, abandoned: Duration) {
         if !self.is_marked() {
             return;
@@ -195,7 +196,7 @@ pub(super) mod tests {
     use std::time::SystemTime;
     use tempfile::TempDir;
 
-    /// A prepared cache folder in one of its own, gone at the end.
+    /// Prepared cache folder inside a temporary folder, which is removed at the end.
     pub struct Bench {
         parent: TempDir,
         pub folder: Folder,
@@ -211,7 +212,7 @@ pub(super) mod tests {
         pub fn path(&self, name: &str) -> PathBuf {
             self.folder.0.join(name)
         }
-        /// A file of 100 bytes, last changed so long ago.
+        /// File of 100 bytes, last changed `age_s` seconds ago.
         fn file(&self, name: &str, age_s: u64) -> PathBuf {
             let path = self.path(name);
             fs::write(&path, [0; 100]).unwrap();
@@ -220,7 +221,7 @@ pub(super) mod tests {
             file.set_modified(then).unwrap();
             path
         }
-        /// Without the mark.
+        /// Names of the files, without the mark.
         pub fn names(&self) -> Vec<String> {
             let files = fs::read_dir(&self.folder.0).unwrap().flatten();
             let names = files.map(|f| f.file_name().into_string().unwrap());

@@ -1,8 +1,8 @@
-//! Keeps results of stages for later runs, each under a hash of all that it depends on. So an entry
-//! cannot be stale, it can only be missing.
+//! Keeps results of stages for later runs, each under a hash of all its inputs. Therefore an entry
+//! cannot be stale, only missing.
 //!
-//! Nothing here ends a run. Where an entry cannot be read or written, the run warns and computes
-//! the stage.
+//! Errors of the cache never end a run. If an entry cannot be read or written, the run warns and
+//! computes the stage.
 
 mod entry;
 mod folder;
@@ -24,26 +24,28 @@ pub(crate) use self::turn::Turn;
 use crate::fingerprint::fingerprint;
 use crate::reporter::Reporter;
 
-/// Of the entries. The program is part of every key, so this matters to those who share a folder only.
+/// Version of the format of the entries. The program is part of every key, so this matters only to
+/// programs that share a folder.
 const FORMAT: u32 = 1;
-/// A part of an entry that nobody has written to for so long was left by a run that ended.
+/// Time without a write after which an incomplete entry counts as left behind by a run that ended.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
-/// Where entries are kept, and how many.
+/// Folder of the entries, and their size limit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CacheSettings {
     pub folder: PathBuf,
-    /// Entries used longest ago leave first when all together exceed this.
+    /// Largest total size of the entries, bytes; above it the least recently used entries are
+    /// removed.
     pub limit_bytes: u64,
 }
 
-/// The folder of entries and their limit in bytes; `None`: nothing is kept, nothing is found.
+/// Cache: the folder of entries and their limit in bytes; `None` if nothing is kept or found.
 #[derive(Debug, Clone)]
 pub struct Cache {
     place: Option<(Folder, u64)>,
 }
 
-/// What an entry holds, and the hash of what it depends on.
+/// Key of an entry: the kind of its content, and the hash of its inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Key {
     kind: Kind,
@@ -51,7 +53,7 @@ pub(crate) struct Key {
 }
 
 impl Cache {
-    /// The cache of these settings.
+    /// Cache with these settings.
     pub fn new(settings: Option<&CacheSettings>) -> Self {
         let settings = settings.filter(|s| s.limit_bytes > 0);
         Self {
@@ -59,7 +61,7 @@ impl Cache {
         }
     }
 
-    /// Where entries are kept; `None` where nothing is.
+    /// Folder named by the user; `None` if nothing is kept.
     pub fn folder(&self) -> Option<&Path> {
         let (folder, _) = self.place.as_ref()?;
         folder.parent()
@@ -69,7 +71,8 @@ impl Cache {
         self.place.is_some()
     }
 
-    /// The key of an entry of this kind that depends on `inputs` and on this program; `None` where nothing is kept.
+    /// Key of an entry of this kind that depends on `inputs` and on this program; `None` if nothing
+    /// is kept.
     pub(crate) fn key(&self, kind: Kind, inputs: &impl Serialize) -> Option<Key> {
         self.place.as_ref()?;
         let mut hasher = blake3::Hasher::new();
@@ -81,8 +84,8 @@ impl Cache {
         })
     }
 
-    /// What `accept` makes of the entry, where there is a sound one that it accepts. It counts as
-    /// used now. One that is damaged or not accepted is removed.
+    /// Reads an entry and passes it to `accept`. Returns the result if there is an intact entry
+    /// that is accepted, and marks the entry as used. A damaged or rejected entry is removed.
     pub(crate) fn get<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
@@ -117,8 +120,8 @@ impl Cache {
         }
     }
 
-    /// The entry as by [`Cache::get`], also where another run has just made it; else the right to
-    /// make it, until the [`Turn`] is dropped: others that want it wait.
+    /// Reads an entry like [`Cache::get`], also if another run has just made it. Otherwise returns
+    /// the right to make it, until the [`Turn`] is dropped: other runs that need it wait.
     pub(crate) fn get_or_turn<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
@@ -146,7 +149,7 @@ impl Cache {
         }
     }
 
-    /// Keeps an entry and lets those go that were used longest ago.
+    /// Keeps an entry, and removes the least recently used ones above the limit.
     pub(crate) fn put(&self, key: Option<&Key>, value: &impl Serialize, reporter: &Reporter<'_>) {
         let (Some((folder, limit_bytes)), Some(key)) = (&self.place, key) else {
             return;

@@ -1,4 +1,5 @@
-//! What a run takes from earlier ones: reductions from the cache, solved frequencies from the journal of its folder.
+//! Store of results of earlier runs: reductions from the cache, solved frequencies from the journal
+//! of the folder.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -13,18 +14,18 @@ use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
 use dovetail_solver::run::{KeptReduction, Key, ReductionInputs, ResponseInputs, Store};
 
-/// The cache and the files of a run.
+/// Store of a run: its cache and its files.
 #[derive(Debug)]
 pub struct RunStore<'r, 'c> {
     cache: Cache,
     files: Option<Arc<SharedFiles>>,
     reporter: &'r Reporter<'c>,
-    /// Held while the reduction is made that was not found.
+    /// Right to make the missing reduction, until it is kept.
     turn: Option<Turn>,
 }
 
 impl<'r, 'c> RunStore<'r, 'c> {
-    /// Takes from `cache`, and goes on with what `files` hold.
+    /// Store that reads from `cache` and continues from `files`.
     pub fn new(cache: Cache, files: Option<Arc<SharedFiles>>, reporter: &'r Reporter<'c>) -> Self {
         Self {
             cache,
@@ -107,7 +108,7 @@ impl Store for RunStore<'_, '_> {
     }
 }
 
-/// A hash of all that a response is computed from, the program included.
+/// Hash of all inputs of a response, including the program.
 fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
     let ResponseInputs {
         problem,

@@ -1,11 +1,12 @@
-//! Runs side by side may miss the same entry. One of them makes it, and the others wait for it.
+//! Locks for entries under way. Simultaneous runs may need the same missing entry: one of them
+//! makes it, and the others wait for it.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::folder::lock_of;
 
-/// Held by the run that makes an entry; the system takes it back when a run ends in whatever way.
+/// Right of a run to make an entry; the system releases it when the run ends in any way.
 #[derive(Debug)]
 pub(crate) struct Turn {
     path: PathBuf,
@@ -13,8 +14,8 @@ pub(crate) struct Turn {
 }
 
 impl Turn {
-    /// Waits for the runs before. `waiting` is called where there is one. `None` where files cannot be locked: then two runs
-    /// may make the same entry, which costs time and nothing else.
+    /// Waits for the earlier runs; `waiting` is called if there is one. Returns `None` if files
+    /// cannot be locked: two runs may then make the same entry, which only costs time.
     pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
         let path = lock_of(entry);
         let file = File::options().create(true).append(true).open(&path).ok()?;

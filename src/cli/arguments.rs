@@ -420,7 +420,8 @@ fn sharing(shared: &Shared) -> Sharing {
     }
 }
 
-/// Where entries are kept, by the command line, the environment, or the defaults.
+/// Folder and size limit of the cache, from the command line, the environment, or the defaults;
+/// `None` if the command line switches the cache off.
 pub(super) fn cache_settings(shared: &Shared) -> Result<Option<CacheSettings>, Error> {
     if shared.no_cache {
         return Ok(None);

@@ -1,4 +1,5 @@
-//! What a run says last: its peaks beside the linear ones, what the joint does there, what it took, and where to look.
+//! Last output of a run: its peaks beside the linear ones, the states of the joint there, the time
+//! of the run, and the file to open.
 
 use std::path::Path;
 
@@ -16,14 +17,14 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
 use dovetail_solver::run::Run;
 
-/// Stages that took less than this share of the time are not named.
+/// Share of the time below which a stage is not named.
 const LEAST_SHARE: f64 = 0.1;
-/// Of amplitudes of the linear curve, which is exact.
+/// Number of digits of amplitudes of the linear curve, which is exact.
 const LINEAR_DIGITS: usize = 4;
-/// Least width of the first column, and the width of a number of the second and third.
+/// Smallest width of the first column, and the width of a number in the second and third.
 const WIDTHS: [usize; 2] = [14, 16];
 
-/// The last lines of a run; one line for the quiet.
+/// Last lines of a run; one line if the verbosity is quiet.
 pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosity) -> String {
     let names = run.reduced.observations();
     let peaks: Vec<PeakLines> = match &run.response {
@@ -45,17 +46,18 @@ pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosi
     }
 }
 
-/// The peak of an observation.
+/// Peak of an observation.
 struct PeakLines {
     name: String,
     peak: Peak,
-    /// Estimated relative error of its amplitude.
+    /// Estimated relative error of its amplitude; `None` if it is not known.
     error: Option<f64>,
-    /// Digits of its amplitude.
+    /// Number of digits of its amplitude.
     digits: usize,
     linear: Option<Peak>,
-    /// What the pairs do there, and those of each contact.
+    /// Counts of the states of the pairs at the peak.
     pairs: Option<CycleCounts>,
+    /// Counts of the states of the pairs of each contact at the peak.
     contacts: Vec<ContactCounts>,
     local: Option<LocalPeak>,
 }
@@ -79,7 +81,7 @@ impl PeakLines {
         })
     }
 
-    /// Peak amplitude over the linear one.
+    /// Ratio of the peak amplitude to the linear one.
     fn ratio(&self) -> Option<f64> {
         let linear_m = self.linear.as_ref()?.amplitude_m;
         (linear_m > 0.0).then(|| self.peak.amplitude_m / linear_m)
@@ -204,7 +206,7 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
     text + &format!("{}{}\n", heading("open first"), report.display())
 }
 
-/// The share of the whole that each stage took, the longest first. One that was repeated is told once.
+/// Share of each stage in the whole time, the longest first. Repeated stages are added up.
 fn shares(stages: &[StageSummary], seconds: f64) -> String {
     let mut taken: Vec<(&str, f64)> = Vec::new();
     for stage in stages {

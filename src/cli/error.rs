@@ -1,5 +1,5 @@
-//! Defines the error of a command. It is that of the scene, the run or the study that the command
-//! is about, or one of the command line itself.
+//! Error of a command: that of the scene, the run or the study of the command, or of the command
+//! line itself.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::scene::SceneError;
 use crate::study::StudyError;
 use dovetail_solver::memory::TooLittle;
 
-/// Why a command ended without its full result.
+/// Reason why a command ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
 pub enum Error {
     #[error(transparent)]
@@ -27,7 +27,7 @@ pub enum Error {
     #[diagnostic(transparent)]
     Study(#[from] StudyError),
 
-    /// A new scene that would have no valid name.
+    /// Invalid name of a new scene.
     #[error("`{name}` cannot be the name of a scene")]
     #[diagnostic(help(
         "give a folder whose name begins with an ASCII letter and has letters, digits, `_` and `-`, \
@@ -35,12 +35,12 @@ pub enum Error {
     ))]
     NewName { name: String },
 
-    /// The folder of a new scene is there already.
+    /// Folder of a new scene that already exists.
     #[error("{} exists and is left as it is", path.display())]
     #[diagnostic(help("give another name, or move it away first"))]
     NewExists { path: PathBuf },
 
-    /// A variable of the environment that cannot be understood.
+    /// Environment variable with an invalid value.
     #[error("the environment variable {variable}: {problem}")]
     #[diagnostic(help("correct it, or unset it"))]
     Environment {
@@ -59,12 +59,12 @@ pub enum Error {
         source: rayon::ThreadPoolBuildError,
     },
 
-    /// Told before they are started.
+    /// The threads do not fit in memory; reported before they are started.
     #[error("{threads} threads do not fit in memory")]
     #[diagnostic(help("give a smaller number with --threads"))]
     MemoryOfThreads { threads: usize, source: TooLittle },
 
-    /// The threads that wait for signals and for the end of memory.
+    /// The threads that wait for signals and for the end of memory could not be started.
     #[error(
         "the system does not let the program start its threads, for want of memory or of processes"
     )]
@@ -73,12 +73,12 @@ pub enum Error {
     ))]
     Start(#[source] std::io::Error),
 
-    /// The system does not tell of Ctrl-C.
+    /// The handling of Ctrl-C could not be set up.
     #[error("the handling of Ctrl-C and SIGTERM could not be set up")]
     #[diagnostic(help("run it where a program may handle signals"))]
     Signals(#[source] std::io::Error),
 
-    /// Results could not be printed.
+    /// The results could not be printed.
     #[error("writing to the standard output failed")]
     #[diagnostic(help(
         "check where the output of the command goes; the files of the run hold the same results"
@@ -87,7 +87,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// How the command ends.
+    /// Exit status of a command that ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
             Self::Scene(_)

@@ -1,4 +1,4 @@
-//! `dovetail groups`: what a mesh file holds, before any scene names it.
+//! `dovetail groups`: the content of a mesh file, before any scene names it.
 
 use std::path::Path;
 
@@ -10,10 +10,11 @@ use crate::warning::{Warning, Weight};
 use crate::words::counted;
 use dovetail_mesh::{Group, Mesh};
 
-/// Most characters of a name to which the columns are aligned.
+/// Largest width of a column of names, characters; longer names are not aligned.
 const MOST_OF_A_COLUMN: usize = 40;
 
-/// The groups and materials of a mesh file, a line each; what of it is not read is told.
+/// Groups and materials of a mesh file, one line each. Parts of the file that are not read are
+/// reported.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -75,16 +76,17 @@ fn table(mesh: &Mesh) -> String {
     text
 }
 
-/// Six digits of a number, and no more than it needs.
+/// Number with at most six digits, and no more than it needs.
 fn short(value: f64) -> String {
     let rounded = format!("{value:.5e}").parse().unwrap_or(value);
-    match rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
+    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
     }
 }
 
-/// What a group has.
+/// Size of a group: the numbers of its elements or faces and of its nodes.
 fn size(group: &Group) -> String {
     let nodes = counted(group.nodes.len(), "node", "nodes");
     let elements = group.elements.len();

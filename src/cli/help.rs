@@ -1,4 +1,4 @@
-//! What the command line says of itself: help that fits a screen, completions and man pages.
+//! Help of the command line that fits a screen, completions and man pages.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -13,19 +13,20 @@ use super::error::Error;
 use crate::error::RunError;
 use crate::export::{create_folder, write_file};
 
-/// Columns of help, for terminals that are as wide or wider.
+/// Largest width of help, columns.
 const WIDTH: usize = 80;
 
-/// The command line as it is read, and explained by help: the options of all commands stand in the
-/// help of the program alone, of which each command has a line.
+/// The command line for parsing and help. The options of all commands are only in the help of the
+/// program; each command has a line about them.
 fn command() -> clap::Command {
     let command = Cli::command().max_term_width(WIDTH);
     let shared: Vec<Arg> = shared(&command).map(|arg| arg.clone().hide(true)).collect();
     command.mut_subcommands(|sub| {
         let own = sub.get_after_help().map(ToString::to_string);
-        let more = match takes_shared(sub.get_name()) {
-            true => "\n\nOptions of all commands, such as --out and --threads: dovetail --help",
-            false => "",
+        let more = if takes_shared(sub.get_name()) {
+            "\n\nOptions of all commands, such as --out and --threads: dovetail --help"
+        } else {
+            ""
         };
         sub.args(&shared).after_help(own.unwrap_or_default() + more)
     })
@@ -35,22 +36,22 @@ fn shared(command: &clap::Command) -> impl Iterator<Item = &Arg> {
     command.get_arguments().filter(|arg| arg.is_global_set())
 }
 
-/// Whether a command is about a scene or a study.
+/// Returns `true` if a command is about a scene or a study.
 fn takes_shared(name: &str) -> bool {
     !["new", "groups", "schema", "completions", "man", "help"].contains(&name)
 }
 
-/// Reads the command line.
+/// Parses the command line.
 ///
 /// # Errors
-/// What is wrong with it; help and version, too.
+/// An invalid command line; also help and version.
 pub(super) fn parsed(words: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
     let matches = command().try_get_matches_from(words)?;
     without_effect(&matches)?;
     Cli::from_arg_matches(&matches)
 }
 
-/// Options of commands about scenes are an error of other commands.
+/// Refuses options of commands about scenes for other commands.
 fn without_effect(matches: &ArgMatches) -> Result<(), clap::Error> {
     let Some((name, given)) = matches.subcommand() else {
         return Ok(());
@@ -71,7 +72,7 @@ fn without_effect(matches: &ArgMatches) -> Result<(), clap::Error> {
     }
 }
 
-/// The script by which a shell completes the words of the command line.
+/// Script by which a shell completes the words of the command line.
 pub(super) fn completions(shell: Shell) -> String {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "dovetail", &mut script);
@@ -97,7 +98,7 @@ pub(super) fn man_pages(folder: &Path) -> Result<(), Error> {
 }
 
 impl Command {
-    /// The file of a scene that it is about.
+    /// File of the scene of the command.
     pub(super) fn scene(&self) -> Option<&Path> {
         use super::arguments::{Modes, Reduce, Run, VerifyArguments};
         match self {
@@ -122,8 +123,8 @@ impl Command {
 mod tests {
     use super::*;
 
-    /// Lines of a large window. The help of the program, which has all commands and the options of
-    /// all of them, is the longest.
+    /// Number of lines of a large window. The help of the program, which has all commands and the
+    /// options of all of them, is the longest.
     const MOST_LINES: usize = 42;
 
     fn help_of(name: &str) -> String {

@@ -1,4 +1,4 @@
-//! Ends the process with a last word: on Ctrl-C, on SIGTERM, or when standard input ends.
+//! Ends the process with a last action: on Ctrl-C, on SIGTERM, or when standard input ends.
 
 use std::io;
 use std::process::exit;
@@ -11,18 +11,19 @@ use signal_hook::iterator::Signals;
 
 use crate::exit::ExitStatus;
 
-/// What is done before the process ends; it is given the name of what ends it.
+/// Action before the process ends; its argument is the name of the cause.
 type LastWord = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Ctrl-C and SIGTERM from now on; they wait until [`on_signals`] is called.
+/// Begins to catch Ctrl-C and SIGTERM; they wait until [`on_signals`] is called.
 ///
 /// # Errors
-/// The system refuses to tell of signals.
+/// The system does not permit the handling of signals.
 pub(super) fn signals() -> io::Result<Signals> {
     Signals::new([SIGINT, SIGTERM])
 }
 
-/// Has `last_word` done when Ctrl-C or SIGTERM comes, and ends the process. A second one ends it at once.
+/// Executes `last_word` on Ctrl-C or SIGTERM, and ends the process. A second signal ends it at
+/// once.
 ///
 /// # Errors
 /// The system starts no thread.
@@ -48,7 +49,8 @@ pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) -> io::Resul
     waiting.map(drop)
 }
 
-/// The same when standard input ends, which the death of whoever holds its other end brings about.
+/// Executes `last_word` when standard input ends, as it does when the process at its other end
+/// dies, and ends the process.
 ///
 /// # Errors
 /// The system starts no thread.
@@ -60,7 +62,7 @@ pub(super) fn on_end_of_stdin(last_word: LastWord) -> io::Result<()> {
     waiting.map(drop)
 }
 
-/// The process ends even where the last word panics.
+/// Executes the last action and ends the process, even if the action panics.
 fn end(last_word: &LastWord, name: &str) {
     struct Leaving;
     impl Drop for Leaving {

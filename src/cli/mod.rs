@@ -1,5 +1,5 @@
 //! Turns the arguments of the command line into a checked scene and one call of
-//! [`crate::commands`], and errors into an exit code. Results are printed here alone.
+//! [`crate::commands`], and errors into an exit code. Results are printed only here.
 
 mod arguments;
 mod closing;
@@ -37,9 +37,10 @@ use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{Options, factorise_on_one_thread};
 use signal_hook::consts::SIGXFSZ;
 
-/// Runs the program on the process's arguments. Exit codes: see [`ExitStatus`].
+/// Runs the program with the arguments of the process. Exit codes: see [`ExitStatus`].
 pub fn main() -> ExitCode {
-    // A file that may not grow is then an error of the file, with its name, and not the end without a word.
+    // A file that may not grow is then an error of the file, with its name, and not the end without
+    // a word.
     let told = signal_hook::flag::register(SIGXFSZ, Arc::default());
     if let Err(source) = told.and_then(|_| exhaustion::prepare()) {
         terminal::report(&Error::Start(source));
@@ -79,9 +80,10 @@ fn run(cli: &Cli) -> Result<(), Error> {
         }
         Command::New(New { folder, template }) => {
             let told = new::write(folder, *template)?;
-            match cli.shared.quiet {
-                true => Ok(()),
-                false => print(&told),
+            if cli.shared.quiet {
+                Ok(())
+            } else {
+                print(&told)
             }
         }
         Command::Groups(arguments) => print(&groups::of(&arguments.mesh, &mut console)?),
@@ -131,9 +133,10 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         further_plots: run.map_or_else(Vec::new, Run::further_plots),
     };
     let cache = Cache::new(cache_settings(shared)?.as_ref());
-    let other = match shared.force {
-        true => OtherScene::Replace,
-        false => OtherScene::Refuse,
+    let other = if shared.force {
+        OtherScene::Replace
+    } else {
+        OtherScene::Refuse
     };
     match &cli.command {
         Command::Reduce(Reduce {
@@ -162,10 +165,10 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
     }
 }
 
-/// Of memory that a thread takes, its stack and the buffers of its products of matrices.
+/// Memory of a thread, bytes: its stack and the buffers of its products of matrices.
 const THREAD_BYTES: u64 = 4 << 20;
 
-/// As many as were asked for, else one for each core.
+/// Starts the requested number of threads, or one for each core.
 fn start_threads(asked: Option<usize>) -> Result<(), Error> {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = asked.unwrap_or_else(cores);
@@ -177,7 +180,7 @@ fn start_threads(asked: Option<usize>) -> Result<(), Error> {
         .map_err(|source| Error::Threads { threads, source })
 }
 
-/// The files of a command in their folder. A command that is broken off leaves them readable.
+/// Files of a command in their folder. An interrupted command leaves them readable.
 fn files(
     command: &Command,
     scene: &Scene,
@@ -193,7 +196,8 @@ fn files(
     Ok(SharedFiles::new(files))
 }
 
-/// Lets the folder be marked where a signal, the end of the input or that of memory ends the process.
+/// Sets up the final record in the folder for a process that ends by a signal, by the end of its
+/// input or by lack of memory.
 fn hear_of_ends(
     command: &Command,
     files: &Arc<SharedFiles>,
@@ -219,7 +223,7 @@ fn hear_of_ends(
     Ok(())
 }
 
-/// What a command does about a scene: computes, writes, prints.
+/// Executes a command about a scene: computes, writes, prints.
 fn with_files(
     command: &Command,
     scene: &Scene,
@@ -302,7 +306,7 @@ fn with_files(
     }
 }
 
-/// The last file of a run, and where all of them are.
+/// Writes the last file of a run, and prints the folder of all of them.
 fn finish(
     files: &SharedFiles,
     verdict: &Result<(), RunError>,

@@ -1,5 +1,5 @@
-//! `dovetail new`: writes a folder with a scene to begin with, its geometry, and the schema by which
-//! an editor completes its keys.
+//! `dovetail new`: writes a folder with an initial scene, its geometry, and the schema by which an
+//! editor completes its keys.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -13,7 +13,7 @@ use crate::export::{ExportError, create_folder, write_file};
 use crate::scene::check::fields::is_name;
 use crate::schema;
 
-/// What a new scene describes.
+/// Template of a new scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Template {
     /// A rotating blade held in its disc by a dovetail
@@ -26,10 +26,10 @@ pub(super) enum Template {
     RigidGround,
 }
 
-/// The name of the schema file, to which the first line of a scene points.
+/// Name of the schema file, which the first line of a scene refers to.
 const SCHEMA: &str = "scene.schema.json";
 const SCENE: &str = "scene.toml";
-/// How the scene of a template is called.
+/// Line with the name of the scene in a template.
 const NAME: &str = "name = \"NAME\"";
 
 impl Template {
@@ -54,12 +54,12 @@ impl Template {
     }
 }
 
-/// Writes the files of a template into a new folder, after whose last word the scene is named. Gives
-/// what was written, and what to do next.
+/// Writes the files of a template into a new folder. The scene is named after the last component of
+/// its path. Returns a text with the files written and the next step.
 ///
 /// # Errors
-/// [`Error::NewName`] where that word is no name, [`Error::NewExists`] where the folder is there,
-/// and that of a file that cannot be written; the folder is removed then.
+/// [`Error::NewName`] if that component is not a valid name, [`Error::NewExists`] if the folder
+/// exists, and errors of writing a file, after which the folder is removed.
 pub(super) fn write(folder: &Path, template: Template) -> Result<String, Error> {
     let name = folder.file_name().and_then(|name| name.to_str());
     let Some(name) = name.filter(|name| is_name(name)) else {
@@ -93,7 +93,7 @@ pub(super) fn write(folder: &Path, template: Template) -> Result<String, Error> 
     Ok(format!("{told}next: dovetail run {}\n", quoted(&scene)))
 }
 
-/// Makes the folder, which must not be there, and those it lies in.
+/// Creates the folder, which must not exist, and its missing parents.
 fn made(folder: &Path) -> Result<(), Error> {
     if let Some(parent) = folder.parent() {
         create_folder(parent).map_err(RunError::from)?;
@@ -110,13 +110,14 @@ fn made(folder: &Path) -> Result<(), Error> {
     })
 }
 
-/// A path as a word of a shell.
+/// Path quoted as a word of a shell.
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |c: char| c.is_alphanumeric() || "_-./~".contains(c);
-    match text.chars().all(is_plain) {
-        true => text,
-        false => format!("'{}'", text.replace('\'', "'\\''")),
+    if text.chars().all(is_plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The table and the diagram of `dovetail modes --rpm`.
+//! Table and diagram of `dovetail modes --rpm`.
 
 use std::collections::BTreeSet;
 
@@ -7,11 +7,11 @@ use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
 use dovetail_solver::results::modes::ModeKind;
 use dovetail_solver::run::{Campbell, Crossing, Family};
 
-/// Without a list of engine orders crossings with those up to this one are listed.
+/// Highest engine order whose crossings are listed if no engine orders are requested.
 const MOST_ENGINE_ORDER: usize = 36;
-/// Of these the diagram has those whose names have room, besides those that are named in the text.
+/// Engine orders that the diagram shows if their names have room, besides those named in the text.
 const DRAWN_ENGINE_ORDERS: [usize; 12] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36];
-/// Most speeds of one table.
+/// Largest number of speeds of a table.
 const MOST_SPEEDS: usize = 10_000;
 
 /// Speeds of a Campbell table: `points` of them, evenly spaced, ends included.
@@ -22,7 +22,7 @@ pub struct SpeedRange {
     points: usize,
 }
 
-/// Why a text is no [`SpeedRange`].
+/// Reason why a text is not a [`SpeedRange`].
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum SpeedRangeError {
     #[error("`{0}` is not FROM:TO:N, such as 0:8000:9")]
@@ -62,7 +62,7 @@ impl std::str::FromStr for SpeedRange {
 }
 
 impl SpeedRange {
-    /// The speeds, rpm, ascending.
+    /// Speeds, rpm, ascending.
     pub fn values_rpm(&self) -> Vec<f64> {
         let last = (self.points - 1).max(1) as f64;
         let step = (self.to_rpm - self.from_rpm) / last;
@@ -75,16 +75,16 @@ impl SpeedRange {
     }
 }
 
-/// Modes over the speed beside engine orders.
+/// Modes over the speed, with engine orders.
 #[derive(Debug)]
 pub struct Diagram<'a> {
     campbell: &'a Campbell,
-    /// Engine orders that were asked for, rising; none: all up to [`MOST_ENGINE_ORDER`].
+    /// Requested engine orders, rising; empty for all up to [`MOST_ENGINE_ORDER`].
     asked: Vec<usize>,
 }
 
 impl<'a> Diagram<'a> {
-    /// With the engine orders that were asked for; none: all up to 36.
+    /// Diagram with the requested engine orders; empty for all up to 36.
     pub fn new(campbell: &'a Campbell, engine_orders: &[usize]) -> Self {
         let asked: BTreeSet<usize> = engine_orders.iter().copied().collect();
         Self {
@@ -93,17 +93,17 @@ impl<'a> Diagram<'a> {
         }
     }
 
-    /// The curves.
+    /// Curves of the modes.
     pub fn curves(&self) -> Vec<CampbellFamily> {
         self.campbell.families.iter().map(curves).collect()
     }
 
-    /// Where modes cross engine orders, rising in speed.
+    /// Crossings of modes and engine orders, rising in speed.
     pub fn crossings(&self) -> Vec<Crossing> {
         self.campbell.crossings(&self.crossed())
     }
 
-    /// The engine orders whose crossings are found.
+    /// Engine orders whose crossings are found.
     fn crossed(&self) -> Vec<usize> {
         if self.asked.is_empty() {
             (1..=MOST_ENGINE_ORDER).collect()
@@ -112,12 +112,12 @@ impl<'a> Diagram<'a> {
         }
     }
 
-    /// The crossing of each mode that is nearest to the speed of the scene.
+    /// Crossing of each mode that is nearest to the speed of the scene.
     fn nearest(&self) -> Vec<Crossing> {
         self.campbell.nearest_crossings(&self.crossed())
     }
 
-    /// The engine orders of the diagram: all that were asked for or that the text names, and others
+    /// Engine orders of the diagram: all that were requested or that the text names, and others
     /// that have room.
     pub fn drawn_orders(&self) -> EngineOrders {
         if !self.asked.is_empty() {
@@ -134,7 +134,7 @@ impl<'a> Diagram<'a> {
         }
     }
 
-    /// The speed of the scene, and its modes there.
+    /// Speed of the scene, and its modes there.
     pub fn operation(&self) -> Operation {
         let speed_rpm = self.campbell.operating_rpm;
         let modes = self.campbell.families.iter().flat_map(|family| {
@@ -151,7 +151,7 @@ impl<'a> Diagram<'a> {
         }
     }
 
-    /// For a reader: the frequencies, and the crossings nearest to the speed of the scene.
+    /// Table for the reader: the frequencies, and the crossings nearest to the speed of the scene.
     pub fn table(&self) -> String {
         let tables: String = self.campbell.families.iter().map(table).collect();
         let operating_rpm = self.campbell.operating_rpm;
@@ -202,7 +202,7 @@ fn curves(family: &Family) -> CampbellFamily {
     }
 }
 
-/// One line per speed.
+/// Table with one line per speed.
 fn table(family: &Family) -> String {
     let heads = (1..=family.modes()).map(|mode| format!("{mode:>12}"));
     let heads = format!("{:>10}{}\n", "speed_rpm", heads.collect::<String>());

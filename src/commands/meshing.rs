@@ -1,5 +1,5 @@
-//! Finds the mesh of a scene: a file, or what gmsh makes of a script, in this run or in an earlier
-//! one.
+//! Provides the mesh of a scene: from a file, or made by gmsh from a script in this run or in an
+//! earlier one.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::run::Stage;
 
-/// Where a mesh file is, and what it holds.
+/// Origin of a mesh that is read from a file.
 fn origin_of(path: &Path) -> MeshOrigin {
     MeshOrigin {
         source: path.to_path_buf(),
@@ -32,7 +32,8 @@ fn origin_of(path: &Path) -> MeshOrigin {
     }
 }
 
-/// That what the scene names as its meshes is there. What runs with it is told.
+/// Checks that the meshes and fields named by the scene exist. Notes that gmsh runs a script as a
+/// program.
 pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), RunError> {
     let is_there = |path: &Path| {
         input::check(path).map_err(|source| MeshError::Io {
@@ -63,7 +64,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
     Ok(())
 }
 
-/// The fields that excitations name by their files.
+/// Fields that excitations name by their files.
 pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
     let mut fields = SurfaceFields::new();
     for excitation in &assembly.excitations {
@@ -78,14 +79,14 @@ pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunEr
     Ok(fields)
 }
 
-/// Where gmsh's mesh is written, and where it is kept for later runs.
+/// Folder in which gmsh writes the mesh, and the cache that keeps it for later runs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MadeIn<'a> {
     pub folder: &'a Path,
     pub cache: &'a Cache,
 }
 
-/// The mesh of all bodies, with the elements of each file checked, and where it came from.
+/// Mesh of all bodies, with the elements of each file checked, and its origin.
 pub(super) fn make_mesh(
     assembly: &Assembly,
     made_in: MadeIn<'_>,
@@ -110,7 +111,7 @@ pub(super) fn make_mesh(
     Ok((mesh, origin))
 }
 
-/// The mesh that bodies share.
+/// Mesh that bodies share.
 fn shared_mesh(
     source: &MeshSource,
     made_in: MadeIn<'_>,
@@ -164,7 +165,8 @@ fn shared_mesh(
     }
 }
 
-/// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have one each.
+/// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have
+/// one each.
 fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
     let mut mesh = mesh_files::read(path, units)?;
     quality::check(&mesh)?;
@@ -174,8 +176,8 @@ fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
     Ok(mesh)
 }
 
-/// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells
-/// nobody.
+/// Error of a mesh that gmsh has just written: on a full disk gmsh writes a part of it without an
+/// error.
 fn of_writing(error: RunError, out: &Path) -> RunError {
     match error {
         RunError::Mesh(source) if source.is_damage() => {
@@ -197,7 +199,7 @@ fn made(out: &Path, version: String, warnings: &[String], reporter: &Reporter<'_
     }
 }
 
-/// The ready mesh, where gmsh is missing.
+/// Origin of the ready mesh that replaces that of gmsh if gmsh is missing.
 fn ready(
     fallback: Option<&Path>,
     missing: GmshError,
@@ -219,7 +221,7 @@ fn ready(
     })
 }
 
-/// What gmsh made in an earlier run.
+/// Mesh that gmsh made in an earlier run.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct KeptMesh {
     version: String,
@@ -227,7 +229,7 @@ struct KeptMesh {
     file: Vec<u8>,
 }
 
-/// `None` where nothing is kept, or where the mesh depends on more than is known.
+/// Key of the mesh of a script; `None` if nothing is kept, or if the mesh has unknown dependencies.
 fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<Key> {
     // gmsh takes some tenths of a second to say its version: only where there is a cache.
     cache.is_on().then_some(())?;

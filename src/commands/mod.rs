@@ -1,4 +1,4 @@
-//! What each command about a scene does: meshes come from files or gmsh, the library computes, files are written.
+//! Commands about a scene: meshes come from files or gmsh, the library computes, files are written.
 
 mod campbell;
 mod meshing;
@@ -25,20 +25,20 @@ use dovetail_solver::run::{
     Verified,
 };
 
-/// A scene, and what the commands about it use.
+/// Scene with the means of the commands about it.
 #[derive(Debug)]
 pub struct Work<'a> {
     pub scene: &'a Scene,
-    /// Where gmsh writes the mesh of a script.
+    /// Folder in which gmsh writes the mesh of a script.
     pub folder: PathBuf,
     pub cache: Cache,
-    /// `None` where nothing is written but the mesh that gmsh makes.
+    /// Files of the run; `None` if nothing is written except the mesh that gmsh makes.
     pub files: Option<Arc<SharedFiles>>,
     pub reporter: Reporter<'a>,
 }
 
 impl Work<'_> {
-    /// The meshes of a scene about bodies.
+    /// Meshes of a scene about bodies; `None` for other scenes.
     fn meshes(&self) -> Result<Option<Meshes>, RunError> {
         let Some(assembly) = self.scene.assembly() else {
             return Ok(None);
@@ -55,7 +55,7 @@ impl Work<'_> {
         Ok(Some(Meshes { mesh, fields }))
     }
 
-    /// The meshes of a scene that must have some, and its bodies.
+    /// Bodies and meshes of a scene that must have meshes.
     fn meshed(&self) -> Result<(&Assembly, Meshes), RunError> {
         let assembly = self.scene.assembly();
         let meshes = assembly
@@ -69,7 +69,8 @@ impl Work<'_> {
         }
     }
 
-    /// Computes with the library, which tells the reporter, and takes from the cache and from the journal of the folder.
+    /// Computes with the library. The run reports to the reporter and uses the cache and the
+    /// journal of the folder.
     fn computes<T>(
         &self,
         work: impl FnOnce(&Session<'_>) -> Result<T, Error>,
@@ -79,10 +80,10 @@ impl Work<'_> {
         self.reporter.hears(&mut store, work)
     }
 
-    /// Mesh, or reduced model, to static state and response.
+    /// Computes the static state and the response from the mesh or the reduced model.
     ///
     /// # Errors
-    /// Those of the meshes and of the run; a file that cannot be written.
+    /// Errors of the meshes and of the run; a file that cannot be written.
     pub fn solve(&self, options: Options) -> Result<Run, RunError> {
         let meshes = self.meshes()?;
         let run = self.computes(|session| run::solve(self.scene, meshes, options, session))?;
@@ -92,29 +93,31 @@ impl Work<'_> {
         Ok(run)
     }
 
-    /// Up to the static state under the steady load: a run without a response.
+    /// Computes up to the static state under the steady load: a run without a response.
     ///
     /// # Errors
-    /// As [`Work::solve`].
+    /// Errors of [`Work::solve`].
     pub fn static_state(&self, options: Options) -> Result<Run, RunError> {
         let meshes = self.meshes()?;
         self.computes(|session| run::static_state(self.scene, meshes, options, session))
     }
 
-    /// Only the mesh: made, checked, its flanks paired.
+    /// Makes and checks only the mesh, and pairs its flanks.
     ///
     /// # Errors
-    /// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
+    /// Errors of gmsh, an unreadable or unusable mesh, missing groups, flanks that do not match; a
+    /// scene without mesh.
     pub fn mesh(&self) -> Result<(), RunError> {
         let (assembly, meshes) = self.meshed()?;
         self.computes(|session| run::Bound::of(assembly, &meshes, session))?;
         Ok(())
     }
 
-    /// Modes of each body with its flanks held, fixed-interface modes, and modes of the stuck assembly.
+    /// Modes of each body with its flanks held, fixed-interface modes, and modes of the stuck
+    /// assembly.
     ///
     /// # Errors
-    /// As [`Work::solve`].
+    /// Errors of [`Work::solve`].
     pub fn modes(&self) -> Result<Vec<NaturalFrequency>, RunError> {
         let meshes = self.meshes()?;
         let found = self.computes(|session| run::modes(self.scene, meshes, session))?;
@@ -124,11 +127,11 @@ impl Work<'_> {
         }
     }
 
-    /// Modes over the speed; gives a table for a reader. `engine_orders` are those whose crossings are wanted; none: all up
-    /// to 36.
+    /// Computes the modes over the speed and returns a table for the reader. `engine_orders` are
+    /// those whose crossings are listed; empty for all up to 36.
     ///
     /// # Errors
-    /// As [`Work::solve`]; a scene without mesh or without an axis of rotation.
+    /// Errors of [`Work::solve`]; a scene without mesh or without an axis of rotation.
     pub fn campbell(
         &self,
         speeds: SpeedRange,
@@ -167,10 +170,10 @@ impl Work<'_> {
         Ok(diagram.table())
     }
 
-    /// Harmonic balance beside integration in time; gives a table for a reader, too.
+    /// Compares harmonic balance with integration in time, and also returns a table for the reader.
     ///
     /// # Errors
-    /// As [`Work::solve`]; harmonic balance that has no motion to compare.
+    /// Errors of [`Work::solve`]; a harmonic balance without a motion to compare.
     pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
         // Before anything is meshed.
         asked.check()?;
@@ -184,12 +187,13 @@ impl Work<'_> {
         Ok((verified, table))
     }
 
-    /// Up to the reduced model, for a folder that `[reduced_model]` reads. The folder holds the response to 1 N in all,
-    /// whatever the forces of the scene: `reduced_model.force_n` alone gives the amplitude. Where the scene has other causes
-    /// than forces the folder holds them as they are, and `reduced_model.force_n` multiplies them.
+    /// Computes the reduced model and writes it to a folder for `[reduced_model]`. The folder has
+    /// the response to a total of 1 N, whatever the forces of the scene: `reduced_model.force_n`
+    /// alone gives the amplitude. If the scene has excitations other than forces, the folder has
+    /// them unscaled, and `reduced_model.force_n` multiplies them.
     ///
     /// # Errors
-    /// As [`Work::mesh`], and those of the reduction; a scene without pairs.
+    /// Errors of [`Work::mesh`] and of the reduction; a scene without pairs.
     pub fn reduce(&self) -> Result<(), RunError> {
         let (_, meshes) = self.meshed()?;
         let condensed = self.computes(|session| run::reduce(self.scene, meshes, session))?;
@@ -210,10 +214,11 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Up to the reduced model, kept in the cache with what later runs need to come back to the bodies.
+    /// Computes the reduced model and keeps it in the cache, with the data from which later runs
+    /// recover the motion of the bodies.
     ///
     /// # Errors
-    /// As [`Work::mesh`], and those of the reduction; no cache.
+    /// Errors of [`Work::mesh`] and of the reduction; no cache.
     pub fn reduce_into_cache(&self, held_modes: bool) -> Result<(), RunError> {
         if self.scene.assembly().is_none() {
             return Err(RunError::NoMesh {
@@ -235,7 +240,7 @@ impl Work<'_> {
     }
 }
 
-/// The lines of a scene that read a reduced model from its folder, all of whose pairs follow `law`.
+/// Lines of a scene that read a reduced model from its folder. All of its pairs follow `law`.
 fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String {
     // A scene counts paths from its own folder, wherever that will be.
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
@@ -255,7 +260,7 @@ fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String 
     )
 }
 
-/// Says that the scene is sound; nothing is computed or written.
+/// Checks the scene without computing or writing anything.
 ///
 /// # Errors
 /// A mesh or script that does not exist, a reduced model that cannot be read.

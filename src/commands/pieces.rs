@@ -1,5 +1,5 @@
-//! Says which meshes and reduced models several scenes can share, from their descriptions alone: before anything is
-//! made of them.
+//! Determines which meshes and reduced models several scenes can share, from their descriptions
+//! alone, before any of them is made.
 
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::MeshKind;
@@ -9,16 +9,16 @@ use dovetail_solver::run::{StaticOptions, static_options, stuck_modes};
 
 use crate::gmsh::inputs;
 
-/// What the mesh of a script depends on, as far as scenes differ in it.
+/// Inputs of the mesh of a script, as far as scenes differ in them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshInputs {
     script: std::path::PathBuf,
-    /// By name.
+    /// Parameters, sorted by name.
     parameters: Vec<(String, f64)>,
 }
 
-/// What a reduced model depends on, as far as scenes differ in it: what the key of the cache says of the model, said of
-/// its description.
+/// Inputs of a reduced model, as far as scenes differ in them. They correspond to the key of the
+/// cache, but describe the model as the scene does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionInputs {
     assembly: Assembly,
@@ -27,7 +27,8 @@ pub struct ReductionInputs {
     statics: Option<StaticOptions>,
 }
 
-/// `None` where no mesh is made, or where one is not kept for later runs.
+/// Inputs of the mesh of a scene; `None` if no mesh is made, or if it cannot be kept for later
+/// runs.
 pub fn mesh_inputs(scene: &Scene) -> Option<MeshInputs> {
     let MeshKind::Geometry {
         script, parameters, ..
@@ -44,7 +45,7 @@ pub fn mesh_inputs(scene: &Scene) -> Option<MeshInputs> {
     })
 }
 
-/// `None` where nothing is reduced.
+/// Inputs of the reduced model of a scene; `None` if nothing is reduced.
 pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return None;

@@ -1,18 +1,19 @@
-//! The table of `dovetail verify`.
+//! Table of `dovetail verify`.
 
 use dovetail_solver::integration::compare::Comparison;
 
-/// Both methods beside each other, for a reader.
+/// Tables of both methods side by side, for the reader.
 pub fn tables(comparisons: &[Comparison]) -> String {
     comparisons.iter().map(table).collect()
 }
 
-/// Both methods side by side at one frequency.
+/// Table of both methods side by side at one frequency.
 fn table(comparison: &Comparison) -> String {
     let (b, i) = (&comparison.balance, &comparison.integration);
-    let steady = match comparison.steady {
-        true => "steady",
-        false => "not steady",
+    let steady = if comparison.steady {
+        "steady"
+    } else {
+        "not steady"
     };
     let mut lines = vec![
         format!(

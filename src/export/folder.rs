@@ -154,9 +154,8 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Removes the files that an earlier run listed and this one has not written, and the
-    /// incomplete files that a killed run left of both. Nothing is removed beside files of the same
-    /// scene and settings.
+    /// Removes the files that an earlier run listed and this one has not written, and incomplete
+    /// files of either run. Nothing is removed beside files of the same scene and settings.
     ///
     /// # Errors
     /// A file that cannot be removed.

@@ -346,7 +346,8 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), other);
     }
 
-    /// A curve that folds has several solutions at one frequency, and one that was solved again has two records.
+    /// A curve that folds has several solutions at one frequency, and one that was solved again has
+    /// two records.
     #[test]
     fn solutions_at_one_frequency_are_told_apart_by_their_place() {
         let folder = tempfile::tempdir().unwrap();

@@ -176,7 +176,8 @@ fn check_motion(
     Ok(())
 }
 
-/// Name of the array of a mode: `stuck_1_451.12_hz`, `flanks_held_blade_1_455.36_hz`; the frequency with five digits.
+/// Name of the array of a mode: `stuck_1_451.12_hz`, `flanks_held_blade_1_455.36_hz`; the frequency
+/// with five digits.
 fn array_name(mode: &ModeShape) -> String {
     let body = mode.body.iter().map(|body| format!("_{body}"));
     let digits = 4.0 - mode.frequency_hz.abs().max(1e-9).log10().floor();

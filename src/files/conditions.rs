@@ -1,4 +1,4 @@
-//! Says in a few words under what a scene rests and shakes, for the headings of pictures.
+//! Short texts of the loads and excitations of a scene, for the headings of pictures.
 
 use crate::words::{counted, figure, quantity, without_zeros};
 use dovetail_solver::description::{Scene, Subject};
@@ -25,7 +25,8 @@ pub(super) fn in_motion(scene: &Scene) -> String {
     parts.join(", ")
 }
 
-/// What acts in the static state: `6000 rpm, 1 steady load, friction 0.3`. The excitation does not.
+/// Conditions of the static state: `6000 rpm, 1 steady load, friction 0.3`. The excitation does not
+/// act in it.
 pub(super) fn at_rest(scene: &Scene) -> String {
     let parts = match &scene.subject {
         Subject::Assembly(assembly) => {
@@ -40,7 +41,7 @@ pub(super) fn at_rest(scene: &Scene) -> String {
     parts.join(", ")
 }
 
-/// `5000 rpm`, `no rotation`.
+/// Speed: `5000 rpm` or `no rotation`.
 fn speed(assembly: &Assembly) -> String {
     match &assembly.rotation {
         Some(rotation) => format!("{} rpm", short(rotation.speed_rpm())),
@@ -48,7 +49,7 @@ fn speed(assembly: &Assembly) -> String {
     }
 }
 
-/// `friction 0.3`, of the contacts that slide.
+/// Friction of the contacts that slide: `friction 0.3`.
 fn friction(assembly: &Assembly) -> String {
     let rub = |law: &ContactLaw| matches!(law, ContactLaw::UnilateralCoulomb);
     let contacts = assembly.contacts.iter().filter(|c| rub(&c.law));
@@ -60,7 +61,7 @@ fn friction(assembly: &Assembly) -> String {
     }
 }
 
-/// One part for each unit, `1 N` or `2 forces of 1 N to 2 N`, and one for the fields.
+/// Excitations: one text for each unit, `1 N` or `2 forces of 1 N to 2 N`, and one for the fields.
 fn excitations(assembly: &Assembly) -> Vec<String> {
     let mut parts = Vec::new();
     for unit in ["N", "Pa", "m/s2", "m"] {
@@ -70,9 +71,10 @@ fn excitations(assembly: &Assembly) -> Vec<String> {
         match (amplitudes.as_slice(), range(&amplitudes)) {
             ([one], _) => parts.push(given(*one, unit)),
             (_, Some((least, most))) => {
-                let each = match least == most {
-                    true => given(most, unit),
-                    false => format!("{} to {}", given(least, unit), given(most, unit)),
+                let each = if least == most {
+                    given(most, unit)
+                } else {
+                    format!("{} to {}", given(least, unit), given(most, unit))
                 };
                 let (one, many) = match unit {
                     "N" => ("force", "forces"),
@@ -101,12 +103,12 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
     Some((least, values.iter().copied().reduce(f64::max)?))
 }
 
-/// Six digits at most, no zeros at the end.
+/// Number with at most six digits and no zeros at the end.
 fn short(v: f64) -> String {
     without_zeros(&figure(v, 6)).to_owned()
 }
 
-/// As a scene gives it: `1 N`, `12.5 mN`.
+/// Value as in a scene: `1 N`, `12.5 mN`.
 fn given(v: f64, unit: &str) -> String {
     let text = quantity(v, unit, 6);
     match text.split_once(' ') {

@@ -1,4 +1,4 @@
-//! Writes the files of a run, and the figures that it tells at its end.
+//! Writes the files of a run, and collects the figures for its end.
 
 mod conditions;
 mod summary;
@@ -42,24 +42,25 @@ use dovetail_solver::run::{
     StaticResult, Verification, Verified,
 };
 
-/// The mesh of a script, in the folder of the results.
+/// Name of the mesh of a script in the folder of the results.
 pub const MESH_FILE: &str = "mesh.msh";
 
-/// What files a run writes, and where.
+/// Selection of the files that a run writes, and their folder.
 #[derive(Debug, Clone)]
 pub struct Output {
     pub folder: PathBuf,
-    /// The scene, for those who look for what a run was made of.
+    /// Path of the scene, for the record of what was run.
     pub scene_file: PathBuf,
-    /// Fields on the bodies.
+    /// True if fields on the bodies are written.
     pub fields: bool,
-    /// With fields, the motion at the peak as so many frames of a period, too.
+    /// Number of frames of a period of the motion at the peak, which are written with the fields;
+    /// `None` for no frames.
     pub frames: Option<usize>,
-    /// Pictures beyond those of every run.
+    /// Pictures in addition to those of every run.
     pub further_plots: Vec<FurtherPlot>,
 }
 
-/// A picture that is drawn where it is asked for.
+/// Picture that is drawn on request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FurtherPlot {
     /// Amplitude on a logarithmic axis.
@@ -68,40 +69,42 @@ pub enum FurtherPlot {
     Phase,
 }
 
-/// Between two writings of the tables of a response under way; no more than a part in so many of the time goes
-/// into them.
+/// Least time between two updates of the tables of a response under way.
 const INTERVAL: Duration = Duration::from_secs(5);
+/// Least time between two updates as a multiple of the duration of the last one, which limits the
+/// share of the time spent on updates.
 const SHARE: u32 = 20;
 
-/// Keeps what a run tells in files of one folder.
+/// Writes the events of a run to files of one folder.
 #[derive(Debug)]
 pub struct Files {
     out: OutputFolder,
-    /// The figures so far: all that a run which fails has to tell.
+    /// Figures so far; if the run fails, these are all.
     summary: Summary,
-    /// Of the mesh.
+    /// Origin of the mesh.
     origin: MeshOrigin,
-    /// Whether fields for ParaView are written.
+    /// True if fields for ParaView are written.
     fields: bool,
-    /// Frames of the motion at the peak, where they are asked for.
+    /// Number of frames of the motion at the peak, if requested.
     frames: Option<usize>,
-    /// Pictures beyond those of every run.
+    /// Pictures in addition to those of every run.
     further_plots: Vec<FurtherPlot>,
-    /// Under the titles of pictures of the static state, and of those of the response.
+    /// Conditions under the titles of pictures of the static state.
     at_rest: String,
+    /// Conditions under the titles of pictures of the response.
     in_motion: String,
-    /// The most frequencies that are added at peaks.
+    /// Largest number of frequencies that are added at peaks.
     most_added: usize,
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
-    /// The responses that have begun, the scene's own first.
+    /// Responses that have begun, the scene's own first.
     solving: Vec<Solving>,
-    /// What there was to mind.
+    /// Warnings so far.
     warnings: Vec<Warning>,
     /// Rows of modes.csv.
     rows: Vec<NaturalFrequency>,
-    /// At the peak, of each body, where fields are written.
+    /// The 2H+1 nodal fields of each body at the peak, if fields are written.
     motion: Option<Vec<Vec<NodalField>>>,
 }
 
@@ -109,7 +112,8 @@ impl Files {
     /// Takes the folder of the output for a run of the scene.
     ///
     /// # Errors
-    /// A folder that cannot be written, that holds the run of another scene, or in which a run is going on.
+    /// A folder that cannot be written, that holds the run of another scene, or in which a run is
+    /// going on.
     pub fn open(
         scene: &Scene,
         output: &Output,
@@ -153,7 +157,8 @@ impl Files {
         })
     }
 
-    /// Against frequency, per observation: amplitude, and what else is asked for.
+    /// Draws the curves of each observation against frequency: amplitude, and the further pictures
+    /// requested.
     fn write_curves(
         &self,
         names: &[&str],
@@ -197,8 +202,8 @@ impl Files {
         Ok(())
     }
 
-    /// Maps of the flanks; where fields are written those on them, and the motion of the bodies at the peak, which it
-    /// gives.
+    /// Writes the maps of the flanks and, if fields are written, the fields on the flanks and the
+    /// motion of the bodies at the peak. Returns this motion.
     fn write_response_on_mesh(
         &self,
         bodies: &Bodies,
@@ -235,7 +240,7 @@ impl Files {
         Ok(Some(motion))
     }
 
-    /// modes.csv.
+    /// Writes modes.csv.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -245,8 +250,8 @@ impl Files {
         Ok(())
     }
 
-    /// modes.csv, and modes.vtu of an assembly that is meshed. Beside a run the modes about its
-    /// static state stay. Gives the rows.
+    /// Writes modes.csv and, for a meshed assembly, modes.vtu. Beside a run the modes about its
+    /// static state stay. Returns the rows.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -272,7 +277,7 @@ impl Files {
         Ok(own)
     }
 
-    /// modes.csv once more, with the modes of the bodies by themselves.
+    /// Writes modes.csv again, with the modes of the bodies with held flanks.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -282,12 +287,12 @@ impl Files {
         self.modes(run.reduced.natural_frequencies(state, &run.held_omega2))
     }
 
-    /// Where the mesh of the run came from.
+    /// Sets the origin of the mesh.
     pub fn comes_from(&mut self, origin: MeshOrigin) {
         self.origin = origin;
     }
 
-    /// modes_campbell.csv, modes_crossings.csv and plots/campbell.svg.
+    /// Writes modes_campbell.csv, modes_crossings.csv and plots/campbell.svg.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -313,7 +318,7 @@ impl Files {
         Ok(write_campbell(&path, heading, families, orders, operation)?)
     }
 
-    /// verify.csv.
+    /// Writes verify.csv.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -333,24 +338,25 @@ impl Files {
         Ok(csv::write_verification(&path, comparisons)?)
     }
 
-    /// The figures so far.
+    /// Figures so far.
     pub fn summary(&self) -> &Summary {
         &self.summary
     }
 
-    /// Takes down what the run has taken so far, stage by stage.
+    /// Records the time and the stages of the run so far.
     pub fn take_down(&mut self, taken: Taken) {
         self.summary.stages = taken.stages;
         self.summary.seconds = taken.seconds;
         self.summary.processor_seconds = taken.processor_seconds;
     }
 
-    /// The folder.
+    /// Path of the folder.
     pub fn folder(&self) -> &Path {
         self.out.path()
     }
 
-    /// summary.json of a run that came to its end: it failed where the verdict says that there is no result.
+    /// Writes summary.json of a run that came to its end. The run failed if the verdict is that
+    /// there is no result.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -367,7 +373,7 @@ impl Files {
         Ok(self.out.write_summary(self.with_warnings(), state, why)?)
     }
 
-    /// The figures so far, with what there was to mind.
+    /// Figures so far, with the warnings.
     fn with_warnings(&self) -> Summary {
         let warnings = by_weight(&self.warnings).into_iter();
         Summary {
@@ -376,7 +382,7 @@ impl Files {
         }
     }
 
-    /// report.html of a run with this verdict.
+    /// Writes report.html of a run with this verdict.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -415,10 +421,10 @@ impl Files {
         Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
     }
 
-    /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
+    /// Writes the folder of `dovetail reduce`. Returns the law of its pairs if all have the same.
     ///
     /// # Errors
-    /// A file that cannot be written, a model that the folder cannot hold.
+    /// A file that cannot be written, a model that the folder cannot represent.
     pub fn reduced_model(&self, reduced: &Reduced) -> Result<Option<PairLaw>, RunError> {
         let (problem, rows) = (&reduced.problem, &reduced.pairs.rows);
         let element = Superelement {
@@ -432,7 +438,7 @@ impl Files {
         Ok(first.filter(|law| problem.laws.iter().all(|other| other == law)))
     }
 
-    /// The journal, where it holds nothing to go on from.
+    /// Removes the journal if it has no frequencies from which to continue.
     fn remove_empty_journal(&self) -> Result<(), RunError> {
         if self.journal.is_empty() {
             self.journal.remove()?;
@@ -440,8 +446,8 @@ impl Files {
         Ok(())
     }
 
-    /// summary.json of a run that failed before its last file. Where it cannot be written, the error of the run is the one
-    /// to report.
+    /// Writes summary.json of a run that failed before its last file. An error of writing is
+    /// ignored, as the error of the run is the one to report.
     pub fn failed(&self, error: &dyn Error) {
         if !self.out.is_running() {
             return;
@@ -450,8 +456,8 @@ impl Files {
         let _ = self.write_summary(RunState::Failed, Some(told(error)));
     }
 
-    /// Leaves the folder of a run that is broken off by `signal` so that it can be read and gone on with. Gives what
-    /// there is to say.
+    /// Leaves the folder of a run that is interrupted by `signal` in a state that can be read and
+    /// resumed. Returns the message for the user.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -484,7 +490,7 @@ impl Files {
         ))
     }
 
-    /// The tables of the responses under way, and what is needed to go on.
+    /// Writes the tables of the responses under way, and all that is needed to resume.
     fn write_tables(&self) -> Result<(), RunError> {
         for solving in &self.solving {
             let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
@@ -497,7 +503,7 @@ impl Files {
         Ok(self.journal.sync()?)
     }
 
-    /// With the figures so far.
+    /// Writes summary.json with the figures so far.
     fn write_summary(&self, state: RunState, why: Option<String>) -> Result<(), RunError> {
         let mut summary = self.with_warnings();
         summary.seconds = self.begun.elapsed().as_secs_f64();
@@ -505,7 +511,7 @@ impl Files {
     }
 }
 
-/// A response under way.
+/// Response under way.
 #[derive(Debug)]
 struct Solving {
     inputs: Inputs,
@@ -513,18 +519,18 @@ struct Solving {
     table: String,
     names: Vec<String>,
     pairs: PairTable,
-    /// All that were asked for.
+    /// All requested frequencies, Hz.
     frequencies_hz: Vec<f64>,
-    /// Without the fields of the orbits, by their numbers.
+    /// Solved frequencies by their numbers; the orbits have no fields.
     solved: BTreeMap<usize, (Orbit, LinearPoint)>,
-    /// Of the scene's own response, where fields are written.
+    /// Flanks of the scene's own response, if fields are written.
     flanks: Option<FlankSeries>,
-    /// When the tables were written last, and how long that took.
+    /// Time of the last update of the tables, and its duration.
     written: (Instant, Duration),
 }
 
 impl Solving {
-    /// What there is of the response, for tables.
+    /// Solved part of the response, for tables.
     fn partial(&self) -> Response {
         let mut solved: Vec<_> = self.solved.values().cloned().collect();
         solved.sort_by(|(a, _), (b, _)| a.frequency_hz.total_cmp(&b.frequency_hz));
@@ -539,7 +545,7 @@ impl Solving {
         }
     }
 
-    /// One frequency more: its file of the flanks is written.
+    /// Adds a frequency, and writes its file of the flanks.
     fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
         let SolvedFrequency { orbit, linear, .. } = solved;
         let without_fields = Orbit {
@@ -557,7 +563,7 @@ impl Solving {
     }
 }
 
-/// How a run with this verdict ended, and why it failed.
+/// State of a run with this verdict, and the reason if it failed.
 fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
     match verdict {
         Err(error) if error.exit_status() == ExitStatus::Failed => {
@@ -567,7 +573,7 @@ fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
     }
 }
 
-/// An error with its causes.
+/// Message of an error with its causes.
 fn told(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -579,7 +585,7 @@ fn told(error: &dyn Error) -> String {
 }
 
 impl Files {
-    /// Writes what there is to write of an event.
+    /// Writes the files for an event.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -611,7 +617,7 @@ impl Files {
         }
     }
 
-    /// Something to mind.
+    /// Records a warning.
     pub fn warning(&mut self, warning: &Warning) {
         self.warnings.push(warning.clone());
     }
@@ -707,7 +713,8 @@ impl Files {
         Ok(())
     }
 
-    /// The frequencies of the response that began last which were solved before it was broken off, with these inputs.
+    /// Frequencies of the last response begun, with these inputs, that were solved before it was
+    /// interrupted.
     ///
     /// # Errors
     /// A journal of other inputs, or one that cannot be read; a file that cannot be written.
@@ -776,13 +783,13 @@ impl Files {
     }
 }
 
-/// Whether gmsh makes the mesh of a scene.
+/// Returns `true` if gmsh makes the mesh of a scene.
 fn makes_mesh(scene: &Scene) -> bool {
     let mesh = scene.assembly().and_then(|assembly| assembly.mesh.as_ref());
     mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
 }
 
-/// The collection of the flanks at each frequency.
+/// File name of the collection of the flanks at each frequency.
 const FLANKS: &str = "flank.pvd";
 
 /// Name of the table of a response.
@@ -793,21 +800,22 @@ fn table_of(compared_harmonics: Option<usize>) -> String {
     }
 }
 
-/// How long who ends a run for want of memory waits for its files.
+/// Longest time to wait for the files when the process ends for lack of memory.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
-/// Files that more than the run reaches: what ends the run early, too.
+/// Files of a run that are also accessible to the code that ends the run early.
 #[derive(Debug)]
 pub struct SharedFiles {
-    /// Of the run.
+    /// Folder of the run.
     folder: PathBuf,
     files: Mutex<Files>,
-    /// The run is being ended: whoever is not writing yet waits for the end of the process.
+    /// True if the run is being ended: any thread that is not yet writing waits for the end of the
+    /// process.
     ending: AtomicBool,
 }
 
 impl SharedFiles {
-    /// Those of one run.
+    /// Shares the files of one run.
     pub fn new(files: Files) -> Arc<Self> {
         Arc::new(Self {
             folder: files.folder().to_path_buf(),
@@ -816,7 +824,7 @@ impl SharedFiles {
         })
     }
 
-    /// For the run. Does not return once the run is being ended.
+    /// Locks the files for the run. Does not return once the run is being ended.
     pub fn locked(&self) -> MutexGuard<'_, Files> {
         while self.ending.load(Ordering::Acquire) {
             std::thread::park_timeout(Duration::from_secs(1));
@@ -824,14 +832,15 @@ impl SharedFiles {
         self.whole()
     }
 
-    /// For who ends the run: nothing is written after what is written with this.
+    /// Locks the files for ending the run: nothing is written after what is written with this lock.
     pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
         self.ending.store(true, Ordering::Release);
         self.whole()
     }
 
-    /// Says in the folder that the run failed, and lets nothing more be written. Whoever has the files may wait for the
-    /// end of the process itself: what summary.json said last is then marked.
+    /// Records in the folder that the run failed, and prevents all further writing. The thread that
+    /// has the files may itself wait for the end of the process: then the last summary.json is
+    /// marked.
     pub fn failed_to_end(&self, error: &RunError) {
         self.ending.store(true, Ordering::Release);
         let begun = Instant::now();
@@ -844,13 +853,14 @@ impl SharedFiles {
         folder::mark_failed(&self.folder, told(error));
     }
 
-    /// A panic of another thread leaves what is written whole.
+    /// Locks the files. A panic of another thread leaves them intact.
     fn whole(&self) -> MutexGuard<'_, Files> {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// `with 3 harmonics`, or `with 1 to 7 harmonics` where the frequencies chose their own.
+/// Label such as `with 3 harmonics`, or `with 1 to 7 harmonics` if the frequencies have different
+/// numbers.
 fn harmonics_label(response: &Response) -> String {
     let harmonics = || response.orbits.iter().map(|o| o.harmonics);
     let (least, most) = (harmonics().min(), harmonics().max());

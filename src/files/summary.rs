@@ -1,4 +1,4 @@
-//! The figures of summary.json, gathered as a run goes on.
+//! Figures of summary.json, collected during a run.
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -10,18 +10,19 @@ use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::results::modes::hertz;
 use dovetail_solver::run::{Bodies, Bound, Reduced, StaticResult};
 
-/// What a run has taken.
+/// Time and stages of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Taken {
     /// Stages that have ended, in the order of their ends.
     pub stages: Vec<StageSummary>,
-    /// Wall clock, s.
+    /// Wall time, s.
     pub seconds: f64,
-    /// All threads and the programs waited for (gmsh), s; `None` where the system does not tell.
+    /// Processor time of all threads and of the programs waited for (gmsh), s; `None` if the system
+    /// does not provide it.
     pub processor_seconds: Option<f64>,
 }
 
-/// What is known before anything is computed: the scene and the files of that, the program, the time.
+/// Summary at the beginning: the scene and its files, the program, the time.
 pub(super) fn beginning(scene: &Scene, scene_file: &Path) -> Summary {
     Summary {
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -41,7 +42,7 @@ pub(super) fn beginning(scene: &Scene, scene_file: &Path) -> Summary {
     }
 }
 
-/// The same, with what is known of the bodies.
+/// Summary with the figures of the bodies added.
 pub(super) fn of_bound(earlier: &Summary, origin: &MeshOrigin, bound: &Bound) -> Summary {
     let model = &bound.model;
     Summary {
@@ -54,7 +55,7 @@ pub(super) fn of_bound(earlier: &Summary, origin: &MeshOrigin, bound: &Bound) ->
     }
 }
 
-/// The same, with what is known of the reduced model.
+/// Summary with the figures of the reduced model added.
 pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
     let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
     Summary {
@@ -76,7 +77,7 @@ pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
     }
 }
 
-/// Adds what is known of the static state.
+/// Adds the figures of the static state.
 pub(super) fn of_statics(summary: &mut Summary, reduced: &Reduced, statics: &StaticResult) {
     let (pairs, state) = (&reduced.pairs, &statics.state);
     summary.static_state = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
@@ -86,7 +87,7 @@ pub(super) fn of_statics(summary: &mut Summary, reduced: &Reduced, statics: &Sta
     }
 }
 
-/// First frequency of the first body.
+/// First frequency of the first body, Hz.
 pub(super) fn first_hz(held_omega2: &[Vec<f64>]) -> Option<f64> {
     held_omega2.first()?.first().copied().map(hertz)
 }

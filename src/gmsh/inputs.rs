@@ -1,5 +1,5 @@
-//! What a mesh made by gmsh depends on besides the command line: so that a mesh kept from an earlier run is taken
-//! again only where gmsh would make the same.
+//! Inputs of a mesh made by gmsh besides the command line. A mesh kept from an earlier run is used
+//! again only if gmsh would make the same.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::script::{Token, is_in_word, tokens};
 use dovetail_solver::input;
 
-/// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
+/// Words of Gmsh's language by which a script reads data from outside, or differs from run to run.
 const REACH_OUT: [&str; 24] = [
     "Include",
     "Merge",
@@ -35,14 +35,14 @@ const REACH_OUT: [&str; 24] = [
     "Plugin",
 ];
 
-/// The bytes of a script and of each file of settings that gmsh reads with it.
+/// Bytes of a script and of each file of settings that gmsh reads with it.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ScriptInputs {
     script: Vec<u8>,
     settings: Vec<Option<Vec<u8>>>,
 }
 
-/// `None` where the script reaches out, or something cannot be read.
+/// Inputs of a script; `None` if the script reads data from outside, or if a file cannot be read.
 pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     let bytes = input::short_bytes(script).ok()?;
     let text = String::from_utf8_lossy(&bytes);
@@ -72,7 +72,7 @@ pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     })
 }
 
-/// `<script>.opt`, and two files in gmsh's idea of the home folder.
+/// Files of settings: `<script>.opt`, and two files in the home folder as gmsh determines it.
 fn settings_files(script: &Path) -> Vec<PathBuf> {
     let mut beside = script.as_os_str().to_owned();
     beside.push(".opt");

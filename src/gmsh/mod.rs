@@ -1,4 +1,5 @@
-//! Runs gmsh, the only foreign program that this one starts, on a script; says what its mesh depends on.
+//! Runs gmsh, the only other program that this one starts, on a script, and determines the inputs
+//! of its mesh.
 
 pub mod inputs;
 mod process;
@@ -15,21 +16,23 @@ use dovetail_mesh::text;
 use process::{Finished, RunError, run};
 use script::{Definitions, is_option};
 
-/// A limit for what gmsh does at once, but for its start on a machine that has other work.
+/// Time limit for actions of gmsh that take no time apart from its start, on a machine with other
+/// work.
 const SHORT_LIMIT_S: f64 = 30.0;
 
-/// What a successful run has to tell.
+/// Report of a successful run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GmshRun {
-    /// Such as `4.8.4`; empty where gmsh did not say.
+    /// Version, such as `4.8.4`; empty if gmsh did not print it.
     pub version: String,
-    /// The messages gmsh marks as warnings; the first ones of many.
+    /// Messages that gmsh marks as warnings; only the first if there are many.
     pub warnings: Vec<String>,
-    /// How long gmsh took.
+    /// Wall time of gmsh, s.
     pub seconds: f64,
 }
 
-/// Why there is no mesh. Messages are gmsh's own, the first and the last ones of a long run.
+/// Reason why there is no mesh. Messages are those of gmsh, the first and the last ones of a long
+/// run.
 #[derive(Debug, Error)]
 pub enum GmshError {
     #[error(
@@ -107,15 +110,15 @@ fn crash_remedy(status: ExitStatus) -> &'static str {
 
 /// Meshes `script` in three dimensions into the file `out` (MSH 4.1, binary).
 ///
-/// Each of `parameters` is passed as `-setnumber name value`. gmsh ignores in silence one that the
-/// script does not define, and an option that it does not have: both are errors here. gmsh runs on
-/// one thread: the mesh then depends on the script, the parameters and gmsh's version alone. After
-/// `time_limit_s` it is killed, and with this program it ends, too. A file that stood at `out` is
-/// gone whatever happens.
+/// Each of `parameters` is passed as `-setnumber name value`. gmsh silently ignores a parameter
+/// that the script does not define, and an option that it does not have: both are errors here. gmsh
+/// runs on one thread: the mesh then depends only on the script, the parameters and gmsh's version.
+/// After `time_limit_s` it is killed; it also ends with this program. An existing file `out` is
+/// removed in any case.
 ///
 /// # Errors
-/// A script or parameters that gmsh cannot mesh, a gmsh that is missing, fails or takes too long: see
-/// [`GmshError`].
+/// A script or parameters that gmsh cannot mesh, a gmsh that is missing, fails or takes too long:
+/// see [`GmshError`].
 pub fn generate(
     script: &Path,
     parameters: &[(String, f64)],
@@ -215,8 +218,8 @@ fn started(
     })
 }
 
-/// That each parameter has an effect: the script lets others set it, or it is an option of gmsh
-/// that the script leaves alone.
+/// Checks that each parameter has an effect: the script lets others set it, or it is an option of
+/// gmsh that the script does not set.
 fn check_parameters(
     program: &OsStr,
     script: &Path,
@@ -250,8 +253,8 @@ fn check_parameters(
     Ok(())
 }
 
-/// That gmsh has an option of this name, by a script in the file `scratch` that sets it: unlike
-/// `-setnumber`, that is an error where there is none.
+/// Checks that gmsh has an option of this name, by a script in the file `scratch` that sets it.
+/// Unlike `-setnumber`, this is an error if there is no such option.
 fn check_option(program: &OsStr, name: &str, value: f64, scratch: &Path) -> Result<(), GmshError> {
     std::fs::write(scratch, format!("{name} = {value};\n")).map_err(|e| output(scratch, e))?;
     let arguments = [
@@ -263,12 +266,13 @@ fn check_option(program: &OsStr, name: &str, value: f64, scratch: &Path) -> Resu
     let run = started(program, &arguments, SHORT_LIMIT_S);
     let _ = std::fs::remove_file(scratch); // a file of one line stays behind
     let run = run?;
-    match run.status.success() && !run.printed.has_error {
-        true => Ok(()),
-        false => Err(GmshError::UnknownOption {
+    if run.status.success() && !run.printed.has_error {
+        Ok(())
+    } else {
+        Err(GmshError::UnknownOption {
             name: name.to_owned(),
             messages: run.printed.messages(),
-        }),
+        })
     }
 }
 
@@ -278,7 +282,7 @@ mod tests {
     use std::process::Command;
     use std::time::{Duration, Instant};
 
-    /// A folder with a Gmsh script and a program that stands in for gmsh.
+    /// Folder with a Gmsh script and a program in place of gmsh.
     struct Bench {
         dir: PathBuf,
     }
@@ -416,7 +420,7 @@ mod tests {
         assert!(matches!(found, Err(GmshError::Script { .. })));
     }
 
-    /// Stands in for gmsh: it knows one option.
+    /// Program in place of gmsh, which knows one option.
     const ONE_OPTION: &str = "case \"$last\" in
         -parse_and_exit) grep -q '^Mesh.Algorithm = ' \"$1\" || echo \"Error : Unknown number option\" ;;
         *) touch \"$last\" ;;
@@ -464,7 +468,7 @@ mod tests {
         assert_eq!(left, ["a.geo", "a.msh", "program"]);
     }
 
-    /// What is said of it above is true of the installed one.
+    /// The installed gmsh behaves as the program above.
     #[test]
     fn gmsh_tells_options_that_it_has_from_others() {
         let bench = Bench::new("options", "");

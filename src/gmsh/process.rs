@@ -1,5 +1,5 @@
-//! Runs gmsh to its end or to a time limit. It ends with this program, however this one ends, and
-//! what is kept of its messages is bounded.
+//! Runs gmsh to its end or to a time limit. It ends with this program, however this program ends,
+//! and the amount of its messages that is kept is bounded.
 
 use std::collections::VecDeque;
 use std::ffi::{OsStr, OsString};
@@ -10,14 +10,16 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Bytes kept of a line.
+/// Largest number of bytes kept of a line.
 const LINE_BYTES: usize = 500;
-/// Lines kept of the beginning and of the end, and errors and warnings kept besides.
+/// Largest number of lines kept from the beginning.
 const FIRST_LINES: usize = 20;
+/// Largest number of lines kept from the end.
 const LAST_LINES: usize = 60;
+/// Largest number of errors, and of warnings, kept in addition.
 const MARKED_LINES: usize = 20;
 
-/// How a program ended, and what it printed.
+/// Result of a program that ended: its status and its output.
 #[derive(Debug)]
 pub(super) struct Finished {
     pub status: ExitStatus,
@@ -25,28 +27,28 @@ pub(super) struct Finished {
     pub seconds: f64,
 }
 
-/// Why a program did not come to its end.
+/// Reason why a program did not come to its end.
 #[derive(Debug)]
 pub(super) enum RunError {
     /// There is no such program.
     Missing,
     Start(std::io::Error),
-    /// With what it printed.
+    /// The time limit, with the output of the program.
     TimeLimit(String),
 }
 
-/// What a program printed on either stream.
+/// Output of a program on both streams.
 #[derive(Debug, Default)]
 pub(super) struct Printed {
     first: Vec<String>,
     last: VecDeque<String>,
-    /// Between the two.
+    /// Number of lines left out between the two.
     left_out: usize,
     errors_left_out: Vec<String>,
     pub has_error: bool,
-    /// Without those that are too many.
+    /// Warnings, up to a limit.
     pub warnings: Vec<String>,
-    /// Such as `4.8.4`.
+    /// Version, such as `4.8.4`.
     pub version: Option<String>,
 }
 
@@ -77,7 +79,7 @@ impl Printed {
         }
     }
 
-    /// The lines kept, with a word on those between.
+    /// Lines kept, with a note on those left out between them.
     pub(super) fn messages(&self) -> String {
         let mut lines: Vec<&str> = self.first.iter().map(String::as_str).collect();
         let gap = format!("[{} lines are left out here]", self.left_out);
@@ -101,13 +103,14 @@ fn message<'a>(line: &'a str, level: &str) -> Option<&'a str> {
     text.strip_prefix(':').map(str::trim)
 }
 
-/// `4.8.4` of `... [Gmsh 4.8.4, 1 node, max. 1 thread]`.
+/// Version in a line: `4.8.4` of `... [Gmsh 4.8.4, 1 node, max. 1 thread]`.
 fn version_in(line: &str) -> Option<String> {
     let (_, rest) = line.split_once("[Gmsh ")?;
     Some(rest.split([',', ']']).next()?.trim().to_string())
 }
 
-/// Runs a program, with a name looked for in PATH or a path, to its end or to the time limit.
+/// Runs a program, given by a path or by a name that is looked for in PATH, to its end or to the
+/// time limit.
 pub(super) fn run(
     program: &OsStr,
     arguments: &[OsString],
@@ -178,8 +181,8 @@ pub(super) fn run(
     }
 }
 
-/// The program's file: the system's own search would be that of `setpriv`, which tells a missing
-/// program in words only.
+/// Path of the file of a program. The search of the system would be that of `setpriv`, which
+/// reports a missing program only in words.
 fn find(program: &OsStr) -> Option<PathBuf> {
     let is_program = |path: &PathBuf| {
         path.metadata().is_ok_and(|about| {
@@ -201,11 +204,11 @@ fn find(program: &OsStr) -> Option<PathBuf> {
         .find(is_program)
 }
 
-/// Words after which `setpriv` (util-linux) takes a program that the system kills when the one that
-/// started it ends.
+/// Arguments with which `setpriv` (util-linux) starts a program that the system kills when its
+/// parent ends.
 const DIES_WITH_PARENT: [&str; 3] = ["--pdeathsig", "KILL", "--"];
 
-/// `setpriv`, where it is and knows the words.
+/// Path of `setpriv`, if it exists and accepts the arguments.
 fn ending_with_parent() -> Option<&'static Path> {
     static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
     let found = FOUND.get_or_init(|| {
@@ -221,8 +224,8 @@ fn ending_with_parent() -> Option<&'static Path> {
     found.as_deref()
 }
 
-/// Reads the lines of a pipe, in a thread of its own, so that the pipe never fills up. The receiver
-/// hears of its end.
+/// Reads the lines of a pipe in a separate thread, so that the pipe never fills up. The receiver is
+/// notified of its end.
 fn drain(
     pipe: impl Read + Send + 'static,
     printed: &Arc<Mutex<Printed>>,
@@ -240,7 +243,7 @@ fn drain(
     Ok(receive)
 }
 
-/// The first part of the next line, without characters that steer a terminal; `None` at the end.
+/// Beginning of the next line, without control characters of a terminal; `None` at the end.
 fn next_line(pipe: &mut impl BufRead) -> Option<String> {
     let (mut kept, mut cut) = (Vec::new(), false);
     loop {

@@ -1,4 +1,4 @@
-//! What a Gmsh script says, read without running it: its words, and the parameters that a caller
+//! Content of a Gmsh script, read without running it: its words, and the parameters that a caller
 //! may set.
 
 use std::collections::BTreeSet;
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use dovetail_solver::input;
 
-/// A piece of a script; comments and blanks are left out.
+/// Token of a script; comments and blanks are left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Token<'t> {
-    /// A name, or a number.
+    /// Name or number.
     Word(&'t str),
-    /// Between quotation marks of either kind.
+    /// Text between quotation marks of either kind.
     Text(&'t str),
     Sign(char),
 }
@@ -52,20 +52,21 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     found
 }
 
-/// What a script and the files that it includes define.
+/// Definitions of a script and of the files that it includes.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Definitions {
-    /// Constants to which a caller may give another value: those of `DefineConstant[ .. ]`, and
-    /// those whose absence the script asks for (`Exists(name)`). In the order of the text.
+    /// Constants to which a caller may give another value, in the order of the text: those of
+    /// `DefineConstant[ .. ]`, and those that the script tests with `Exists(name)`.
     pub parameters: Vec<String>,
-    /// `a_` where the script defines constants `a~{i}`, which gmsh calls `a_1`, `a_2` and so on.
+    /// Names `a_` of constants `a~{i}` that the script defines, which gmsh calls `a_1`, `a_2` and
+    /// so on.
     indexed: Vec<String>,
-    /// Options that the script sets itself, such as `Mesh.Algorithm`.
+    /// Options that the script itself sets, such as `Mesh.Algorithm`.
     options: BTreeSet<String>,
 }
 
 impl Definitions {
-    /// Of a script and of all files that it includes by a written name.
+    /// Definitions of a script and of all files that it includes by a literal name.
     pub(super) fn of(script: &Path) -> io::Result<Self> {
         let mut found = Self::default();
         let mut waiting = vec![script.to_path_buf()];
@@ -125,7 +126,7 @@ impl Definitions {
         }
     }
 
-    /// The names of `DefineConstant[ a, b = 1, c = {2, Choices{0, 1, 2}}, d~{1} = 3 ]`, from behind
+    /// Reads the names of `DefineConstant[ a, b = 1, c = {2, Choices{0, 1, 2}}, d~{1} = 3 ]`, after
     /// the first bracket.
     fn read_entries(&mut self, entries: &[Token]) {
         let mut depth = 0;
@@ -141,16 +142,17 @@ impl Definitions {
         }
     }
 
-    /// The name that stands first.
+    /// Adds the name at the beginning.
     fn add(&mut self, tokens: &[Token]) {
         let (name, is_indexed) = match tokens {
             [Token::Word(name), Token::Sign('~'), ..] => (format!("{name}_"), true),
             [Token::Word(name), ..] => ((*name).to_owned(), false),
             _ => return,
         };
-        let names = match is_indexed {
-            true => &mut self.indexed,
-            false => &mut self.parameters,
+        let names = if is_indexed {
+            &mut self.indexed
+        } else {
+            &mut self.parameters
         };
         if !names.contains(&name) {
             names.push(name);
@@ -158,7 +160,7 @@ impl Definitions {
     }
 }
 
-/// Scripts that are included under a written name.
+/// Scripts that are included by a literal name.
 fn included<'t>(tokens: &'t [Token<'t>]) -> impl Iterator<Item = PathBuf> + 't {
     tokens.windows(2).filter_map(|pair| match pair {
         [Token::Word("Include"), Token::Text(name)] => Some(PathBuf::from(name)),
@@ -170,7 +172,7 @@ fn included<'t>(tokens: &'t [Token<'t>]) -> impl Iterator<Item = PathBuf> + 't {
     })
 }
 
-/// Whether a name is written as those of gmsh's own options are: `Mesh.Algorithm`.
+/// Returns `true` if a name has the form of gmsh's own options: `Mesh.Algorithm`.
 pub(super) fn is_option(name: &str) -> bool {
     let is_part = |part: &str| {
         part.starts_with(|c: char| c.is_ascii_uppercase())

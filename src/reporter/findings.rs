@@ -1,4 +1,4 @@
-//! Says what to mind about a model, its static state and its response.
+//! Warnings and remarks about a model, its static state and its response.
 
 use super::line::Line;
 use crate::motions::retained_words;
@@ -22,9 +22,9 @@ use dovetail_solver::results::small::{
 };
 use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
 
-/// Estimated errors above this are warned of.
+/// Estimated error due to omitted harmonics above which a warning is given.
 const TRUNCATED: f64 = 0.02;
-/// Above this a prestress of held flanks is warned of.
+/// Error of a prestress of held flanks above which a warning is given.
 const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
 
 fn wrong(text: String) -> Warning {
@@ -42,7 +42,7 @@ fn remark(text: String) -> Warning {
     Warning { weight, text }
 }
 
-/// What is to be minded about a response.
+/// Warnings about a response.
 pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     let Some(found) = &run.response else {
         return Vec::new();
@@ -54,7 +54,7 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     warnings
 }
 
-/// Clearances and interferences that are no small ones.
+/// Warnings about clearances and interferences that are not small.
 pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
     let [clearance, interference] = Sizes::of(model).widest_gaps();
     let mut warnings = Vec::new();
@@ -79,7 +79,7 @@ pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
     warnings
 }
 
-/// What there is to say of a reduced model.
+/// Notes and warnings about a reduced model.
 pub(super) fn of_reduced(reduced: &Reduced) -> Vec<Line> {
     let mut lines = Vec::new();
     if reduced.bodies.is_none() {
@@ -139,7 +139,7 @@ fn truncation_note(modes: usize, truncation: &Truncation) -> String {
     format!("{modes} stuck modes: {amplitude}{frequencies}")
 }
 
-/// What is linear where pairs are open in the static state.
+/// Note on the first linear mode, if pairs are open in the static state.
 pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<String> {
     let state = &statics.state;
     let open = state.open_pairs().len();
@@ -153,7 +153,7 @@ pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<S
     ))
 }
 
-/// What is to be minded about the static state.
+/// Warnings about the static state.
 pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warning> {
     let state = &statics.state;
     let mut warnings = Vec::new();
@@ -186,7 +186,7 @@ pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warnin
     warnings
 }
 
-/// Contacts that carry nothing in the static state.
+/// Remarks on contacts that are open everywhere in the static state.
 fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
     let contacts = pairs.contacts.iter().enumerate();
     let open = contacts.filter_map(|(c, name)| {
@@ -205,7 +205,8 @@ fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
     open.collect()
 }
 
-/// Slides, displacements and pressures of a response, of which what is so in the static state already is not said again.
+/// Warnings about slides, displacements and pressures of a response, without those that the static
+/// state already has.
 pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
     let (reduced, statics) = (&run.reduced, &run.statics);
     let Some(found) = &run.response else {
@@ -227,7 +228,8 @@ pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
     warnings
 }
 
-/// The two sides of a pair are taken to stay opposite each other.
+/// Warning about a pair that slides far: the two sides of a pair are assumed to stay opposite each
+/// other.
 fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
     (FAR..=TOO_FAR).contains(&farthest).then(|| {
         doubt(format!(
@@ -265,14 +267,16 @@ fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
     })
 }
 
-/// Where friction does not hold the bodies, and which of them.
+/// Warning about the frequencies at which friction does not hold the bodies, and about the motions
+/// that it does not hold.
 fn held(found: &ResponseResult) -> Option<Warning> {
     let response = &found.response;
     let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     let most_n = held.iter().map(|o| o.retention_n).reduce(f64::max)?;
     let what = retained_words(&found.retained);
-    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not found.
+    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not
+    // found.
     let is_found = held.iter().all(|orbit| orbit.counts().stuck == 0);
     let why = if is_found {
         format!("friction does not hold {what}")
@@ -287,7 +291,7 @@ fn held(found: &ResponseResult) -> Option<Warning> {
     )))
 }
 
-/// What failed first, then what is doubtful.
+/// Warnings about frequencies: first those that failed, then those that are doubtful.
 fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let all = response.orbits.len();
@@ -351,7 +355,7 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     warnings
 }
 
-/// Harmonics that were asked for may be too few.
+/// Warning that the given number of harmonics may be too small.
 fn truncation(response: &Response) -> Option<Warning> {
     let converged = response.orbits.iter().filter(|o| o.outcome.has_motion());
     let errors: Vec<f64> = converged.filter_map(|o| o.estimated_error).collect();
@@ -367,7 +371,7 @@ fn truncation(response: &Response) -> Option<Warning> {
     })
 }
 
-/// Harmonics of a solution may lie above the modes that are kept.
+/// Warning that harmonics of a solution may lie above the retained modes.
 fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
     let reach = modes_reach.filter(|reach| *reach < 1.0)?;
     Some(doubt(format!(
@@ -376,7 +380,7 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
     )))
 }
 
-/// What may lie outside of the range, or between two frequencies.
+/// Warnings that a peak may lie outside the range or between two frequencies.
 fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let at_end = peak(response, observation).filter(|_| peak_is_at_an_end(response, observation));

@@ -1,8 +1,8 @@
-//! A line that a run tells.
+//! Line of the output of a run.
 
 use crate::warning::{Warning, Weight};
 
-/// Something to know or to mind.
+/// Note or warning.
 pub(super) enum Line {
     Note(String),
     Warning(Warning),

@@ -1,15 +1,15 @@
-//! Says how fields at points in space were mapped to the surfaces that they act on.
+//! Reports how fields at points in space were mapped to the surfaces that they act on.
 
 use super::line::Line;
 use crate::warning::Weight;
 use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::model::{FieldMap, Model};
 
-/// Pressures that miss more than this of what their neighbours say are rough, and so is a sum that misses as much of
-/// what half of the points gives.
+/// Relative error above which a field counts as rough: of the pressures from those of their
+/// neighbours, or of the sum from that of half of the points.
 const ROUGH: f64 = 0.3;
 
-/// A line for each field, and what is to be minded about it.
+/// Adds a note on each field, and the warnings about it.
 pub(super) fn tell(model: &Model, lines: &mut Vec<Line>) {
     for map in &model.maps {
         lines.push(Line::Note(note(map)));
@@ -55,12 +55,13 @@ fn note(map: &FieldMap) -> String {
     parts.join(", ")
 }
 
-/// `(1, 2, 3)`, with an imaginary part `(1, 2, 3) + i (4, 5, 6)`.
+/// Complex vector, such as `(1, 2, 3)`, with an imaginary part `(1, 2, 3) + i (4, 5, 6)`.
 fn complex([re, im]: &[[f64; 3]; 2]) -> String {
     let vector = |v: &[f64; 3]| format!("({})", v.map(|c| figure(c, 4)).join(", "));
-    match *im == [0.0; 3] {
-        true => vector(re),
-        false => format!("{} + i {}", vector(re), vector(im)),
+    if *im == [0.0; 3] {
+        vector(re)
+    } else {
+        format!("{} + i {}", vector(re), vector(im))
     }
 }
 

@@ -1,4 +1,5 @@
-//! Hears of a run, takes its time, and passes it on: as lines to the console, as files to the folder of the run.
+//! Observes a run, measures its time, and passes its events on: as lines to the console, as files
+//! to the folder of the run.
 
 mod findings;
 mod line;
@@ -20,7 +21,7 @@ use crate::metrics::{peak_rss_mib, processor_seconds};
 use crate::warning::{Warning, Weight};
 use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
 
-/// Who hears of a run. Several threads may use it at once.
+/// Observer of a run. Several threads may use it at once.
 pub struct Reporter<'c> {
     begin: Instant,
     processor_begin: Option<f64>,
@@ -29,14 +30,14 @@ pub struct Reporter<'c> {
 
 struct Inner<'c> {
     console: Option<&'c mut Console>,
-    /// `None` where nothing is written.
+    /// Files of the run; `None` if nothing is written.
     files: Option<Arc<SharedFiles>>,
-    /// When the stages under way began, the innermost last.
+    /// Begin of the stages under way, the innermost last.
     under_way: Vec<Began>,
     ended: Vec<StageSummary>,
-    /// Why the run was ended from here.
+    /// Error by which the reporter ends the run.
     failure: Option<RunError>,
-    /// A frequency could not be kept, which is told once.
+    /// True if a frequency could not be kept, which is reported only once.
     not_kept: bool,
 }
 
@@ -52,12 +53,12 @@ impl fmt::Debug for Reporter<'_> {
 }
 
 impl<'c> Reporter<'c> {
-    /// Tells `console`, and writes `files` where there are any.
+    /// Reporter that prints to `console` and writes `files`, if any.
     pub fn new(console: &'c mut Console, files: Option<Arc<SharedFiles>>) -> Self {
         Self::of(Some(console), files)
     }
 
-    /// Writes `files` where there are any, and tells nobody.
+    /// Reporter that writes `files`, if any, and prints nothing.
     pub fn silent(files: Option<Arc<SharedFiles>>) -> Self {
         Self::of(None, files)
     }
@@ -77,17 +78,17 @@ impl<'c> Reporter<'c> {
         }
     }
 
-    /// A panic of another thread while it held the lock leaves what it guards whole.
+    /// Locks the inner state. A panic of another thread that held the lock leaves the state intact.
     fn inner(&self) -> MutexGuard<'_, Inner<'c>> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Something to know.
+    /// Passes on a note.
     pub fn note(&self, message: &str) {
         self.inner().note(message);
     }
 
-    /// Something to mind.
+    /// Passes on a warning.
     pub fn warning(&self, weight: Weight, text: impl Into<String>) {
         let text = text.into();
         self.inner().warning(&Warning { weight, text });
@@ -104,29 +105,29 @@ impl<'c> Reporter<'c> {
         }
     }
 
-    /// Says what there is to mind about the motions of a run of which only its end is heard.
+    /// Passes on the warnings about the motions of a run whose events were not observed.
     pub fn judge(&self, run: &Run) {
         let mut inner = self.inner();
         inner.warnings(findings::of_static(&run.reduced, &run.statics));
         inner.warnings(findings::of_motion(run));
     }
 
-    /// What the run has taken so far.
+    /// Time and stages of the run so far.
     pub fn taken(&self) -> Taken {
         let used = processor_seconds().zip(self.processor_begin);
         Taken {
             stages: self.inner().ended.clone(),
             seconds: self.begin.elapsed().as_secs_f64(),
-            // What the process used before is that of a program that it replaced: `cargo run` and the compilers that it
-            // waited for, a shell.
+            // What the process used before is that of a program that it replaced: `cargo run` and
+            // the compilers that it waited for, a shell.
             processor_seconds: used.map(|(now, begin)| now - begin),
         }
     }
 
-    /// Does `work` with a session that tells this reporter and asks `store`.
+    /// Does `work` with a session that reports to this reporter and asks `store`.
     ///
     /// # Errors
-    /// That of the work, or what ended it from here.
+    /// The error of the work, or the error by which the reporter ended it.
     pub fn hears<T>(
         &self,
         store: &mut dyn Store,
@@ -140,13 +141,13 @@ impl<'c> Reporter<'c> {
         })
     }
 
-    /// Ends the run with an error of its own.
+    /// Sets the error by which the run ends.
     pub fn fail(&self, error: RunError) {
         self.inner().failure = Some(error);
     }
 }
 
-/// A stage under way outside of the library.
+/// Stage under way outside of the library.
 #[derive(Debug)]
 pub struct StageGuard<'r, 'c> {
     reporter: &'r Reporter<'c>,
@@ -155,7 +156,7 @@ pub struct StageGuard<'r, 'c> {
 }
 
 impl StageGuard<'_, '_> {
-    /// What the stage makes was kept from an earlier run.
+    /// Marks the result of the stage as kept from an earlier run.
     pub fn from_cache(&mut self) {
         self.from_cache = true;
     }

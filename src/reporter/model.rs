@@ -1,4 +1,5 @@
-//! Says what a mesh has become: counts, masses, how flanks lie on each other, and what may not be meant.
+//! Reports the model made from a mesh: counts, masses, the positions of the flanks on each other,
+//! and possible mistakes.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{Assembly, Body, ContactSpec, Model, Side, SpringSpec};
 use dovetail_solver::run::{Bound, PrestressPass};
 
-/// What there is to say of a bound assembly.
+/// Notes and warnings about a bound assembly.
 pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line> {
     let model = &bound.model;
     let springs = assembly.springs.iter().map(spring_note);
@@ -28,7 +29,7 @@ pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line
     lines
 }
 
-/// How far one pass of the prestress moved.
+/// Note on one pass of the prestress and its change.
 pub(super) fn pass_note(number: usize, pass: &PrestressPass) -> String {
     let moved = match pass.change {
         None => "pairs stuck".to_string(),
@@ -60,7 +61,7 @@ fn counts_note(model: &Model) -> String {
     )
 }
 
-/// How flanks lie on each other, and what may not be meant.
+/// Adds notes and warnings about the positions of the flanks on each other.
 fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
     for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
         lines.push(Line::Note(format!(
@@ -117,7 +118,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
     }
 }
 
-/// The edges of flanks that the model has straight and the mesh has not.
+/// Adds notes and remarks about edges of flanks that are straight in the model but not in the mesh.
 fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
     for found in &model.straightened {
         let text = format!(
@@ -136,11 +137,13 @@ fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
     }
 }
 
-/// A middle node that was moved by more than this share of its edge is warned of.
+/// Displacement of a middle node, as a share of its edge, above which a remark is given.
 const CURVED: f64 = 2e-3;
-/// Of two flanks of which neither has this share of its area opposite the other, one may not be where it is meant to be.
+/// Smallest share of the area of one of two flanks that has to be opposite the other flank. If both
+/// shares are smaller, a flank may be misplaced.
 const WHOLE: f64 = 0.98;
-/// Flanks farther apart than this share of their facets' length are not taken to touch without a word.
+/// Distance of flanks, as a share of the length of their facets, above which a warning is given if
+/// they are taken to touch.
 const FAR_APART: f64 = 0.05;
 
 fn spring_note(spring: &SpringSpec) -> String {
@@ -162,8 +165,9 @@ fn spring_note(spring: &SpringSpec) -> String {
     format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
 }
 
-/// A set of a face in a deck of Abaqus/CAE is one of nodes and one of elements, and the elements have its
-/// name: holding them holds more than the face.
+/// Warns of fixed groups that are volumes. A set of a face in a deck of Abaqus/CAE is a set of
+/// nodes and a set of elements, and the elements have its name: fixing them fixes more than the
+/// face.
 fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>) {
     for body in &assembly.bodies {
         for name in body.fixed.iter().chain(body.fixed_along.iter().flatten()) {
@@ -172,9 +176,10 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
                 continue;
             };
             let nodes = format!("{name} (nodes)");
-            let remedy = match find(&nodes).is_some() {
-                true => format!("the set of nodes alone is `{nodes}`"),
-                false => "name a surface or a set of nodes to hold a face".to_owned(),
+            let remedy = if find(&nodes).is_some() {
+                format!("the set of nodes alone is `{nodes}`")
+            } else {
+                "name a surface or a set of nodes to hold a face".to_owned()
             };
             lines.push(Line::warning(
                 Weight::Doubt,
@@ -189,7 +194,8 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
     }
 }
 
-/// Mass and centrifugal force, so that a wrong unit is seen before anything is computed with it.
+/// Adds a note on mass and centrifugal force, so that a wrong unit is noticed before anything is
+/// computed with it.
 fn tell_of_mass(body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
     let force = own.centrifugal_force_n.map_or(String::new(), |force| {
         let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();

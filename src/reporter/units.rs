@@ -1,21 +1,23 @@
-//! Materials that no blade is made of: mostly numbers in another unit.
+//! Detects implausible materials of blades: their numbers are mostly in another unit.
 
 use std::ops::RangeInclusive;
 
 use dovetail_solver::model::Material;
 
-/// Aerogels aside, what solids weigh, kg/m3.
+/// Plausible densities of solids except aerogels, kg/m3.
 const DENSITIES: RangeInclusive<f64> = 10.0..=3e4;
-/// sqrt(E / density), m/s: rubber to diamond.
+/// Plausible wave speeds sqrt(E / density), m/s: rubber to diamond.
 const WAVE_SPEEDS: RangeInclusive<f64> = 100.0..=2e4;
-/// Of steel, titanium and aluminium, m/s: of several units the one that comes nearest is likely to be meant.
+/// Wave speed of steel, titanium and aluminium, m/s. Among several units, the one that comes
+/// nearest to it is probably meant.
 const METALS: f64 = 5000.0;
-/// What engineers count densities in, and how many kg/m3 one of it is.
+/// Common units of density, and their values in kg/m3.
 const DENSITY_UNITS: [(&str, f64); 2] = [("g/cm3", 1e3), ("t/mm3", 1e12)];
-/// What they count stiffness in, and how many Pa one of it is.
+/// Common units of stiffness, and their values in Pa.
 const YOUNG_UNITS: [(&str, f64); 2] = [("MPa (N/mm2)", 1e6), ("GPa", 1e9)];
 
-/// What is implausible about the material of a body, with the unit that the number is likely to be in.
+/// Message about an implausible material of a body, with the unit that the number is probably in;
+/// `None` if the material is plausible.
 pub(super) fn doubt(name: &str, material: Material) -> Option<String> {
     let Material {
         young_pa,
@@ -65,7 +67,8 @@ pub(super) fn doubt(name: &str, material: Material) -> Option<String> {
     ))
 }
 
-/// The unit with which waves are nearest to those of metals, where one is possible.
+/// Unit with which the wave speed is nearest to that of metals; `None` if no unit gives a plausible
+/// speed.
 fn likely(
     units: &[(&'static str, f64)],
     speed: impl Fn(f64) -> Option<f64>,
@@ -78,7 +81,7 @@ fn likely(
     Some((nearest.0, nearest.1))
 }
 
-/// Without the digits that a change of units makes.
+/// Number without the digits that stem from a change of units.
 fn rounded(v: f64) -> String {
     let v: f64 = format!("{v:.6e}").parse().unwrap_or(v);
     match v {

@@ -1056,9 +1056,10 @@ pub(crate) mod tests {
             }
             Kind::Number(_, limits) => {
                 let Limits { above, below, from } = limits;
-                let least = match from {
-                    true => (above, above - step(above)),
-                    false => (above + step(above), above),
+                let least = if from {
+                    (above, above - step(above))
+                } else {
+                    (above + step(above), above)
                 };
                 let ends = [least, (below - step(below), below)];
                 let open = [(-1e300, above.is_finite()), (1e300, below.is_finite())];

@@ -40,7 +40,8 @@ pub struct Least {
     pub value: f64,
     /// Number of other cases with this value.
     pub other_cases: usize,
-    /// Parameters at an end of whose numbers the case is: `lowest` or `highest`.
+    /// Parameters of which the case has the smallest or the largest number, with `lowest` or
+    /// `highest`.
     pub at_ends: Vec<(usize, &'static str)>,
 }
 

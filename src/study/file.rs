@@ -53,8 +53,10 @@ pub struct StudyText {
 }
 
 impl StudyText {
+    /// Reads the text of a study file.
+    ///
     /// # Errors
-    /// [`StudyError::Read`] where the file cannot be read.
+    /// [`StudyError::Read`] if the file cannot be read.
     pub fn read(file: &Path) -> Result<Self, StudyError> {
         let text = input::text(file).map_err(|source| StudyError::Read {
             path: file.to_owned(),

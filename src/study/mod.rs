@@ -165,9 +165,10 @@ pub fn study(
         Action::Run => return run(&study, &all, &settings, Some(options.jobs), reporter),
         Action::Collect => return run(&study, &all, &settings, None, reporter),
         Action::ExportWorkflow(folder) => {
-            let pieces = match shares {
-                true => Pieces::of(&study, &all)?,
-                false => Pieces::none(&all),
+            let pieces = if shares {
+                Pieces::of(&study, &all)?
+            } else {
+                Pieces::none(&all)
             };
             let workflow = Workflow {
                 study_file: file,
@@ -307,9 +308,10 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyErr
         let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
         faults.push((place, parameter::fault(message, "asks for it", remedy)));
     }
-    match faults.is_empty() {
-        true => Ok(()),
-        false => Err(text.invalid(faults)),
+    if faults.is_empty() {
+        Ok(())
+    } else {
+        Err(text.invalid(faults))
     }
 }
 

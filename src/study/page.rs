@@ -65,6 +65,8 @@ struct Curve<'a> {
     amplitude_m: Vec<Option<f64>>,
 }
 
+/// Writes the page.
+///
 /// # Errors
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
 pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {

@@ -172,9 +172,10 @@ impl Pictures<'_> {
         };
         let least = places.iter().copied().fold(f64::INFINITY, f64::min);
         let largest = places.iter().copied().fold(0.0, f64::max);
-        let scale = match least > 0.0 && largest >= WIDE * least {
-            true => Scale::Logarithmic,
-            false => Scale::Linear,
+        let scale = if least > 0.0 && largest >= WIDE * least {
+            Scale::Logarithmic
+        } else {
+            Scale::Linear
         };
         let y = Axis {
             title: figure.name.clone(),

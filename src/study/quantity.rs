@@ -134,9 +134,10 @@ impl Figure {
 
     /// Text of a value without its unit.
     pub fn number(&self, value: f64, digits: usize) -> String {
-        match self.is_count() {
-            true => format!("{value}"),
-            false => words::figure(value, digits),
+        if self.is_count() {
+            format!("{value}")
+        } else {
+            words::figure(value, digits)
         }
     }
 

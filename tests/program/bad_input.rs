@@ -1,4 +1,4 @@
-//! Input that no one means: the program ends soon, with a short message, and never with a panic.
+//! Unintended input: the program ends soon, with a short message, and never with a panic.
 
 use crate::shared_folder;
 use crate::shared_program::in_one_line;
@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A folder for one test, gone at its end.
+/// Folder for one test, removed at its end.
 struct Folder(shared_folder::Folder);
 
 impl Folder {
@@ -31,11 +31,11 @@ fn root(file: &str) -> String {
     format!("{}/{file}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// More than any of these runs takes.
+/// Time limit above the duration of any of these runs.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// Runs the program in a folder; exit code and standard error. It must end by itself, soon, without
-/// a panic, with a message that is short and that a terminal only shows.
+/// Runs the program in a folder; returns the exit code and standard error. The program must end by
+/// itself, soon, without a panic, with a short message without control characters.
 fn dovetail(folder: &Folder, arguments: &[&str]) -> (i32, String) {
     let stderr = folder.0.join("stderr");
     let mut child = Command::new(env!("CARGO_BIN_EXE_dovetail"))

@@ -1,7 +1,7 @@
 //! Blade alone, flanks held, on meshes/dovetail.msh: first frequencies at rest and spinning against
 //! CalculiX 2.20 (benches/calculix/blade_modes.py) and an assembly by numpy and scipy
-//! (benches/calculix/initial_displacement.py) on the same mesh. Mode shapes that `dovetail modes` writes against the
-//! stiffness and the mass of the bodies.
+//! (benches/calculix/initial_displacement.py) on the same mesh. Mode shapes that `dovetail modes`
+//! writes against the stiffness and the mass of the bodies.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -20,7 +20,7 @@ use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 
-/// Speed, CalculiX, scipy.
+/// Speed, rpm, and the first frequencies, Hz, by CalculiX and by scipy.
 const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
     (
         0.0,
@@ -72,12 +72,12 @@ fn first_blade_frequencies_are_those_of_other_programs() {
     }
 }
 
-/// u' A u.
+/// Product u' A u.
 fn energy(a: &CscMatrix<f64>, u: &[f64]) -> f64 {
     a.triplet_iter().map(|(i, j, a)| u[i] * a * u[j]).sum()
 }
 
-/// Of each array of modes.vtu, its vectors: nodes of the first body, then those of the second.
+/// Name and vectors of each array of modes.vtu: nodes of the first body, then those of the second.
 fn shapes(path: &Path) -> Vec<(String, Vec<[f64; 3]>)> {
     let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(path).unwrap().data else {
         panic!("not a grid")

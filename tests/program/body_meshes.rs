@@ -1,4 +1,4 @@
-//! Scenes of bodies with meshes of their own, and what the program says of them.
+//! Scenes of bodies with meshes of their own, and the messages of the program about them.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -163,8 +163,8 @@ fn contradictions_about_meshes_of_bodies_are_refused() {
     }
 }
 
-/// The disc of two decks moved along its slot by one and by two of the five columns of facets: the nodes match all the
-/// same, and 4 and 3 columns of 5 lie opposite.
+/// The disc of two decks moved along its slot by one and by two of the five columns of facets: the
+/// nodes match all the same, and 4 and 3 columns of 5 lie opposite.
 #[test]
 fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
     for (shift_m, covered) in [(0.0, 1.0), (5e-3, 0.75), (10e-3, 0.5)] {

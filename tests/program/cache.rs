@@ -1,5 +1,5 @@
-//! What an earlier run left is taken where nothing it depends on has changed, and the results are the same to the
-//! last bit.
+//! Results of an earlier run are reused if their inputs have not changed, and the results are the
+//! same to the last bit.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::shared_program::{ended, said, said_in_one_line};
 const SCENE: &str = "scenes/verification/patch.toml";
 const ENTRIES: &str = "dovetail-cache-1";
 
-/// A cache, results, and a program that stands in for gmsh: it gives out a ready mesh.
+/// Folder with a cache, results, and a program in place of gmsh that copies a ready mesh.
 struct Bench(Folder);
 
 impl Bench {
@@ -21,13 +21,13 @@ impl Bench {
         bench
     }
 
-    /// That writes the whole mesh.
+    /// Installs a program in place of gmsh that writes the whole mesh.
     fn gmsh(&self, version: &str) {
         self.gmsh_that_writes(version, "cat");
     }
 
-    /// Written by a shell of its own: starting a file that this process has open for writing may
-    /// fail.
+    /// Installs a program in place of gmsh that writes the output of the command `part`. A separate
+    /// shell writes its file: starting a file that this process has open for writing may fail.
     fn gmsh_that_writes(&self, version: &str, part: &str) {
         let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
         let text = format!(
@@ -73,7 +73,7 @@ impl Bench {
         program
     }
 
-    /// Which stages of `dovetail static` came from the cache: mesh, reduction.
+    /// Stages of `dovetail static` that came from the cache: mesh, reduction.
     fn kept(&self, set: &[&str]) -> [bool; 2] {
         ended(self.command("static", "kept", set), 0);
         self.stages("kept")
@@ -89,8 +89,8 @@ impl Bench {
         })
     }
 
-    /// Every file of a run but summary.json, which has times, and what the report says of its effort
-    /// and of entries that were of no use.
+    /// All files of a run except summary.json, which has times. The sections of the report about
+    /// the effort of the run and about unusable entries are left out.
     fn files(&self, out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let root = self.0.join(out);
         let (mut folders, mut files) = (vec![root.clone()], BTreeMap::new());
@@ -109,7 +109,7 @@ impl Bench {
         files
     }
 
-    /// Of the folder in which they are, without the file that marks it.
+    /// Entries in the folder of the cache, without the file that marks it.
     fn entries(&self) -> Vec<PathBuf> {
         let files = std::fs::read_dir(self.cache().join(ENTRIES));
         let files = files.map_or(Vec::new(), |files| files.flatten().collect());
@@ -182,7 +182,8 @@ fn laws_forces_and_frequencies_change_without_another_reduction() {
         "mesh.time_limit_s=60",
         "mesh.parameters.nx=5",
     ] {
-        // The name of a contact heads columns: it is part of the model, and the price of a new one is a reduction.
+        // The name of a contact heads columns: it is part of the model, and the price of a new one
+        // is a reduction.
         let reduced = set != "contact.0.name=other";
         assert_eq!(bench.kept(&[set]), [true, reduced], "{set}");
     }
@@ -199,7 +200,8 @@ fn laws_forces_and_frequencies_change_without_another_reduction() {
     assert_eq!(bench.kept(&[modes, "response.harmonics=6"]), [true, true]);
 }
 
-/// The stress of the static state depends on the laws of the contacts, and on how the state is found.
+/// The stress of the static state depends on the laws of the contacts, and on how the state is
+/// found.
 #[test]
 fn with_the_prestress_of_the_static_state_its_laws_and_steps_count() {
     let bench = Bench::new("prestress");
@@ -322,7 +324,7 @@ fn a_damaged_entry_is_noticed_and_made_anew() {
     }
 }
 
-/// On a full disk gmsh writes what there is room for, and ends with exit code 0.
+/// gmsh on a full disk writes only part of the mesh, and ends with exit code 0.
 #[test]
 fn a_mesh_that_is_not_whole_is_an_error_and_is_not_kept() {
     let bench = Bench::new("half");
@@ -348,7 +350,7 @@ fn a_mesh_that_is_not_whole_is_an_error_and_is_not_kept() {
     assert_eq!(bench.kept(&[]), [true, true]);
 }
 
-/// An entry as whole as it was written, whose mesh cannot be read.
+/// An intact entry whose mesh cannot be read.
 #[test]
 fn a_kept_mesh_that_cannot_be_used_is_removed_and_made_anew_once() {
     let bench = Bench::new("unusable");
@@ -373,8 +375,8 @@ fn a_kept_mesh_that_cannot_be_used_is_removed_and_made_anew_once() {
     assert_eq!(bench.meshed(), 2);
 }
 
-/// The cache stands in a folder with the user's own files, old and large ones, some with names as
-/// the cache's own.
+/// The cache is in a folder with files of the user, old and large ones, some with names like those
+/// of the cache.
 #[test]
 fn files_of_others_stay() {
     let bench = Bench::new("others");
@@ -510,7 +512,8 @@ fn the_limit_holds_and_a_folder_that_cannot_be_written_is_a_warning() {
     );
 }
 
-/// A study of two pressures and two coefficients of friction: one mesh, two reduced models, four cases.
+/// A study of two pressures and two coefficients of friction: one mesh, two reduced models, four
+/// cases.
 struct SharedPieces {
     bench: Bench,
     workflow: serde_json::Value,
@@ -555,7 +558,7 @@ impl SharedPieces {
         program
     }
 
-    /// As the workflow does it.
+    /// Command of a job, as the workflow runs it.
     fn job(&self, arguments: &[&str]) -> Command {
         let mut program = self.study(arguments);
         program.args(
@@ -636,7 +639,8 @@ fn what_cases_of_a_study_share_is_made_once() {
     kinds.sort();
     let [held, recovery, reduced] = ["held_modes", "recovery", "reduced"].map(|kind| [kind; 2]);
     assert_eq!(kinds, [&held[..], &["mesh"], &recovery, &reduced].concat());
-    // Costs are not compared here; where they are, or where it is said, each case makes all that it needs.
+    // Costs are not compared here; where they are, or where it is said, each case makes all that it
+    // needs.
     let flow = shared.bench.0.join("alone");
     ended(
         shared.study(&["--export-workflow", flow.to_str().unwrap(), "--no-cache"]),

@@ -1,5 +1,6 @@
-//! Three problems with an answer in closed form, from scene to response.csv: scenes/verification, whose models
-//! scripts/closed_form_models.py writes. Den Hartog (1931), a Jenkins oscillator, a bar on a rough floor.
+//! Three problems with an answer in closed form, from scene to response.csv: scenes/verification,
+//! whose models scripts/closed_form_models.py writes. Den Hartog (1931), a Jenkins oscillator, a
+//! bar on a rough floor.
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_solver::run::Options;
 use faer::Mat;
 
-/// What a run says of its only frequency.
+/// Results of a run at its only frequency.
 #[derive(Debug)]
 struct Answer {
     amplitude_m: f64,
@@ -24,13 +25,14 @@ struct Answer {
 }
 
 impl Answer {
-    /// Input less what friction and damping spend, over the input.
+    /// Input work less the work of friction and damping, over the input work.
     fn energy_error(&self) -> f64 {
         (self.input_j - self.work_j - self.viscous_j) / self.input_j
     }
 }
 
-/// scenes/verification/NAME.toml, changed as by `--set`, through all of the program but its command line.
+/// Runs scenes/verification/NAME.toml, changed as by `--set`, through the whole program except its
+/// command line.
 fn solve(name: &str, set: &[String]) -> Answer {
     let folder = Folder::new(name);
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
@@ -92,7 +94,8 @@ fn den_hartog_error(b: f64, f: f64, harmonics: usize) -> f64 {
     answer.amplitude_m / den_hartog(b, f) - 1.0
 }
 
-/// The errors and their extrapolation to all harmonics: the parabola in 1 / (H + 1) through the last three.
+/// Errors, and their extrapolation to all harmonics: the parabola in 1 / (H + 1) through the last
+/// three.
 fn den_hartog_row(b: f64, f: f64, harmonics: &[usize]) -> (Vec<f64>, f64) {
     let errors: Vec<f64> = harmonics
         .iter()
@@ -324,9 +327,9 @@ fn bar_answer(elements: usize, harmonics: usize) -> Answer {
     answer
 }
 
-/// Nodal friction errs with h^2, times a factor that depends on where the front of slip, 0.6 elements, stands
-/// between two nodes: -0.08 for the slip with 4, 9, 19, 39 elements; 0.2 for the work with 5, 10, 20 (the
-/// cut harmonics add about 1e-2 / H to it).
+/// Nodal friction errs with h^2, times a factor that depends on where the front of slip, 0.6
+/// elements, stands between two nodes: -0.08 for the slip with 4, 9, 19, 39 elements; 0.2 for the
+/// work with 5, 10, 20 (the cut harmonics add about 1e-2 / H to it).
 fn bar_converges(slip: &[usize], work: &[usize], harmonics: usize, within: f64) {
     let order = |errors: &[(usize, f64)]| {
         let [.., (n, e), (more, less)] = *errors else {

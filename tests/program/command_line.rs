@@ -6,10 +6,10 @@ use std::process::Command;
 use crate::shared_folder;
 use crate::shared_program::{ended, said};
 
-/// Small and fast: linear elements (too stiff an airfoil, but every stage at work).
+/// Small mesh for fast runs: linear elements (the airfoil is too stiff, but every stage runs).
 const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
 
-/// What a run writes besides the flanks at each frequency.
+/// Files of a run besides the flanks at each frequency.
 const FILES: [&str; 17] = [
     "contact.csv",
     "flank.pvd",
@@ -30,7 +30,7 @@ const FILES: [&str; 17] = [
     "summary.json",
 ];
 
-/// A folder for the results of one test, gone at its end.
+/// Folder for the results of one test, removed at its end.
 struct Folder(shared_folder::Folder);
 
 impl Folder {
@@ -318,7 +318,8 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
 
 #[test]
 fn speeds_the_blade_does_not_stand_have_no_frequencies() {
-    // Prestress softens the blade where it is compressed: turned upside down, about an axis beyond its tip.
+    // Prestress softens the blade where it is compressed: turned upside down, about an axis beyond
+    // its tip.
     let folder = Folder::new("campbell-fast");
     let set = [
         "mesh.file=../meshes/dovetail_small.msh",
@@ -361,7 +362,7 @@ fn static_writes_the_state_and_no_response() {
     assert!(summary["response"].is_null());
 }
 
-/// The folder given as the whole PATH holds no gmsh.
+/// Sets PATH to a single folder, which has no gmsh.
 fn without_gmsh(mut command: Command) -> Command {
     command.env("PATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes"));
     command

@@ -1,5 +1,5 @@
-//! The script of the dovetail through gmsh: its meshes are bound as the ready one is, and it explains
-//! what it cannot mesh.
+//! The script of the dovetail through gmsh: its meshes are bound as the ready one is, and it
+//! explains what it cannot mesh.
 
 use crate::shared_bodies::{MM, ready};
 use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
@@ -11,7 +11,7 @@ use dovetail_testkit::folder::{Folder, root};
 
 const WITH_GMSH: &str = "This test runs gmsh: `tools/setup.sh` installs it.";
 
-/// Meshes the script anew.
+/// Meshes the script.
 fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
     let folder = Folder::new(&format!("dovetail_script-{name}"));
     let out = folder.join("a.msh");

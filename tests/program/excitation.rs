@@ -11,7 +11,7 @@ use dovetail_mesh::facet;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_testkit::folder::root;
 
-/// scenes/pressure.toml with `--set`; the folder of its results, and what it said.
+/// Runs scenes/pressure.toml with `--set`; returns the folder of its results, and its messages.
 fn run(name: &str, set: &[&str]) -> (Folder, String) {
     let folder = Folder::new(name);
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
@@ -42,8 +42,9 @@ fn summary(folder: &Folder) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap()
 }
 
-/// -int p n dA of the pressure side in the finer mesh that scenes/pressure.csv was written on, with the formula
-/// that its columns are rounded values of: a wave that runs along the chord and grows towards the tip.
+/// Force `-int p n dA` of the pressure side in the finer mesh of scenes/pressure.csv, with the
+/// formula whose rounded values are in its columns: a wave that runs along the chord and grows
+/// towards the tip.
 fn integral_n() -> [[f64; 3]; 2] {
     let text = std::fs::read(root().join("scenes/pressure.csv")).unwrap();
     let points = SurfaceField::parse(&text[..], Path::new("pressure.csv")).unwrap();
@@ -99,7 +100,8 @@ fn the_field_of_a_file_is_mapped_told_and_written() {
     assert!(words.starts_with(" on <code>blade_pressure_side</code>"));
 }
 
-/// Pressures that alternate from point to point say nothing of what lies between them, whatever a fit through them errs.
+/// Pressures that alternate from point to point do not determine the pressure between the points,
+/// whatever the error of a fit through them.
 #[test]
 fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
     let text = std::fs::read_to_string(root().join("scenes/pressure.csv")).unwrap();
@@ -136,9 +138,10 @@ fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
     assert!(error_n > 0.3 * size(&field["applied_n"][0]), "{field}");
 }
 
-/// A later start of the clock turns phases and leaves amplitudes: without friction to the tolerance of the solution. With
-/// friction the vibration leaves the mean of the pairs anywhere where friction can hold it, and where it comes to lie depends
-/// on the phase in which it began at the static state. On this scene that moves amplitudes by up to 1.3e-3.
+/// A later start of the clock changes phases and not amplitudes: without friction, to the tolerance
+/// of the solution. With friction the vibration leaves the mean position of the pairs at any place
+/// where friction can hold it. That place depends on the phase with which the vibration began at
+/// the static state. On this scene amplitudes change by up to 1.3e-3.
 #[test]
 fn a_lag_of_the_pressure_is_a_lag_of_the_answer() {
     let columns = |folder: &Folder, column: &str| -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! Files written from a made-up model and response are read back: by `vtkio`, as text, and by VTK
 //! itself, meshio and pyvista through scripts/check_output.py. That needs an interpreter of Python
-//! that has them: the one of `tools/setup.sh checks`, or another one named by `DOVETAIL_PYTHON`; without one these
-//! tests fail.
+//! that has them: the one of `tools/setup.sh checks`, or another one named by `DOVETAIL_PYTHON`;
+//! without one these tests fail.
 
 mod made_up_run;
 
@@ -88,7 +88,7 @@ fn summary(run: &Run) -> Summary {
     }
 }
 
-/// The files of the flanks at each frequency, and their collection.
+/// Writes the files of the flanks at each frequency, and their collection.
 fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     let mut flanks = flank::FlankSeries::new(&run.model);
     let orbits = &run.response.orbits;
@@ -111,7 +111,7 @@ const HEADING: Heading<'_> = Heading {
     conditions: "1 N, 5000 rpm, friction 0.3",
 };
 
-/// All files of a run, in a fresh folder.
+/// Writes all files of a run into a fresh folder.
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
     let (model, response) = (&run.model, &run.response);
@@ -181,7 +181,7 @@ fn folder(name: &str) -> PathBuf {
     out
 }
 
-/// The grid of a .vtu, by vtkio's reader.
+/// Reads the grid of a .vtu file with vtkio.
 fn read(path: &Path) -> UnstructuredGridPiece {
     let vtk = Vtk::import(path).unwrap();
     let DataSet::UnstructuredGrid { mut pieces, .. } = vtk.data else {
@@ -676,7 +676,8 @@ fn figures_show_every_pair_and_every_lost_point() {
     assert!(svg("separation.svg").contains(&format!(" Hz: {separated} of 72\n")));
     assert!(svg("separation.svg").contains(&format!("\n{separated} pairs\n")));
     assert!(svg("response.svg").contains("H = 3: 2 points did not converge"));
-    // Three stretches of the curve (before 3, between 3 and 17, after 17) and its legend (3 pieces).
+    // Three stretches of the curve (before 3, between 3 and 17, after 17) and its legend (3
+    // pieces).
     let mut gapless = run.response.clone();
     gapless
         .orbits
@@ -695,8 +696,8 @@ fn figures_show_every_pair_and_every_lost_point() {
     assert_eq!(draw(&run.response), draw(&gapless) + 2 + 6);
 }
 
-/// Corners of the patches in a map of the flanks, in units of its viewBox: patch after patch, in the
-/// order of the pairs.
+/// Corners of the patches in a map of the flanks, in units of its viewBox: patch after patch, in
+/// the order of the pairs.
 fn patches(svg: &str) -> Vec<Vec<[f64; 2]>> {
     let corner = |text: &str| {
         let (x, y) = text.split_once(',').unwrap();
@@ -711,7 +712,7 @@ fn patches(svg: &str) -> Vec<Vec<[f64; 2]>> {
     corners.collect()
 }
 
-/// Places of each line of a picture.
+/// Points of each line of a picture.
 fn polylines(svg: &str) -> Vec<Vec<[f64; 2]>> {
     patches(&svg.replace("<polyline", "<polygon"))
 }
@@ -742,7 +743,7 @@ fn the_peak_of_each_amplitude_has_a_mark_over_it_and_its_figures_beside_it() {
     assert!(patches(&svg("phase.svg")).is_empty() && !svg("phase.svg").contains(" at "));
 }
 
-/// The text of a picture, each piece of it on a line of its own.
+/// Texts of a picture, each on a line of its own.
 fn words(svg: &str) -> Vec<&str> {
     svg.lines().filter(|line| !line.starts_with('<')).collect()
 }
@@ -817,7 +818,7 @@ fn flanks_are_drawn_in_one_sense_to_one_scale_with_named_edges() {
     }
 }
 
-/// Pictures of made-up numbers: modes over the speed, and figures over design values.
+/// Draws pictures of made-up numbers: modes over the speed, and figures over design values.
 fn write_made_up(out: &Path) {
     let over_speed = |dashed: bool, lowest: f64| CampbellFamily {
         label: "modes".to_owned(),
@@ -859,7 +860,7 @@ fn write_made_up(out: &Path) {
     plots::write_heat_map(&out.join("heat_map.svg"), &map).unwrap();
 }
 
-/// The numbers that an attribute has in the elements of a picture.
+/// Numbers of an attribute in the elements of a picture.
 fn attributes(svg: &str, name: &str) -> Vec<f64> {
     let start = format!(" {name}=\"");
     let values = svg.split(&start).skip(1);
@@ -894,7 +895,8 @@ fn pictures_are_drawn_in_tenths_of_a_pixel() {
         let places = ["points", "x"].map(|name| attributes(drawing, name));
         let between = places.iter().flatten().filter(|n| *n % 10.0 != 0.0);
         assert!(between.count() > 5, "{file}");
-        // Lines, letters and marks are of the sizes of pixels. What has no line has no width of one.
+        // Lines, letters and marks are of the sizes of pixels. What has no line has no width of
+        // one.
         let drawn = drawing.replace("stroke=\"none\" stroke-width=\"1\"", "");
         for (name, least) in [("stroke-width", 10.0), ("font-size", 135.0), ("r", 30.0)] {
             let sizes = attributes(&drawn, name);
@@ -1087,9 +1089,8 @@ fn the_vtk_check_notices_what_is_wrong() {
     );
 }
 
-/// An interpreter that can import what scripts/check_output.py imports.
-/// Cells of all shapes, of both orders: VTK finds every volume positive and every middle in the middle of
-/// its edge, and the whole the box that it is.
+/// Cells of all shapes, of both orders: VTK finds that every volume is positive, that every middle
+/// node is in the middle of its edge, and that the whole is the box.
 #[test]
 fn vtk_knows_the_elements_of_all_shapes() {
     let python = python_with_vtk();
@@ -1131,6 +1132,7 @@ fn vtk_knows_the_elements_of_all_shapes() {
     }
 }
 
+/// Python interpreter that can import what scripts/check_output.py imports.
 fn python_with_vtk() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("DOVETAIL_PYTHON")

@@ -1,11 +1,11 @@
-//! Ends of the input that cannot be computed: the message says why not and what to do. Those that can be:
-//! crates/solver/tests/library/extremes.rs.
+//! Ends of the input that cannot be computed: the message says why not and what to do. Those that
+//! can be: crates/solver/tests/library/extremes.rs.
 
 use std::process::Command;
 
 use crate::shared_folder::Folder;
 
-/// Exit code and what the program says of the reference model with one key set.
+/// Exit code and message of the program for the reference model with these keys set.
 fn said(sets: &[&str]) -> (Option<i32>, String) {
     let root = env!("CARGO_MANIFEST_DIR");
     let folder = Folder::new("extremes");

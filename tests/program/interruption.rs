@@ -1,4 +1,5 @@
-//! A run that is broken off: what it leaves, and that it goes on to the bytes of an unbroken one.
+//! Interrupted runs: the files that they leave, and that a resumed run gives the same bytes as an
+//! uninterrupted one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,8 +14,8 @@ use crate::shared_program::{ended, said_in_one_line};
 
 const POINTS: usize = 400;
 
-/// `dovetail run` of the paper's scene on its smallest mesh: means that are held, frequencies that fail and are tried again,
-/// and a second response.
+/// Command `dovetail run` for the paper's scene on its smallest mesh: mean positions that are
+/// retained, frequencies that fail and are tried again, and a second response.
 fn command(out: &Path, words: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program
@@ -27,7 +28,7 @@ fn command(out: &Path, words: &[&str]) -> Command {
     program
 }
 
-/// The run under way, once its journal has so many bytes.
+/// Run under way, once its journal has this many bytes.
 fn under_way(out: &Path, words: &[&str], bytes: u64) -> Child {
     started(command(out, words), out, bytes)
 }
@@ -54,7 +55,7 @@ fn send(signal: &str, child: &Child) {
     ended(kill, 0);
 }
 
-/// Contents of the files below the folder, by name; of summary.json without times.
+/// Contents of the files below the folder, by name; those of summary.json without times.
 fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![out.to_path_buf()];
@@ -104,7 +105,7 @@ fn summary(out: &Path) -> Summary {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Rows of a table of the response, and that their frequencies rise.
+/// Number of rows of a table of the response, whose frequencies must rise.
 fn rows(table: &Path) -> usize {
     let text = std::fs::read_to_string(table).unwrap();
     let frequency = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap();
@@ -143,8 +144,8 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     assert_same(&contents(&out), &whole);
 }
 
-/// The prestress of the static state is found anew before a run goes on, and is the same to the bit. That of held
-/// flanks is another input.
+/// The prestress of the static state is computed again before a run is resumed, and is the same to
+/// the bit. That of held flanks is another input.
 #[test]
 fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let column = |out: &Path, words: &[&str]| {

@@ -1,4 +1,5 @@
-//! The limits of the README are true: what it denies fails with a message that says so, and what it grants runs.
+//! The limits in the README are correct: what they exclude fails with a message about it, and what
+//! they permit runs.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +8,8 @@ use crate::shared_folder::Folder;
 use crate::shared_program::{ended, program, said_in_one_line};
 use crate::shared_runs::{Run, number};
 
-/// A sentence of the section "Limits" of the README; the page breaks its lines elsewhere.
+/// Checks that a sentence is in the section "Limits" of the README; the page may break its lines
+/// elsewhere.
 #[track_caller]
 fn readme_says(sentence: &str) {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
@@ -22,7 +24,7 @@ fn dovetail(words: &[&str]) -> Command {
     program(Path::new(env!("CARGO_MANIFEST_DIR")), words)
 }
 
-/// A setting of the paper's scene that is refused.
+/// Checks that a setting of the paper's scene is refused.
 #[track_caller]
 fn is_refused(sentence: &str, setting: &str, message: &str) {
     readme_says(sentence);
@@ -197,7 +199,8 @@ fn flanks_that_do_not_match_are_told_with_which_follows_which() {
     }
 }
 
-/// The paper's joint with springs between its flanks: it tends to the rigid one, and soft springs lower its resonance.
+/// The paper's joint with springs between its flanks: it tends to the rigid one, and soft springs
+/// lower its resonance.
 #[test]
 fn flanks_on_springs_are_taken() {
     readme_says("rigid or on linear springs between them");

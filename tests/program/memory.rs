@@ -1,4 +1,4 @@
-//! Too little memory is told, where it can be before anything takes it, and no run ends by a signal.
+//! Lack of memory is reported, if possible before the memory is used, and no run ends by a signal.
 
 use std::process::Command;
 
@@ -8,7 +8,8 @@ use dovetail_solver::run::Stage;
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, in_one_line, said};
 
-/// `dovetail modes` of the paper's scene on one thread, with an address space of so many KiB.
+/// Command `dovetail modes` for the paper's scene on one thread, with an address space of this many
+/// KiB.
 fn modes(out: &Folder, limit_kib: Option<u64>) -> Command {
     let limit = limit_kib.map_or("unlimited".to_owned(), |kib| kib.to_string());
     let mut shell = Command::new("sh");
@@ -32,8 +33,9 @@ fn too_little_memory_is_told_before_factoring() {
         return;
     }
     let out = Folder::new("little-memory");
-    // What the process maps beside its matrices is not known to a test: products of matrices have buffers as large as the
-    // caches of the processor. The least of these limits in which the bodies are factored is too little for the assembly.
+    // What the process maps beside its matrices is not known to a test: products of matrices have
+    // buffers as large as the caches of the processor. The least of these limits in which the
+    // bodies are factored is too little for the assembly.
     let of_assembly = (280..2000).step_by(40).find_map(|mib| {
         let output = modes(&out, Some(mib << 10)).output().unwrap();
         let words = in_one_line(&said(&output));
@@ -64,7 +66,8 @@ fn too_little_memory_is_told_before_factoring() {
     );
 }
 
-/// `dovetail run` of the paper's scene on the small mesh, with an address space of so many MiB.
+/// Command `dovetail run` for the paper's scene on the small mesh, with an address space of this
+/// many MiB.
 fn run(out: &Folder, limit_mib: u64, words: &[&str]) -> Command {
     let mut shell = Command::new("sh");
     shell
@@ -81,8 +84,8 @@ fn run(out: &Folder, limit_mib: u64, words: &[&str]) -> Command {
     shell
 }
 
-/// What a process maps is not known to a test, so that a level may be enough for one thread and too little for many: each
-/// ends with its results or with a message, and says so in its folder.
+/// The memory that a process maps is unknown to a test, so that a limit may suffice for one thread
+/// and not for many. Each run ends with its results or with a message, which is also in its folder.
 #[test]
 fn no_limit_of_memory_ends_a_run_by_a_signal() {
     if !cfg!(target_os = "linux") {

@@ -1,7 +1,9 @@
-//! Contact between meshed bodies against closed forms, as scenes of `scenes/verification` through the program itself.
+//! Contact between meshed bodies against closed forms, as scenes of `scenes/verification` through
+//! the program itself.
 //!
-//! Signs and formulas: K. L. Johnson, Contact Mechanics (Cambridge 1985): round flat punch, eq. (3.34), (3.36); Hertz,
-//! ch. 4; Cattaneo and Mindlin, eq. (7.40)-(7.42), with the work per cycle derived here from (7.42).
+//! Signs and formulas: K. L. Johnson, Contact Mechanics (Cambridge 1985): round flat punch, eq.
+//! (3.34), (3.36); Hertz, ch. 4; Cattaneo and Mindlin, eq. (7.40)-(7.42), with the work per cycle
+//! derived here from (7.42).
 
 use crate::shared_folder::Folder;
 use crate::shared_runs::{Row, Run, number, sum};
@@ -10,7 +12,7 @@ use std::process::Command;
 
 const MM: f64 = 1e-3;
 
-/// Of the mesh in the repository: no gmsh needed.
+/// Run of a scene on the mesh in the repository, without gmsh.
 fn on_ready_mesh(scene: &str, name: &str) -> Run {
     let mesh = format!("mesh.file=../../meshes/verification/{scene}.msh");
     Run::new("static", &format!("verification/{scene}"), name, &[mesh])
@@ -50,7 +52,7 @@ fn patch_test_with_hexahedra_and_wedges() {
     }
 }
 
-/// What presses may be given as a force over area, and as the whole force, here on 81 mm2.
+/// A pressing load may be given as a force over area, or as the whole force, here on 81 mm2.
 #[test]
 fn patch_test_under_a_traction_and_under_a_force() {
     for size in ["traction_pa=50e6", "force_n=4050"] {
@@ -92,7 +94,8 @@ fn pressure_is_uniform(run: &Run) {
 
 // ----------------------------------------------------------------------------------------- Hertz
 
-/// Of the closed form: radius from the pressure's second moment, largest pressure, pressure in the mean square, approach.
+/// Relative errors against the closed form: radius from the second moment of the pressure, largest
+/// pressure, pressure in the mean square, approach.
 struct HertzErrors {
     radius: f64,
     largest_pressure: f64,
@@ -100,7 +103,7 @@ struct HertzErrors {
     approach: f64,
 }
 
-/// `elastic`: how many of the two sides.
+/// Errors of a run; `elastic` is the number of elastic sides, 1 or 2.
 fn hertz(run: &Run, elastic: f64) -> HertzErrors {
     let (a, crown_radius) = (MM, 1.0);
     let (force, pairs) = (8.0 * 36.63003663 / elastic, run.table("static.csv"));
@@ -145,7 +148,7 @@ fn hertz_coarse() {
     assert!(e.approach.abs() < 0.005, "{}", e.approach);
 }
 
-/// The same sphere on rigid ground: one body, no friction.
+/// A sphere as above on rigid ground: one body, no friction.
 #[test]
 fn hertz_on_rigid_ground() {
     let mesh = "mesh.file=../../meshes/verification/hertz.msh".to_owned();
@@ -189,7 +192,8 @@ fn hertz_converges() {
 
 // ------------------------------------------------------------------------------------ flat punch
 
-/// Of the closed form: pressure in the mean square inside 0.85 a, and indentation.
+/// Relative errors against the closed form: pressure in the mean square inside 0.85 a, and
+/// indentation.
 struct PunchErrors {
     pressure: f64,
     indentation: f64,
@@ -224,7 +228,8 @@ fn print_punch(label: &str, e: &PunchErrors) {
     );
 }
 
-/// Eight elements on the radius. Contact is linear on the flank and the pressure singular at the rim: too stiff by O(h).
+/// Eight elements on the radius. Contact is linear on the flank and the pressure singular at the
+/// rim: too stiff by O(h).
 #[test]
 fn punch_coarse() {
     let e = punch(&on_ready_mesh("punch", "punch"));
@@ -276,9 +281,10 @@ fn tangential_m(q: f64) -> f64 {
     scale * (1.0 - (1.0 - q).powf(2.0 / 3.0))
 }
 
-/// Work of a cycle between -q mu P and q mu P. On the way back the slip starts again from the rim, at twice the friction
-/// (Mindlin and Deresiewicz): displacement = law(q) - 2 law((q - s) / 2), and twice that in the loop. With u = 1 - q,
-/// the integral of s d(law) is mu P C (3/5 (1 - u^(5/3)) - q u^(2/3)), and the loop 8 times it less 4 Q law(q).
+/// Work of a cycle between -q mu P and q mu P. On the way back the slip starts again from the rim,
+/// at twice the friction (Mindlin and Deresiewicz): displacement = law(q) - 2 law((q - s) / 2), and
+/// twice that in the loop. With u = 1 - q, the integral of s d(law) is mu P C (3/5 (1 - u^(5/3)) -
+/// q u^(2/3)), and the loop 8 times it less 4 Q law(q).
 fn work_j(q: f64) -> f64 {
     let u = 1.0 - q;
     let scale = 0.9 * (FRICTION * NORMAL_N).powi(2) * COMPLIANCE / MM;
@@ -351,7 +357,8 @@ fn cattaneo_mindlin_stick_radius_and_work() {
 
 // ---------------------------------------------------------------------- what the new keys refuse
 
-/// What `dovetail static scenes/verification/patch.toml` says with these settings, on one line; it must fail.
+/// Message of `dovetail static scenes/verification/patch.toml` with these settings, on one line;
+/// the command must fail.
 fn refusal(set: &[&str]) -> String {
     let out = Folder::new("refusal");
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));

@@ -1,4 +1,4 @@
-//! gmsh as a program beside this one: it ends with it, and what is told of scripts and their
+//! gmsh as a separate program: it ends with this program. Messages about scripts and their
 //! parameters.
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, in_one_line, said};
 
-/// A folder with a program that stands in for gmsh.
+/// Folder with a program in place of gmsh.
 struct Bench(Folder);
 
 impl Bench {
@@ -41,7 +41,7 @@ impl Bench {
     }
 }
 
-/// Killed outright, a program cannot tell anybody: the system has to.
+/// A killed program cannot end its children: the system has to.
 #[cfg(target_os = "linux")]
 #[test]
 fn gmsh_ends_with_the_program_however_that_ends() {
@@ -95,7 +95,7 @@ fn a_parameter_without_effect_is_told_with_those_there_are() {
     }
 }
 
-/// Of the installed gmsh; a script with the error of dovetail.geo ends it with status 0.
+/// Messages of the installed gmsh; it ends with status 0 after an error in the script dovetail.geo.
 #[test]
 fn the_dovetail_needs_whole_numbers_of_nodes() {
     let folder = Bench::new("whole", "");

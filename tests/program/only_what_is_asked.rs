@@ -1,5 +1,5 @@
-//! What a scene leaves out costs nothing: stages and unknowns of runs of one joint, from summary.json; and what is left
-//! gives the results that it must.
+//! Omitted parts of a scene cost nothing: stages and unknowns of runs of one joint, from
+//! summary.json. The other parts give the expected results.
 
 use crate::shared_folder::Folder;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ const PATCH: &str = include_str!("../../scenes/verification/patch.toml");
 const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50, prestress = \"held_flanks\" }";
 const HARMONICS: &str = "response.harmonics=3";
 
-/// `dovetail run` of the patch scene on its ready mesh, its files gone at the end.
+/// Run `dovetail run` of the patch scene on its ready mesh; its files are removed at the end.
 struct Run(Folder);
 
 impl Run {
@@ -49,7 +49,7 @@ impl Run {
         serde_json::from_slice(&std::fs::read(self.0.join("summary.json")).unwrap()).unwrap()
     }
 
-    /// The stages that solve something, with the unknowns of each system.
+    /// Stages that solve something, with the unknowns of each system.
     fn solved(&self) -> Vec<(String, Vec<u64>)> {
         let summary = self.summary();
         let stages = summary["stages"].as_array().unwrap().iter();
@@ -78,12 +78,12 @@ impl Run {
     }
 }
 
-/// The upper block alone, on rigid ground.
+/// Scene of the upper block alone, on rigid ground.
 fn alone() -> String {
     without_second(PATCH, "[[contact]]")
 }
 
-/// The scene without its second body, whose table ends before `next`.
+/// Scene without its second body, whose table ends before `next`.
 fn without_second(scene: &str, next: &str) -> String {
     let at = scene.rfind("[[body]]").unwrap();
     let end = at + scene[at..].find(next).unwrap();
@@ -109,7 +109,8 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) {
 
 #[test]
 fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
-    // Free dofs of the upper and the lower block less the 90 of the 30 flank nodes; the assembly has one flank.
+    // Free dofs of the upper and the lower block less the 90 of the 30 flank nodes; the assembly
+    // has one flank.
     let held: [u64; 2] = [2625, 2097];
     let assembly: [u64; 1] = [2625 + 2097 + 90];
     let all = Run::new("all", PATCH, &[ROTATION, HARMONICS]);
@@ -124,8 +125,8 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
     let still = Run::new("still", PATCH, &[HARMONICS]);
     assert_eq!(still.solved(), expected[1..]);
 
-    // The stress of the static state takes one system of the stuck assembly to begin with, and all again until it is
-    // settled.
+    // The stress of the static state takes one system of the stuck assembly to begin with, and all
+    // again until it is settled.
     let of_contact = Run::new(
         "contact",
         PATCH,
@@ -189,7 +190,8 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
     assert_eq!(least.summary()["mesh"]["free_dofs"].as_u64(), Some(held[0]));
 }
 
-/// Loads are vectors: what acts on all nodes of a surface, or on all of both bodies, adds no unknown.
+/// Loads are vectors: what acts on all nodes of a surface, or on all of both bodies, adds no
+/// unknown.
 #[test]
 fn a_cause_that_acts_on_many_nodes_keeps_no_unknown() {
     let at_a_point = Run::new("point", PATCH, &[HARMONICS]);
@@ -288,8 +290,8 @@ fn rigid_ground_is_the_limit_of_a_stiff_second_body() {
     }
 }
 
-/// The flanks stand at 45 degrees and carry the blade's centrifugal force by their normals: statics alone gives their sum,
-/// whatever the bodies are made of.
+/// The flanks stand at 45 degrees and carry the blade's centrifugal force by their normals: statics
+/// alone gives their sum, whatever the bodies are made of.
 #[test]
 fn frictionless_flanks_carry_the_load_by_their_normals() {
     let mesh = dovetail::mesh_files::read(

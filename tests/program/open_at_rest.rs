@@ -1,5 +1,5 @@
-//! Pairs that are all open at rest: where supports or springs hold the bodies, that is a static state like any other,
-//! and small vibrations about it are those of the bodies without the contact.
+//! Pairs that are all open at rest: if supports or springs hold the bodies, this is a static state
+//! like any other, and small vibrations about it are those of the bodies without the contact.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,14 @@ use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
 use crate::shared_runs::{number, rows};
 
-/// Sides of the beam along x, y, z, mm, and its elements.
+/// Lengths of the sides of the beam along x, y, z, mm.
 const BEAM_MM: [f64; 3] = [200.0, 10.0, 4.0];
+/// Numbers of elements along the beam and across it.
 const CELLS: [usize; 2] = [25, 2];
-/// Below the last elements along the beam there is a pad.
+/// Thickness of the pad below the last elements along the beam, mm.
 const PAD_MM: f64 = 1.0;
 
-/// A steel beam with a pad under its tip, as a deck of one layer of hexahedra each.
+/// Deck of a steel beam with a pad under its tip, each with one layer of hexahedra.
 fn deck() -> String {
     let [along, across] = CELLS;
     let levels_mm = [-PAD_MM, 0.0, BEAM_MM[2]];
@@ -103,7 +104,7 @@ friction = 0.3
 gap_m = 1e-4
 "#;
 
-/// Beside the scene of the beam, `more` of it; the program ends with `code`.
+/// Runs the scene of the beam with `more` appended; the program must end with `code`.
 fn run(command: &str, folder: &Folder, name: &str, more: &str, code: i32) -> (PathBuf, Output) {
     std::fs::write(folder.join("beam.inp"), deck()).unwrap();
     let scene = folder.join(format!("{name}.toml"));
@@ -132,7 +133,8 @@ fn a_pad_that_does_not_touch_leaves_the_beam_as_it_is() {
     let hz = |summary: &Value| summary["linear_frequency_hz"].as_f64().unwrap();
     println!("{} Hz, {} Hz", hz(&of_beam), hz(&with_pad));
     assert!(apart(hz(&with_pad), hz(&of_beam)) < 1e-9);
-    // Euler and Bernoulli, with the mass of the pad at the tip: a quarter of the beam's moves with it (Rayleigh).
+    // Euler and Bernoulli, with the mass of the pad at the tip: a quarter of the beam's moves with
+    // it (Rayleigh).
     let second_moment_over_area_m2 = (4e-3_f64).powi(2) / 12.0;
     let wave_m2_s = (2.1e11_f64 / 7800.0 * second_moment_over_area_m2).sqrt();
     let bare_hz = 1.875104_f64.powi(2) * wave_m2_s / 0.2_f64.powi(2) / std::f64::consts::TAU;
@@ -153,14 +155,16 @@ fn a_pad_that_does_not_touch_leaves_the_beam_as_it_is() {
         assert_eq!(f, g);
         for column in ["tip_amplitude_m", "tip_linear_amplitude_m"] {
             let [a, b] = [a, b].map(|row| number(row, column));
-            // At a resonance an amplitude is off by the quality factor times as much as the frequency is.
+            // At a resonance an amplitude is off by the quality factor times as much as the
+            // frequency is.
             let off = apart(b, a);
             println!("{f} Hz: {a:e} m, {off:.1e}");
             assert!(off < 1e-8, "{f} Hz, {column}: {off:e}");
             largest_m = largest_m.max(a);
         }
     }
-    // The tip of 3 E I / L^3 amplified by 1 / (2 * 0.005), less the share of higher modes: 2.28 um at the resonance.
+    // The tip of 3 E I / L^3 amplified by 1 / (2 * 0.005), less the share of higher modes: 2.28 um
+    // at the resonance.
     assert!((1.5e-6..2.4e-6).contains(&largest_m), "{largest_m:e}");
 }
 
@@ -182,7 +186,8 @@ fn a_steady_load_that_does_not_close_a_gap_bends_the_beam_as_without_it() {
     assert!(summary(&closed)["static"]["open_pairs"].as_u64() < pairs);
 }
 
-/// The same beam is refused where nothing fixes it, or nothing along one axis, and the message says how it is free.
+/// The beam is refused if nothing fixes it, or nothing along one axis, and the message names the
+/// free motion.
 #[test]
 fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused_and_named() {
     let folder = Folder::new("open_free");

@@ -1,5 +1,5 @@
-//! The folder of a run: a second run takes the place of the first and nothing else, and summary.json says how far a
-//! run came.
+//! Folder of a run: a second run replaces only the files of the first, and summary.json has the
+//! progress of a run.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,7 +10,7 @@ use dovetail::export::manifest::{RunState, Summary};
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said, said_in_one_line};
 
-/// `dovetail COMMAND` of the contact patch on its ready mesh.
+/// Command `dovetail COMMAND` for the contact patch on its ready mesh.
 fn command(command: &str, out: &Path, set: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program
@@ -25,19 +25,18 @@ fn command(command: &str, out: &Path, set: &[&str]) -> Command {
     program
 }
 
-/// Of every file in the folder, without the folders.
+/// Names of all files in the folder, without the folders.
 fn names(out: &Path) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut folders = vec![out.to_path_buf()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
-            match path.is_dir() {
-                true => folders.push(path),
-                false => {
-                    let name = path.strip_prefix(out).unwrap().to_str().unwrap();
-                    assert!(found.insert(name.to_owned()));
-                }
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(out).unwrap().to_str().unwrap();
+                assert!(found.insert(name.to_owned()));
             }
         }
     }
@@ -48,7 +47,7 @@ fn summary(out: &Path) -> Summary {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// The files that summary.json lists, and itself.
+/// Names of the files that summary.json lists, and its own name.
 fn listed(out: &Path) -> BTreeSet<String> {
     let files = summary(out).files.into_iter();
     files.chain(["summary.json".to_owned()]).collect()
@@ -68,7 +67,8 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     assert_eq!(summary(&out).state, RunState::Finished);
     let mine = out.join("flank/flank_9999.vtu");
     std::fs::write(&mine, "mine").unwrap();
-    // Fewer frequencies, no response to compare with: its files would be taken for those of this run.
+    // Fewer frequencies, no response to compare with: its files would be taken for those of this
+    // run.
     ended(command("run", &out, &[]), 0);
     let second = names(&out);
     assert!(mine.exists());

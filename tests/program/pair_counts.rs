@@ -1,5 +1,6 @@
-//! What pairs do is counted by one definition: in the tables, the summary, the report and the terminal, in all and per
-//! contact, the counts are the same and add up to the pairs.
+//! The states of pairs are counted by one definition: in the tables, the summary, the report and
+//! the terminal, in total and per contact, the counts are the same and add up to the number of
+//! pairs.
 
 use std::process::Command;
 
@@ -19,7 +20,7 @@ fn counts<const N: usize>(of: &Value, prefix: &str, states: [&str; N]) -> [u64; 
     })
 }
 
-/// Of rows, how many have each word in a column.
+/// Numbers of rows with each word in a column.
 fn words<const N: usize>(rows: &[&Row], column: &str, states: [&str; N]) -> [u64; N] {
     states.map(|state| rows.iter().filter(|row| row[column] == state).count() as u64)
 }

@@ -1,5 +1,5 @@
-//! The findings of Charleux, Thouverez and Lombard (2004) on our own mesh: scenes/paper.toml on the ready mesh
-//! meshes/dovetail.msh (no gmsh needed), 13 frequencies through the first resonance.
+//! The findings of Charleux, Thouverez and Lombard (2004) on our own mesh: scenes/paper.toml on the
+//! ready mesh meshes/dovetail.msh (no gmsh needed), 13 frequencies through the first resonance.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::Path;
@@ -26,13 +26,13 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 60,
 };
 
-/// Frequencies over that of the first stuck mode: two far ones on either side, the peaks of the
-/// linear and of the nonlinear curve between.
+/// Ratios of the frequencies to that of the first stuck mode: two distant ones on either side, and
+/// the peaks of the linear and of the nonlinear curve between.
 const GRID: [f64; 13] = [
     0.97, 0.98, 0.99, 0.994, 0.997, 0.9985, 0.9993, 1.0, 1.001, 1.003, 1.01, 1.02, 1.03,
 ];
 
-/// What all assertions share.
+/// Data that all tests share.
 struct Joint {
     scene: Scene,
     model: Model,
@@ -80,7 +80,7 @@ fn joint() -> &'static Joint {
     })
 }
 
-/// Of a period.
+/// Number of samples of a period.
 const SAMPLES: usize = 128;
 
 /// The reduced model with another force than the scene's (loads are linear in it).
@@ -301,8 +301,9 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
     assert!(response.orbits.iter().all(|o| o.counts().slipping == 0));
 }
 
-/// mu = 1e6 in the dynamics alone: in the statics as well, shear would carry the blade and pairs open.
-/// It is the stuck curve as long as no pair opens: here one does at 0.3 N, at the very top of the peak.
+/// mu = 1e6 in the dynamics alone: in the statics as well, shear would carry the blade and pairs
+/// open. It is the stuck curve as long as no pair opens: here one does at 0.3 N, at the very top of
+/// the peak.
 #[test]
 fn rough_flanks_after_the_static_state_give_the_linear_curve() {
     let slippery = respond(&with_force(0.1), 1, &GRID);
@@ -325,15 +326,16 @@ fn rough_flanks_after_the_static_state_give_the_linear_curve() {
     }
 }
 
-/// At 5 N most pairs slip at 453.54 Hz and some stick, which hold the blade, and at 450.1 Hz all slip: in a sweep from
-/// either side and alone.
+/// Most pairs slip at 5 N and 453.54 Hz, and some stick, which hold the blade. All slip at 450.1 Hz.
+/// Both hold in a sweep from either side and for a single frequency.
 #[test]
 fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     let model = with_force(5.0);
     for (hz, is_held) in [(453.54, true), (450.1, false)] {
         let rising: Vec<f64> = (0..12).map(|i| hz - 0.12 * f64::from(11 - i)).collect();
         let falling: Vec<f64> = (0..12).map(|i| hz + 0.12 * f64::from(i)).collect();
-        // A sweep goes from both ends to the middle: as many frequencies beyond keep these in order.
+        // A sweep goes from both ends to the middle: as many frequencies beyond keep these in
+        // order.
         let beyond = [hz + 40.0; 12];
         let before = [hz - 40.0; 11];
         let ways = [
@@ -360,8 +362,9 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     }
 }
 
-/// 450.0977 Hz, 2 N: 6.27805 mm by integration in time (docs/verification.md), on as many modes as harmonics may ask for. The
-/// truncation error at the peak is not monotone in the number of harmonics.
+/// 450.0977 Hz, 2 N: 6.27805 mm by integration in time (docs/verification.md), on as many modes as
+/// harmonics may ask for. The truncation error at the peak is not monotone in the number of
+/// harmonics.
 #[test]
 #[ignore = "slow: make verify"]
 fn truncation_explains_what_is_left_at_the_peak() {

@@ -1,4 +1,4 @@
-//! The stress of a rotation that bodies hand on to each other.
+//! Stress of a rotation that is transmitted between bodies.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -12,8 +12,8 @@ use crate::shared_runs::Run;
 const LENGTH_M: f64 = 0.5;
 const CELLS: usize = 24;
 
-/// A beam along x of hexahedra, as MSH 2.2: a volume of this name over these cells of the length, for each part, with
-/// the surfaces NAME_from and NAME_to at its ends. Parts share no nodes.
+/// Beam along x of hexahedra, as MSH 2.2. Each part has a volume of this name over these cells of
+/// the length, and the surfaces NAME_from and NAME_to at its ends. Parts share no nodes.
 fn beam(parts: &[(&str, Range<usize>)]) -> String {
     let (mut nodes, mut elements, mut names) = (Vec::new(), Vec::new(), String::new());
     for (p, (name, cells)) in parts.iter().enumerate() {
@@ -56,7 +56,8 @@ fn beam(parts: &[(&str, Range<usize>)]) -> String {
     text + "$EndElements\n"
 }
 
-/// A scene of the parts, the first held at its root, each bonded to the one before it, at 3000 rpm about z.
+/// Scene of the parts at 3000 rpm about z. The first part is fixed at its root, and each other one
+/// is bonded to the one before it.
 fn scene(folder: &Path, name: &str, parts: &[(&str, Range<usize>)]) -> PathBuf {
     let mut text = format!(
         "name = \"{name}\"\n[mesh]\nfile = \"{name}.msh\"\nmetres_per_unit = 1\n\
@@ -101,7 +102,7 @@ fn stuck_hz(summary: &Value) -> f64 {
     summary["stuck_frequency_hz"].as_f64().unwrap()
 }
 
-/// The outer half hangs on the inner one, which flanks that are held do not tell it.
+/// The outer half loads the inner one, which the prestress of held flanks does not include.
 #[test]
 fn halves_that_are_bonded_are_stiffened_as_the_beam_in_one_piece_is() {
     let folder = Folder::new("prestress");
@@ -144,7 +145,7 @@ fn halves_that_are_bonded_are_stiffened_as_the_beam_in_one_piece_is() {
     }
 }
 
-/// On the joint of the paper the flanks lie where the stress is low.
+/// The flanks of the joint of the paper are where the stress is low.
 #[test]
 fn held_flanks_are_not_warned_of_where_they_hardly_matter() {
     let set = ["mesh.file=../meshes/dovetail.msh".to_owned()];

@@ -1,11 +1,12 @@
-//! Scenes about a reduced model: the program on them, what it refuses, and the way from a mesh to a folder.
+//! Scenes about a reduced model: the program on them, scenes that it refuses, and reduction from a
+//! mesh to a folder.
 
 use crate::shared_folder;
 use crate::shared_program::said_in_one_line;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A folder for one test, gone at its end.
+/// Folder for one test, removed at its end.
 struct Folder(shared_folder::Folder);
 
 impl Folder {
@@ -19,7 +20,7 @@ impl Folder {
         let path = self.path(file);
         std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
     }
-    /// A scene file in it.
+    /// Writes a scene file into the folder.
     fn scene(&self, text: &str) -> PathBuf {
         let path = self.path("scene.toml");
         std::fs::write(&path, text).unwrap();
@@ -27,7 +28,8 @@ impl Folder {
     }
 }
 
-/// Runs the program from the root of the repository; exit code, standard output, standard error on one line.
+/// Runs the program from the root of the repository; returns the exit code, standard output, and
+/// standard error on one line.
 fn dovetail(command: &str, scene: &Path, out: &Path, set: &[&str]) -> (i32, String, String) {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program.current_dir(env!("CARGO_MANIFEST_DIR"));
@@ -59,7 +61,7 @@ points = 3
 harmonics = 1
 "#;
 
-/// DOVETAIL72 with its folder where the program finds it.
+/// DOVETAIL72 with the path of its folder filled in.
 fn dovetail72() -> String {
     let root = env!("CARGO_MANIFEST_DIR");
     DOVETAIL72.replace("tests/data", &format!("{root}/tests/data"))
@@ -118,8 +120,8 @@ fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
     assert_eq!(folder.text("response.csv").matches("time_limit").count(), 5);
 }
 
-/// The free mass has its resonance at 1 Hz and the stuck one at 1.22 Hz. A force that slides the slider far has its
-/// peak near the first, so that a range around it ends before the linear peak.
+/// The free mass has its resonance at 1 Hz and the stuck one at 1.22 Hz. A force that slides the
+/// slider far has its peak near the first, so that a range around it ends before the linear peak.
 #[test]
 fn a_range_without_the_linear_peak_is_warned_of() {
     let scene = Path::new("scenes/verification/jenkins.toml");
@@ -143,7 +145,8 @@ fn a_range_without_the_linear_peak_is_warned_of() {
     assert!(!wide.contains("largest linear amplitude"), "{wide}");
 }
 
-/// Frequencies that are added count among those to be solved, and each way that is tried has a line.
+/// Frequencies that are added count among those to be solved, and each way that is tried has a
+/// line.
 #[test]
 fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
     let folder = Folder::new("verbose");
@@ -188,7 +191,8 @@ fn attributes(svg: &str, tag: &str, name: &str) -> Vec<Vec<f64>> {
     texts.map(numbers).collect()
 }
 
-/// Rigid friction at 0.75 Hz needs more harmonics for this accuracy than are allowed, beside it fewer.
+/// Rigid friction at 0.75 Hz needs more harmonics for this accuracy than are allowed, beside it
+/// fewer.
 #[test]
 fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_seen() {
     let folder = Folder::new("accuracy");
@@ -363,7 +367,8 @@ fn what_a_folder_lacks_is_said() {
     );
 }
 
-/// Runs `dovetail reduce` into a folder; the lines of what it tells that a scene takes as they are.
+/// Runs `dovetail reduce` into a folder; returns those lines of its output that can be used in a
+/// scene.
 fn reduce(scene: &Path, out: &Path, set: &[&str]) -> String {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program.current_dir(env!("CARGO_MANIFEST_DIR"));
@@ -381,7 +386,7 @@ fn reduce(scene: &Path, out: &Path, set: &[&str]) -> String {
     told.join("\n")
 }
 
-/// A scene about what [`reduce`] told, on the two frequencies of `TWO_POINTS`.
+/// Scene with the output of [`reduce`], on the two frequencies of `TWO_POINTS`.
 fn scene_of(told: &str) -> String {
     format!(
         "name = \"again\"\n{told}\n[damping]\nratio = 0.001\n[response]\ntimes_first_linear_mode = [0.98, 1.02]\n\
@@ -397,7 +402,8 @@ const TWO_POINTS: [&str; 4] = [
     "response.harmonics=1",
 ];
 
-/// What `dovetail reduce` writes gives, number for number, the response of the mesh it came from.
+/// The reduced model written by `dovetail reduce` gives, number for number, the response of its
+/// mesh.
 #[test]
 fn a_reduced_mesh_vibrates_like_the_mesh() {
     let (meshed, again) = (Folder::new("meshed"), Folder::new("again"));
@@ -435,8 +441,8 @@ fn a_reduced_mesh_vibrates_like_the_mesh() {
     }
 }
 
-/// It lists its files, and takes neither the folder of another scene nor one beside whose run they
-/// do not belong.
+/// `dovetail reduce` lists its files. It refuses the folder of another scene, and a folder beside
+/// whose run the files do not belong.
 #[test]
 fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
     let folder = Folder::new("own");
@@ -493,7 +499,7 @@ fn amplitudes_m(text: &str) -> Vec<f64> {
     lines.map(|row| row[column].parse().unwrap()).collect()
 }
 
-/// Whatever the scene's forces, the folder is of 1 N, and what is told gives the amplitudes of
+/// Whatever the forces of the scene, the folder is for 1 N, and the output gives the amplitudes of
 /// `run`.
 #[test]
 fn reduce_and_then_run_gives_the_amplitudes_of_run() {
@@ -551,8 +557,8 @@ fn forces_that_a_folder_cannot_hold_are_refused() {
     }
 }
 
-/// Headers that announce more than there is end at once, as do a stiffness and a mass that no body
-/// has.
+/// Headers that announce more data than there is are refused at once, as are a stiffness and a mass
+/// that no body has.
 #[test]
 fn a_folder_is_believed_only_as_far_as_it_goes() {
     let folder = Folder::new("believed");

@@ -1,6 +1,6 @@
 //! The tables of keys in docs/scene.md and docs/study.md are those of the program. After a change
-//! of a key, `UPDATE_DOCS=1 cargo test --test program reference::` writes the tables anew. docs/summary.md has the keys
-//! of summary.json.
+//! of a key, `UPDATE_DOCS=1 cargo test --test program reference::` updates the tables.
+//! docs/summary.md has the keys of summary.json.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::shared_program::ended;
 
 const END: &str = "<!-- end -->";
 
-/// The page with what stands between `<!-- keys: NAME -->` and `<!-- end -->` replaced.
+/// Page with the text between `<!-- keys: NAME -->` and `<!-- end -->` replaced.
 fn with_tables(page: &str, tables: &[(&str, String)]) -> String {
     let mut text = page.to_owned();
     for (name, table) in tables {
@@ -56,7 +56,7 @@ fn the_page_of_studies_has_the_tables_of_the_program() {
     holds_its_tables("docs/study.md", &study_tables());
 }
 
-/// The commands in the code of the README and of the book, `\` at the end of a line taken out.
+/// Commands in the code of the README and of the book, without `\` at the end of a line.
 fn commands() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut pages = vec![root.join("README.md")];
@@ -161,7 +161,7 @@ fn key_paths(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>
     }
 }
 
-/// Of `dovetail COMMAND` on a small scene.
+/// Summary of `dovetail COMMAND` for a small scene.
 fn summary_of(command: &str, scene: &str, set: &[&str]) -> serde_json::Value {
     let out = Folder::new("reference");
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));

@@ -1,4 +1,4 @@
-//! report.html opens in a browser: every picture is drawn, and nothing is complained of.
+//! report.html in a browser: every picture is drawn, without errors.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

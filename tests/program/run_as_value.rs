@@ -1,4 +1,5 @@
-//! A run as a value: what it gives back, what an observer hears, and that nothing is written unless files are asked for.
+//! Run as a value: its results, the events that an observer receives, and that nothing is written
+//! unless files are requested.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -22,21 +23,21 @@ fn jenkins() -> (Scene, PathBuf) {
     (scene::load(&scene_file, &set).unwrap(), scene_file)
 }
 
-/// A folder of this name that does not exist yet.
+/// Path of a folder of this name that does not exist yet.
 fn folder(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("dovetail-run-{name}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&path);
     path
 }
 
-/// Writes down what it hears.
+/// Observer that records the events.
 #[derive(Default)]
 struct Listener {
     stages: Vec<Stage>,
     heard: Vec<&'static str>,
     frequencies_hz: Vec<f64>,
     steps: usize,
-    /// Ends the run at the static state.
+    /// True if it ends the run at the static state.
     refuses: bool,
 }
 

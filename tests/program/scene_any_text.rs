@@ -1,5 +1,5 @@
-//! Whatever the text and the `--set` arguments are: no panic, a message that can be shown, and no
-//! scene that is impossible.
+//! Any text and any `--set` arguments: no panic, a message that can be displayed, and no impossible
+//! scene.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use proptest::sample::{Index, select};
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
-/// Reads; renders what is wrong; looks whether what is right can be.
+/// Reads a scene, renders its errors, or checks that a valid scene is possible.
 fn survives(text: &str, overrides: &[String]) {
     let scene = match scene::parse(text, "any.toml", Path::new(""), overrides) {
         Ok(scene) => scene,
@@ -71,7 +71,7 @@ fn survives(text: &str, overrides: &[String]) {
     }
 }
 
-/// What `make fuzz` begins with beside the files that other tests read.
+/// Initial inputs of `make fuzz` besides the files that other tests read.
 #[test]
 fn the_seeds_of_fuzzing_are_possible() {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
@@ -89,7 +89,7 @@ fn the_seeds_of_fuzzing_are_possible() {
     assert_eq!(cases(&study.unwrap()).len(), 24);
 }
 
-/// Pieces likely to bring a scene to the edge of validity.
+/// Text fragments that are likely to bring a scene to the edge of validity.
 fn piece() -> impl Strategy<Value = String> {
     let known = [
         "[",

@@ -1,5 +1,5 @@
-//! A scene that is wrong is refused with the line, what is valid and the remedy; nothing makes the
-//! reader panic. Every case changes one thing in the committed scene of the paper.
+//! An invalid scene is refused with the line, the valid values and the remedy; the reader never
+//! panics. Every case changes one thing in the committed scene of the paper.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn parse(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
     scene::parse(text, "paper.toml", Path::new("scenes"), &overrides)
 }
 
-/// The message as the program prints it where there is no terminal, on one line.
+/// Message as the program prints it without a terminal, on one line.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::none())
@@ -31,7 +31,7 @@ fn rendered(error: &SceneError) -> String {
     in_one_line(&text)
 }
 
-/// The text with the `nth` occurrence of `find` replaced, and the line it stands on.
+/// Text with the `nth` occurrence of `find` replaced, and the number of its line.
 fn edited(find: &str, nth: usize, replace: &str) -> (String, usize) {
     let at = PAPER
         .match_indices(find)
@@ -42,7 +42,7 @@ fn edited(find: &str, nth: usize, replace: &str) -> (String, usize) {
     (text, 1 + PAPER[..at].matches('\n').count())
 }
 
-/// Replaces `find` and demands one single error, on that line and with these words.
+/// Replaces `find` and requires a single error, on that line and with these words.
 #[track_caller]
 fn refused(find: &str, replace: &str, words: &[&str]) {
     refused_at(find, 0, replace, words);
@@ -54,14 +54,15 @@ fn refused_at(find: &str, nth: usize, replace: &str, words: &[&str]) {
     refused_on(&text, line, words);
 }
 
-/// The same for a fault on the line after the replaced text's first one.
+/// Replaces `find` and requires a single error on the line after the first one of the replaced
+/// text.
 #[track_caller]
 fn refused_later(find: &str, replace: &str, words: &[&str]) {
     let (text, line) = edited(find, 0, replace);
     refused_on(&text, line + 1, words);
 }
 
-/// The same for a text changed in more than one place.
+/// Requires a single error in a text, on this line and with these words.
 #[track_caller]
 fn refused_on(text: &str, line: usize, words: &[&str]) {
     let error = parse(text, &[]).expect_err("the scene is wrong");
@@ -73,7 +74,7 @@ fn refused_on(text: &str, line: usize, words: &[&str]) {
     }
 }
 
-/// The line that begins with `start`.
+/// Number of the line that begins with `start`.
 fn line_of(text: &str, start: &str) -> usize {
     1 + text
         .lines()

@@ -1,4 +1,4 @@
-//! `--set KEY=VALUE`: what it reaches, what it displaces, and how it is refused.
+//! `--set KEY=VALUE`: the keys that it sets, the keys that it displaces, and how it is refused.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn parse(overrides: &[&str]) -> Result<Scene, SceneError> {
     scene::parse(PAPER, "paper.toml", Path::new("scenes"), &overrides)
 }
 
-/// Refused with these words, and with the last of the arguments shown.
+/// Requires that the arguments are refused with these words, and that the last of them is shown.
 #[track_caller]
 fn refused(overrides: &[&str], words: &[&str]) {
     let error = parse(overrides).expect_err("the argument is wrong");

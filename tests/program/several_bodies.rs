@@ -1,7 +1,7 @@
-//! The scenes of several bodies: a wedge under platforms, shrouds, lock plates, a bolted beam.
+//! Scenes of several bodies: a wedge under platforms, shrouds, lock plates, a bolted beam.
 //!
-//! Each is run through the program on its mesh, with few frequencies, and compared with statics, with energy, or
-//! with a scene that must answer the same.
+//! Each is run through the program on its mesh, with few frequencies, and compared with statics,
+//! with energy, or with a scene that must have the same result.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::{Path, PathBuf};
@@ -15,13 +15,13 @@ fn set(settings: &[&str]) -> Vec<String> {
     settings.iter().map(|s| s.to_string()).collect()
 }
 
-/// A number of summary.json: `response.peak_amplitude_m`.
+/// Number of summary.json at a path such as `response.peak_amplitude_m`.
 fn figure(summary: &Value, path: &str) -> f64 {
     let found = path.split('.').fold(summary, |at, key| &at[key]);
     found.as_f64().unwrap_or_else(|| panic!("{path}: {found}"))
 }
 
-/// Of a contact of the static state: its normal force and its friction, N.
+/// Normal force and friction of a contact in the static state, N.
 fn forces_n(summary: &Value, contact: &str) -> [f64; 2] {
     let contacts = summary["static"]["contacts"].as_array().unwrap();
     let found = contacts.iter().find(|c| c["name"] == contact).unwrap();
@@ -38,7 +38,7 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
 /// Sine and cosine of the angle between a flank of the wedge and the radial direction: 45 degrees.
 const FLANK: f64 = FRAC_1_SQRT_2;
 
-/// m r w^2 of the wedge of geometry/platform_damper.geo, from its dimensions.
+/// Centrifugal force m r w^2 of the wedge of geometry/platform_damper.geo, from its dimensions.
 fn wedge_load_n() -> f64 {
     let (radius, thickness, space, inset, length) = (0.450, 8e-3, 1e-3, 0.15, 36e-3);
     let half_pitch = TAU / 160.0;
@@ -82,7 +82,7 @@ fn warnings(summary: &Value) -> String {
     texts.collect::<Vec<_>>().join("; ")
 }
 
-/// Nothing but friction holds the wedge along its edges, which are those of the platforms: along x.
+/// Only friction holds the wedge along its edges, which are those of the platforms: along x.
 #[test]
 fn what_friction_does_not_hold_is_named_with_its_direction() {
     let settings = set(&["contact.*.friction=0", "rotation.prestress=none"]);
@@ -120,7 +120,8 @@ fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {
     }
 }
 
-/// Stuck the wedge dissipates next to nothing; on a wedge that slides friction is limited, and the force is not.
+/// A stuck wedge dissipates almost nothing. On a sliding wedge friction is limited, and the force
+/// is not.
 #[test]
 fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
     let [low, middle, high] = [1.0, 10.0, 18.0].map(|force| {
@@ -141,7 +142,7 @@ fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
 
 // --------------------------------------------------------------------------- roots and a shroud
 
-/// scenes/shroud.toml with its first blade and its first sector of the disc alone.
+/// Scene scenes/shroud.toml with only its first blade and its first sector of the disc.
 fn blade_alone(folder: &Path) -> PathBuf {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let text = std::fs::read_to_string(scenes.join("shroud.toml")).unwrap();
@@ -186,7 +187,7 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     assert!(1.1 * alone < stuck && stuck < held);
 }
 
-/// At this speed one repetition is not enough for the normal forces.
+/// One repetition is not enough for the normal forces at this speed.
 #[test]
 fn the_prestress_of_the_static_state_is_repeated_until_the_normal_forces_are_still() {
     let settings = set(&["rotation.speed_rpm=8000"]);
@@ -213,7 +214,8 @@ fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
 
 // ---------------------------------------------------------------------------------- lock plates
 
-/// Coarse meshes of the joint of the paper, without friction: only the ends of the slot hold the blade along it.
+/// Coarse meshes of the joint of the paper, without friction: only the ends of the slot hold the
+/// blade along it.
 #[test]
 fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
     let coarse = [
@@ -252,7 +254,8 @@ fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
 
 // ----------------------------------------------------------------------------- Brake-Reuss beam
 
-/// A turn of the whole beam strains nothing: its six rigid motions lie on the soft springs alone.
+/// A rotation of the whole beam causes no strain: its six rigid motions depend on the soft springs
+/// alone.
 #[test]
 fn the_bolted_beam_floats() {
     let modes = Run::new("modes", "brake_reuss", "floating", &[]).table("modes.csv");
@@ -266,7 +269,8 @@ fn the_bolted_beam_floats() {
     );
 }
 
-/// The holes of the bolts bend edges of the flanks in their plane, which the program makes straight: the beam floats.
+/// The holes of the bolts bend edges of the flanks in their plane, which the program makes
+/// straight: the beam floats.
 #[test]
 fn the_bolted_beam_floats_where_its_mesh_has_curved_edges_on_the_flanks() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

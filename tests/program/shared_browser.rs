@@ -1,9 +1,10 @@
-//! Opens a page in Chromium without a window. `tools/setup.sh checks` installs it; without it these tests fail.
+//! Opens a page in Chromium without a window. `tools/setup.sh checks` installs it; without it these
+//! tests fail.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What Chromium makes of a page, and what it says meanwhile.
+/// Document that Chromium makes of a page, and its messages.
 pub fn opened(page: &Path, width: u32) -> (String, Vec<String>) {
     let home = tempfile::tempdir().unwrap();
     let output = Command::new("chromium")
@@ -27,7 +28,7 @@ pub fn opened(page: &Path, width: u32) -> (String, Vec<String>) {
     (dom, complaints)
 }
 
-/// The pictures that the scripts of the page drew.
+/// Pictures that the scripts of the page drew.
 pub fn drawn(dom: &str) -> Vec<&str> {
     let (_, after) = dom
         .split_once("data-drawn=\"")
@@ -36,7 +37,7 @@ pub fn drawn(dom: &str) -> Vec<&str> {
     list.split_whitespace().collect()
 }
 
-/// Whatever the page needs is in it.
+/// Checks that everything that the page needs is in it.
 pub fn is_self_contained(page: &Path) {
     let html = std::fs::read_to_string(page).unwrap();
     for mark in [

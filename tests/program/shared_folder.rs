@@ -1,12 +1,12 @@
-//! A folder for the files of one test, and the files of a run without what no two runs share.
+//! Folder for the files of one test, and the files of a run without the parts that differ from run
+//! to run.
 
 pub use dovetail_testkit::folder::Folder;
 
-/// The bytes of a file of a run, of a report without the time that it began at and the sections of
-/// these names.
+/// Bytes of a file of a run. The time at which the run began and the sections of these names are
+/// removed from a report.
 ///
-/// What a run took (`effort`) is never the same twice; what it was told on the way (`warnings`)
-/// need not be.
+/// The effort of a run (`effort`) is never the same twice; its warnings (`warnings`) need not be.
 pub fn without_sections(bytes: Vec<u8>, names: &[&str]) -> Vec<u8> {
     if !bytes.starts_with(b"<!DOCTYPE html>") {
         return bytes;

@@ -1,16 +1,16 @@
-//! The program run to its end, for the tests of its exit codes and files.
+//! Runs the program to its end, for the tests of its exit codes and files.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The program with these words, in a folder.
+/// Command of the program with these arguments, in a folder.
 pub fn program(folder: &Path, words: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program.current_dir(folder).args(words);
     program
 }
 
-/// Runs it; it has to end with `code`.
+/// Runs a command, which has to end with `code`.
 pub fn ended(mut command: Command, code: i32) -> Output {
     let output = command.output().expect("the program starts");
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -18,17 +18,17 @@ pub fn ended(mut command: Command, code: i32) -> Output {
     output
 }
 
-/// What it wrote to stderr.
+/// Output to stderr.
 pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The same on one line, without the frames of a report.
+/// Output to stderr on one line, without the frames of a report.
 pub fn said_in_one_line(output: &Output) -> String {
     in_one_line(&said(output))
 }
 
-/// A report without its frames and line breaks.
+/// Report without its frames and line breaks.
 pub fn in_one_line(report: &str) -> String {
     let report = report.replace(['|', '>'], " ");
     report.split_whitespace().collect::<Vec<_>>().join(" ")

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::shared_folder::Folder;
 
-/// A run of `dovetail COMMAND scenes/SCENE.toml --set ...`, its files gone at the end.
+/// Run of `dovetail COMMAND scenes/SCENE.toml --set ...`; its files are removed at the end.
 pub struct Run(Folder);
 
 pub type Row = HashMap<String, String>;
@@ -47,7 +47,7 @@ impl Run {
     }
 }
 
-/// Of a table.
+/// Rows of a table, by the names of the columns.
 pub fn rows(file: &Path) -> Vec<Row> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut lines = text.lines().map(|line| line.split(','));

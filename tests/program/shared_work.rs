@@ -1,4 +1,4 @@
-//! A scene with its files in a folder, without a command line.
+//! Scene with its files in a folder, without a command line.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use dovetail::files::{Beginning, Files, Output, SharedFiles};
 use dovetail::reporter::Reporter;
 use dovetail_solver::description::Scene;
 
-/// The work on a scene that writes its files into `folder`, with fields, and keeps nothing.
+/// Work on a scene that writes its files into `folder`, with fields, and has no cache.
 pub fn in_folder<'a>(
     scene: &'a Scene,
     scene_file: PathBuf,

@@ -1,6 +1,6 @@
-//! What is no small displacement, strain or clearance is told. Two prisms are pressed together
-//! whose exact state is uniform (`scenes/verification/patch.toml`): the pressure on the flank is
-//! the one that is applied, and where they are bonded every amplitude goes with the force.
+//! Displacements, strains or clearances that are not small are reported. Two prisms whose exact
+//! state is uniform (`scenes/verification/patch.toml`) are pressed together: the pressure on the
+//! flank is the applied one, and if they are bonded every amplitude is proportional to the force.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,11 +11,11 @@ use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
 use crate::shared_runs::{Run, number};
 
-/// Of the softer prism.
+/// Young's modulus of the softer prism.
 const YOUNG_PA: f64 = 100e9;
-/// Longest side of the prism that the observed point is on, of the box around it.
+/// Longest side of the bounding box of the prism with the observed point.
 const SIZE_M: f64 = 12e-3;
-/// Least and largest extent of the flank, a quadrilateral, across the longer one of its sides.
+/// Smallest and largest extent of the flank, a quadrilateral, across the longer one of its sides.
 const FLANK_M: [f64; 2] = [7e-3, 9e-3];
 
 fn command(word: &str, out: &Path, set: &[String]) -> Command {
@@ -36,7 +36,7 @@ fn summary(out: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Whether summary.json, and what was said, have a warning with these words.
+/// Returns `true` if summary.json has a warning with these words; the output must agree.
 #[track_caller]
 fn is_warned(out: &Path, said: &Output, words: &str) -> bool {
     let summary = summary(out);
@@ -129,7 +129,7 @@ fn a_displacement_of_the_size_of_its_body_is_warned_of_and_then_refused() {
     assert!(out.join("response.csv").exists() && out.join("report.html").exists());
 }
 
-/// A pull that the supports carry moves the bonded bodies by more than they are long.
+/// A load that the supports carry moves the bonded bodies by more than their length.
 #[test]
 fn a_static_state_that_moves_by_more_than_its_body_is_none() {
     let out = Folder::new("far-pulled");
@@ -144,8 +144,9 @@ fn a_static_state_that_moves_by_more_than_its_body_is_none() {
     assert!(out.join("static.vtu").exists() && !out.join("response.csv").exists());
 }
 
-/// Friction holds the blade anywhere along its slot: a Newton step may take it 94 mm along, and so short a flank is not
-/// there any more. With all its pairs slipping nothing but the static state tells where along the slot it vibrates.
+/// Friction holds the blade anywhere along its slot: a Newton step may move it by 94 mm, beyond the
+/// end of such a short flank. If all pairs slip, only the static state determines where along the
+/// slot it vibrates.
 #[test]
 fn a_blade_on_a_flank_of_2_x_2_nodes_vibrates_where_it_is_at_rest() {
     let set = [

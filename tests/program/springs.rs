@@ -1,5 +1,5 @@
-//! Springs to ground and between groups of nodes, against closed forms of rigid bodies and bars, and
-//! against the same spring added as a dense matrix.
+//! Springs to ground and between groups of nodes, against closed forms of rigid bodies and bars,
+//! and against the same spring added as a dense matrix.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -42,7 +42,7 @@ fn spring(name: &str, first: &str, second: Option<&str>, stiffness_n_m: f64) -> 
     }
 }
 
-/// Bodies of a mesh, named as their volumes, with nothing but springs.
+/// Bodies of a mesh, named as their volumes, with springs only.
 fn on_springs(bodies: &[&str], material: Material, springs: Vec<SpringSpec>) -> Assembly {
     let named = |name: &&str| {
         let mut body = body(name, &[]);
@@ -77,8 +77,8 @@ fn assert_has(found: &[f64], expected: f64, tolerance: f64, what: &str) {
     );
 }
 
-/// A rigid block on a foundation under its base: along the axis and about it like one mass on one spring,
-/// sideways coupled with rocking.
+/// A rigid block on a foundation under its base: along the axis and about it like one mass on one
+/// spring, sideways coupled with rocking.
 #[test]
 fn a_rigid_block_on_a_foundation_has_the_modes_of_a_rigid_body() {
     let [a, b, h] = [0.3, 0.2, 0.5];
@@ -108,7 +108,7 @@ fn a_rigid_block_on_a_foundation_has_the_modes_of_a_rigid_body() {
     }
 }
 
-/// Shares of the nodes of a surface group in its area, in the mesh's numbering.
+/// Shares of the nodes of a surface group in its area, by the numbers of the mesh.
 fn weights(mesh: &Mesh, group: &str) -> BTreeMap<u32, f64> {
     let mut weights = BTreeMap::new();
     let mut area = 0.0;
@@ -124,7 +124,7 @@ fn weights(mesh: &Mesh, group: &str) -> BTreeMap<u32, f64> {
     weights
 }
 
-/// b of `k b b^T` on the free dofs of the mesh nodes of a body, along `d`.
+/// Vector b of `k b b^T` on the free dofs of the mesh nodes of a body, along `d`.
 fn difference(body: &Body, ends: [&BTreeMap<u32, f64>; 2], d: [f64; 3], size: usize) -> Mat<f64> {
     let mut b = Mat::zeros(size, 1);
     for (end, sign) in ends.into_iter().zip([1.0, -1.0]) {
@@ -145,7 +145,7 @@ fn difference(body: &Body, ends: [&BTreeMap<u32, f64>; 2], d: [f64; 3], size: us
 const DIRECTIONS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const OBLIQUE: [f64; 3] = [1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0];
 
-/// With the auxiliary nodes condensed out the stiffness is the dense one, to rounding.
+/// If the auxiliary nodes are condensed, the stiffness is the dense one, to rounding.
 #[test]
 fn a_spring_between_two_faces_of_a_body_is_its_dense_matrix() {
     for element in [ElementType::HEX8, ElementType::TET10, ElementType::WEDGE15] {
@@ -209,7 +209,7 @@ fn dense_omega2(mesh: &Mesh, plain: &Model, k: f64, directions: &[[f64; 3]]) -> 
     modes(stiffness.as_ref(), mass.as_ref()).unwrap().omega2
 }
 
-/// Stiff and soft springs alike, also where the bodies are reduced by themselves with all their modes.
+/// Stiff and soft springs, also if the bodies are reduced separately with all their modes.
 #[test]
 fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
     let element = ElementType::HEX8;
@@ -245,7 +245,7 @@ fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
     }
 }
 
-/// Axial vibration of a bar whose end stands on a spring: x tan x = k L / (E A).
+/// Axial vibration of a bar whose end is on a spring: x tan x = k L / (E A).
 #[test]
 fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     let (length, width) = (1.0, 0.05);
@@ -277,7 +277,7 @@ fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     }
 }
 
-/// A free beam: six rigid motions near zero, then the bending of Timoshenko, whatever the springs that hold it.
+/// A free beam: six rigid motions near zero, then the bending of Timoshenko, whatever its springs.
 #[test]
 fn soft_springs_do_not_matter_to_a_free_beam() {
     let (length, width) = (1.0, 0.04);
@@ -290,14 +290,15 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
         let omega2 = stuck_modes(&structure, 8).unwrap();
         let rigid = k / (STEEL.density_kg_m3 * length * width * width);
         assert!(omega2[5] < 4.0 * rigid, "{k}: {omega2:?}");
-        // Euler-Bernoulli: 4.73004 is the first root of cos x cosh x = 1. The two corrections of Rayleigh and
-        // Timoshenko lower the frequency by less than 1.5 % at this slenderness.
+        // Euler-Bernoulli: 4.73004 is the first root of cos x cosh x = 1. The two corrections of
+        // Rayleigh and Timoshenko lower the frequency by less than 1.5 % at this slenderness.
         let thin = 4.730_040_7f64.powi(2) / (length * length)
             * (STEEL.young_pa * width * width / 12.0 / STEEL.density_kg_m3).sqrt();
         let ratio = omega2[6].sqrt() / thin;
         assert!((0.985..0.999).contains(&ratio), "{k} N/m: {ratio}");
-        // A mode of unit mass on a foundation of stiffness k over the length has the energy k / m times the mean
-        // square of its shape, which is that of a rigid motion: so much is added to the square.
+        // A mode of unit mass on a foundation of stiffness k over the length has the energy k / m
+        // times the mean square of its shape, which is that of a rigid motion: so much is added to
+        // the square.
         let first = omega2[6].min(omega2[7]);
         let free = *without.get_or_insert(first - rigid);
         let moved = (first - free) / rigid;
@@ -305,7 +306,7 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
     }
 }
 
-/// scenes/verification/spring_blocks.toml, with what the file says of it.
+/// scenes/verification/spring_blocks.toml has the frequencies that its file states.
 #[test]
 fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     let folder = Folder::new("spring-blocks");
@@ -326,7 +327,8 @@ fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     let table = std::fs::read_to_string(folder.join("modes.csv")).unwrap();
     let stuck = table.lines().filter(|row| row.starts_with("stuck"));
     let hz = stuck.map(|row| row.split(',').nth(3).unwrap().parse().unwrap());
-    // Each block of 1 mm3 of density 7800 on its own foundation of 7.8 N/m, and 1000 N/m between them.
+    // Each block of 1 mm3 of density 7800 on its own foundation of 7.8 N/m, and 1000 N/m between
+    // them.
     let (mass_kg, soft, tie) = (7800.0 * 1e-9_f64, 7.8, 1000.0);
     let together = (soft / mass_kg).sqrt();
     assert_has(&hz.collect::<Vec<f64>>(), together / TAU, 1e-4, "together");
@@ -343,8 +345,8 @@ fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     );
 }
 
-/// A rigid bar on a foundation at the axis of rotation flaps. With u_z = w + x t and u_x = -z t the virial of the
-/// stress is that of the centrifugal load, int s_xx dV = m Omega^2 L^2 / 3.
+/// A rigid bar on a foundation at the axis of rotation flaps. With u_z = w + x t and u_x = -z t the
+/// virial of the stress is that of the centrifugal load, int s_xx dV = m Omega^2 L^2 / 3.
 #[test]
 fn a_rigid_bar_that_a_spring_alone_holds_flaps_as_its_prestress_says() {
     let ([length, width], k, speed_rad_s) = ([0.4, 0.1], 1e5, 10.0);
@@ -372,8 +374,9 @@ fn a_rigid_bar_that_a_spring_alone_holds_flaps_as_its_prestress_says() {
     }
 }
 
-/// First frequency of a cantilever of length 1 m under a dead load on top of a rigid strut without mass on its end, Hz:
-/// `EI w'''' + P w'' = m w^2 w` with `w = w' = 0` at the foot, `EI w'' = P h w'` and `EI w''' + P w' = 0` at the end.
+/// First frequency of a cantilever of length 1 m under a dead load on top of a rigid strut without
+/// mass on its end, Hz: `EI w'''' + P w'' = m w^2 w` with `w = w' = 0` at the foot,
+/// `EI w'' = P h w'` and `EI w''' + P w' = 0` at the end.
 fn beam_column_hz(rigidity_n_m2: f64, mass_kg_m: f64, load_n: f64, strut_m: f64) -> f64 {
     let p = load_n / rigidity_n_m2;
     let determinant = |omega: f64| {
@@ -405,8 +408,8 @@ fn beam_column_hz(rigidity_n_m2: f64, mass_kg_m: f64, load_n: f64, strut_m: f64)
     low / TAU
 }
 
-/// scenes/verification/column.toml: the axial force comes through the contact alone, so that only the prestress of the
-/// static state finds it. From the cache the run has the same numbers.
+/// scenes/verification/column.toml: the axial force comes through the contact alone, so that only
+/// the prestress of the static state finds it. From the cache the run has the same numbers.
 #[test]
 fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
     let cache = Folder::new("column-cache");
@@ -453,7 +456,7 @@ fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
     assert!(stages.iter().any(|s| s["from_cache"] == true), "{stages:?}");
 }
 
-/// Auxiliary nodes are no nodes of the mesh.
+/// Auxiliary nodes are not nodes of the mesh.
 #[test]
 fn fields_have_the_nodes_of_the_mesh() {
     let mesh = two_blocks(ElementType::HEX8);

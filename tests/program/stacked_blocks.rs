@@ -1,5 +1,6 @@
-//! Three steel blocks on each other and on rigid ground, each on a spring of its own, shaken at their base. They slide on
-//! the ground as one body, a million times as far as their contact gives way elastically.
+//! Three steel blocks on each other and on rigid ground, each on a spring of its own, excited at
+//! their base. They slide on the ground as one body, a million times as far as the elastic
+//! deformation of their contact.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -8,12 +9,13 @@ use crate::shared_folder::Folder;
 use crate::shared_rigid_body::{BASE_M_S2, SPRING_HZ, amplitude_in_time_m};
 use crate::shared_runs::{Run, number};
 
-/// Sides of a block, mm, and its elements along its height.
+/// Lengths of the sides of a block, mm.
 const BLOCK_MM: [f64; 3] = [10.0, 10.0, 3.0];
+/// Number of elements along the height of a block.
 const LAYERS: usize = 2;
 const BLOCKS: usize = 3;
 const DENSITY_KG_M3: f64 = 7800.0;
-/// What presses the blocks, N, and the coefficient of friction.
+/// Force that presses the blocks, N.
 const PRESSING_N: f64 = 0.3;
 const FRICTION: f64 = 0.3;
 const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
@@ -22,7 +24,7 @@ fn block_mass_kg() -> f64 {
     DENSITY_KG_M3 * BLOCK_MM.iter().product::<f64>() * 1e-9
 }
 
-/// With so many elements along the long sides of a block.
+/// Deck of the blocks, with `along` elements along the long sides of a block.
 fn deck(along: usize) -> String {
     let cells = [along, along, LAYERS];
     let nodes = cells.map(|count| count + 1);
@@ -67,7 +69,7 @@ fn deck(along: usize) -> String {
     text
 }
 
-/// All places of a lattice with so many along each axis, the first axis fastest.
+/// Positions of a lattice with these numbers along each axis, the first axis fastest.
 fn places(along: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let [x, y, z] = along;
     (0..x * y * z).map(move |n| [n % x, n / x % y, n / x / y])
@@ -106,8 +108,8 @@ fn scene() -> String {
     text
 }
 
-/// Runs the blocks; each frequency has to converge within so many Newton iterations, and to be as far from the motion of one rigid body in time as is
-/// estimated, or less.
+/// Runs the blocks. Each frequency has to converge within this number of Newton iterations. Its
+/// difference from the motion of one rigid body in time must not exceed the estimated error.
 fn assert_slides_as_one_body(cells: usize, resolution: &str, most_iterations: f64) {
     let folder = Folder::new("stacked-blocks");
     std::fs::write(folder.join("blocks.inp"), deck(cells)).unwrap();
@@ -139,9 +141,9 @@ fn assert_slides_as_one_body(cells: usize, resolution: &str, most_iterations: f6
     }
 }
 
-/// Of a balance, whatever its harmonics.
+/// Largest number of iterations of a balance, whatever its harmonics.
 const MOST_ITERATIONS: f64 = 60.0;
-/// The integration is of first order in its step.
+/// Error of the integration, which is of first order in its step.
 const OF_INTEGRATION: f64 = 1e-3;
 
 #[test]
@@ -153,8 +155,9 @@ fn stacked_blocks_in_gross_slip_move_as_one_rigid_body() {
     assert_slides_as_one_body(2, "accuracy = 0.01", 2.0 * MOST_ITERATIONS);
 }
 
-/// The base accelerates the centres of the blocks, above the ground: a moment, which some of the pairs would carry by pulls
-/// that exceed what presses them. It is no pull away from the ground.
+/// The base accelerates the centres of the blocks, above the ground. This is a moment, which some
+/// of the pairs would carry by pulls that exceed the pressing force. It is not a pull away from the
+/// ground.
 #[test]
 fn blocks_that_tend_to_tip_do_not_leave_the_ground() {
     assert_slides_as_one_body(4, "harmonics = 1", 3.0 * MOST_ITERATIONS);

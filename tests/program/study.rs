@@ -1,4 +1,5 @@
-//! `dovetail study`: cases in folders of their own, taken up again after a kill, gathered, exported; what it refuses.
+//! `dovetail study`: cases in folders of their own, resumed after a kill, collected, exported;
+//! studies that it refuses.
 
 use crate::shared_browser::{drawn, is_self_contained, opened};
 use crate::shared_folder;
@@ -7,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// A folder for one test with a scene and a study, gone at its end.
+/// Folder for one test with a scene and a study, removed at its end.
 struct Folder(shared_folder::Folder);
 
 struct Ended {
     code: i32,
     stdout: String,
-    /// On one line.
+    /// Standard error on one line.
     stderr: String,
 }
 
@@ -79,7 +80,7 @@ impl Folder {
         let path = self.0.join(file);
         std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
     }
-    /// Rows of table.csv by heading.
+    /// Rows of table.csv, each a list of headings and cells.
     fn table(&self) -> Vec<Vec<(String, String)>> {
         let text = self.text("out/table.csv");
         let mut lines = text
@@ -231,7 +232,7 @@ fn a_study_runs_its_cases_and_answers() {
     );
 }
 
-/// Of rows of a table those with this value of a parameter.
+/// Rows of a table with this value of a parameter.
 fn rows_at<'t>(
     rows: &'t [Vec<(String, String)>],
     parameter: &str,
@@ -264,7 +265,8 @@ values = [1.0, 2.0, 4.0]
 quantity = "peak_amplitude_m"
 "#;
 
-/// Design values have no error: such a study answers with values, pictures of them and the least.
+/// Design values have no error: such a study reports values, pictures of them and the smallest
+/// value.
 #[test]
 fn a_study_of_designs_answers_without_errors() {
     let folder = Folder::new("designs", FRICTION_AND_FORCE);
@@ -390,7 +392,8 @@ fn a_study_of_designs_answers_without_errors() {
     assert_eq!(minimum["peak_at_end_of_range"], true);
 }
 
-/// The errors of numerical parameters are those at one design: another friction is no error.
+/// The errors of numerical parameters are those at one design: a different friction is not an
+/// error.
 #[test]
 fn errors_of_a_mixed_study_are_taken_at_each_design() {
     let study = r#"
@@ -453,7 +456,7 @@ quantity = "peak_amplitude_m"
     folder.text("out/plots/peak_amplitude_m_over_friction.svg");
 }
 
-/// The study of friction and force that is committed, on four frequencies.
+/// The committed study of friction and force, on four frequencies.
 #[test]
 fn the_study_of_friction_and_force_answers() {
     let folder = Folder::new("friction-force", "");
@@ -557,7 +560,7 @@ fn a_killed_study_is_taken_up_where_it_was() {
     );
 }
 
-/// A case stays complete as long as it is what this program makes of it, and has said what it made.
+/// A case stays complete only if it was run by this program and has its figures.
 #[test]
 fn a_case_of_another_program_or_without_figures_is_run_again() {
     let study = HARMONICS.replace("values = [1, 2, 3]", "values = [1, 2]");
@@ -626,7 +629,8 @@ base = 1
         assert!(begin.elapsed() < Duration::from_secs(100));
         std::thread::sleep(Duration::from_millis(2));
     }
-    // Another copy of the case, such as a cluster starts that has lost sight of this one, leaves it alone.
+    // Another copy of the case, such as a cluster starts that has lost sight of this one, leaves it
+    // alone.
     let log = std::fs::read(folder.case("base", "log.txt")).unwrap();
     let other = folder.study(&["--case", "base"]);
     assert!(
@@ -652,7 +656,7 @@ base = 1
     assert!(!journal.exists());
 }
 
-/// Command lines of processes that name the folder (Linux).
+/// Command lines of the running processes that name the folder (Linux).
 fn at_work(folder: &Path) -> Vec<String> {
     let folder = folder.to_str().unwrap();
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -882,7 +886,7 @@ fn the_workflow_has_each_case() {
     }
 }
 
-/// The figures of a case against the tables of the run, which come another way.
+/// The figures of a case agree with the tables of the run, which are written separately.
 #[test]
 fn figures_are_those_of_the_tables() {
     let study = r#"
@@ -900,8 +904,8 @@ values = [1, 2]
     let ended = folder.study(&["--jobs", "1"]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     let rows = folder.table();
-    // Each case computes all of its stages, unless they share a folder; what it cost is what it says,
-    // but for the modes that the study alone asks for.
+    // Each case computes all of its stages, unless they share a folder; what it cost is what it
+    // says, but for the modes that the study alone asks for.
     for row in &rows {
         let summary = folder.json(&format!("out/cases/{}/summary.json", cell(row, "case")));
         let stages = summary["stages"].as_array().unwrap();
@@ -1034,7 +1038,8 @@ fn every_study_of_the_repository_is_possible() {
     assert_eq!(checked, 6);
 }
 
-/// A scene that is possible only with what the parameters set: each case counts, not the scene alone.
+/// A scene that is possible only with the values of the parameters: each case counts, not the scene
+/// alone.
 #[test]
 fn a_scene_may_leave_out_what_a_parameter_sets() {
     let study = "name = \"x\"\nscene = \"scene.toml\"\n[[parameter]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";

@@ -1,10 +1,10 @@
-//! Keeps in order what the compiler does not: imports between the modules of a package point one
-//! way, the paths and links of ARCHITECTURE.md, the README and the book lead somewhere, the
-//! identifiers of the glossary exist, and prose has lines that fit a screen.
+//! Checks of the source that the compiler does not make: imports between the modules of a package
+//! are in one direction, the paths and links of ARCHITECTURE.md, the README and the book exist, the
+//! identifiers of the glossary exist, and lines of prose fit a screen.
 
 use std::path::{Path, PathBuf};
 
-/// The modules of the library. Each may import itself and what stands before it.
+/// Modules of the library. Each may import itself and the modules before it.
 const SOLVER: [&str; 12] = [
     "input",
     "contact",
@@ -19,7 +19,7 @@ const SOLVER: [&str; 12] = [
     "description",
     "run",
 ];
-/// The modules of the program, and what of it each may import.
+/// Modules of the program, and the modules that each may import.
 const PROGRAM: [(&str, &[&str]); 27] = [
     ("exit", &[]),
     ("metrics", &[]),
@@ -139,7 +139,7 @@ fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The text of a file without comments.
+/// Text of a file without comments.
 fn code_of(file: &Path) -> String {
     let text = std::fs::read_to_string(file).unwrap();
     let lines = text.lines().map(|line| line.split("//").next().unwrap());
@@ -166,7 +166,7 @@ fn first_word(text: &str) -> String {
         .collect()
 }
 
-/// The imports that `may(module, import)` does not allow.
+/// Imports that `may(module, import)` does not allow.
 fn wrong_imports(folder: &str, may: impl Fn(&str, &str) -> bool) -> Vec<String> {
     let mut wrong = Vec::new();
     for (file, code) in sources(&root().join(folder)) {
@@ -201,8 +201,8 @@ fn imports_point_one_way() {
     );
 }
 
-/// What only files, processes and their formats need: the package of meshes has the readers behind
-/// a feature, which the library does not ask for.
+/// Packages for files, processes and their formats are not needed by the library: the package of
+/// meshes has the readers behind a feature that the library does not use.
 #[test]
 fn the_library_needs_no_reader_of_files() {
     let text = text_of("crates/solver/Cargo.toml");
@@ -222,7 +222,7 @@ fn the_library_needs_no_reader_of_files() {
     assert!(needed["dovetail-mesh"].get("features").is_none());
 }
 
-/// The names after every `prefix` in the code, also of a list in braces.
+/// Names after every `prefix` in the code, including those of a list in braces.
 fn names_after(code: &str, prefix: &str) -> Vec<String> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let mut found = Vec::new();
@@ -240,7 +240,7 @@ fn names_after(code: &str, prefix: &str) -> Vec<String> {
     found
 }
 
-/// The modules of one folder, each with those beside it that its code names; tests are left out.
+/// Modules of one folder, each with the modules beside it that its code names, without tests.
 fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
     let path = folder.strip_prefix(root).unwrap();
     let inside = path.iter().map(|part| part.to_string_lossy() + "::");
@@ -251,19 +251,22 @@ fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
         let path = entry.path();
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let mut files = Vec::new();
-        match path.is_dir() {
-            true => rust_files(&path, &mut files),
-            false if ["mod", "lib", "main", "tests"].contains(&name.as_str()) => continue,
-            false => files.push(path.clone()),
+        if path.is_dir() {
+            rust_files(&path, &mut files);
+        } else if ["mod", "lib", "main", "tests"].contains(&name.as_str()) {
+            continue;
+        } else {
+            files.push(path.clone());
         }
         let mut named = Vec::new();
         for file in files.iter().filter(|file| !file.ends_with("tests.rs")) {
             let code = code_of(file);
             let code = code.split("#[cfg(test)]").next().unwrap();
             let depth = file.strip_prefix(folder).unwrap().iter().count();
-            let up = match file.ends_with("mod.rs") {
-                true => depth - 1,
-                false => depth,
+            let up = if file.ends_with("mod.rs") {
+                depth - 1
+            } else {
+                depth
             };
             named.extend(names_after(code, &"super::".repeat(up)));
             named.extend(names_after(code, &absolute));
@@ -273,7 +276,7 @@ fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
     modules
 }
 
-/// A way along the names that leads from `from` to `to`.
+/// Returns `true` if a path along the names leads from `from` to `to`.
 fn leads(modules: &[(String, Vec<String>)], from: &str, to: &str, seen: &mut Vec<String>) -> bool {
     let Some((_, named)) = modules.iter().find(|(name, _)| name == from) else {
         return false;
@@ -325,8 +328,8 @@ fn modules_of_a_folder_import_in_no_circle() {
     assert!(edges > 300, "only {edges} imports were seen");
 }
 
-/// faer's methods of a matrix that take the number of threads from a setting of the process, and
-/// its words for all threads; what libraries use stands in `dovetail_numerics::dense`.
+/// Methods of faer's matrices that take the number of threads from a setting of the process, and
+/// its names for all threads. The libraries use `dovetail_numerics::dense` instead.
 #[test]
 fn libraries_do_not_ask_the_process_for_threads() {
     let asking = [
@@ -376,8 +379,7 @@ fn every_path_in_the_architecture_exists() {
     assert!(checked > 20, "only {checked} paths found");
 }
 
-/// Words of the glossary's rows: the identifiers of the second column stand in the code of the file
-/// in the fourth.
+/// The identifiers in the second column of the glossary are in the code of the file in the fourth.
 #[test]
 fn every_identifier_of_the_glossary_stands_in_its_file() {
     let text = std::fs::read_to_string(root().join("docs/glossary.md")).unwrap();
@@ -418,7 +420,7 @@ fn every_identifier_of_the_glossary_stands_in_its_file() {
     assert!(checked > 60, "only {checked} identifiers found");
 }
 
-/// The pages of the book, relative to the root.
+/// Pages of the book, relative to the root.
 fn pages() -> Vec<String> {
     let mut found = Vec::new();
     let mut folders = vec![root().join("docs")];
@@ -437,7 +439,7 @@ fn pages() -> Vec<String> {
     found
 }
 
-/// The pages of the book and those at the root that people read.
+/// Pages of the book, and the pages at the root for readers.
 fn prose() -> Vec<String> {
     let own = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(str::to_owned);
     own.into_iter().chain(pages()).collect()
@@ -447,7 +449,7 @@ fn text_of(page: &str) -> String {
     std::fs::read_to_string(root().join(page)).unwrap()
 }
 
-/// The lines that are no code, by fences or by an indent of four after an empty line.
+/// Lines that are not code, by fences or by an indent of four after an empty line.
 fn without_code(text: &str) -> String {
     let (mut fenced, mut code, mut empty) = (false, false, true);
     let mut out = String::new();
@@ -464,7 +466,7 @@ fn without_code(text: &str) -> String {
     out
 }
 
-/// The targets of `[text](target)`, code spans taken out.
+/// Targets of `[text](target)`, without code spans.
 fn links(text: &str) -> Vec<String> {
     let plain: String = without_code(text).split('`').step_by(2).collect();
     let after = plain.split("](").skip(1);
@@ -473,7 +475,7 @@ fn links(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// What a heading is called in a link: small letters, digits, `-` and `_`, blanks as `-`.
+/// Names of the headings in links: small letters, digits, `-` and `_`, blanks as `-`.
 fn anchors(text: &str) -> Vec<String> {
     let headings = text.lines().filter(|line| line.starts_with('#'));
     let letters = headings.map(|line| {
@@ -567,7 +569,7 @@ fn paths_that_the_book_names_exist() {
     assert!(checked > 80, "only {checked} paths found");
 }
 
-/// The binaries of tests that commands of the prose name, and where their modules stand.
+/// Test binaries that commands of the prose name, and the folders of their modules.
 const TESTS: [(&str, &str); 2] = [
     ("program", "tests/program"),
     ("library", "crates/solver/tests/library"),
@@ -643,8 +645,8 @@ fn lines_of_prose_have_at_most_100_letters() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// How busy a machine was is no unit: a figure says on how many cores it was measured. What the
-/// program no longer does stands in CHANGELOG.md.
+/// The load of a machine is not a unit: a figure states on how many cores it was measured. Past
+/// behaviour of the program is in CHANGELOG.md.
 #[test]
 fn prose_has_no_load_of_a_machine_and_no_history() {
     let never = [

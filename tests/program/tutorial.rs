@@ -1,5 +1,5 @@
-//! The tutorials are true: their commands are run one after the other, and what a page says they print
-//! and leave, and its listings of files, are compared with what they do.
+//! The tutorials are correct: their commands are run one after the other, and the output, the
+//! results and the listings of files on a page are compared with the actual ones.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,26 +7,28 @@ use std::process::Command;
 
 use crate::shared_folder::Folder;
 
-/// Numbers of a page and of a run may differ by this: another version of gmsh makes another mesh.
+/// Relative difference allowed between numbers of a page and of a run: another version of gmsh
+/// makes another mesh.
 const TOLERANCE: f64 = 0.02;
 
-/// A figure of summary.json: the run's folder in `output`, and where it stands there.
+/// Reads a figure of summary.json, from the folder of the run in `output` and the path of the
+/// figure.
 type Figure<'a> = &'a dyn Fn(&str, &str) -> f64;
 
-/// A page and what it is about.
+/// Page and the expectations about it.
 struct Tutorial {
     page: &'static str,
-    /// Folders of the repository that its reader stands beside.
+    /// Folders of the repository that its commands need in their folder.
     beside: &'static [&'static str],
-    /// The run, in `output`, whose files and arrays it names.
+    /// Run in `output` whose files and arrays the page names.
     run: &'static str,
-    /// Listings, commands, lines of output, arrays and files that it has at least.
+    /// Least numbers of listings, commands, lines of output, arrays and files.
     least: [usize; 5],
-    /// Sentences with figures, as its runs have them.
+    /// Sentences with figures, as computed from its runs.
     sentences: fn(Figure<'_>) -> Vec<String>,
 }
 
-/// The fenced blocks of a page in order: the words after the fence and the text.
+/// Fenced blocks of a page in order: the words after the fence, and the text.
 fn blocks(page: &str) -> Vec<(&str, &str)> {
     let parts: Vec<&str> = page.split("```").collect();
     assert!(parts.len() % 2 == 1, "a fence is not closed");
@@ -52,7 +54,7 @@ fn same_line(found: &str, expected: &str) -> bool {
     found.len() == expected.len() && found.iter().zip(&expected).all(|(f, e)| same_word(f, e))
 }
 
-/// Runs one line of the page with the program under test in the path; gives all that it printed.
+/// Runs one line of the page with the tested program in the path; returns all that it printed.
 fn run(line: &str, folder: &Path) -> String {
     let program = Path::new(env!("CARGO_BIN_EXE_dovetail")).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
@@ -68,7 +70,7 @@ fn run(line: &str, folder: &Path) -> String {
     printed
 }
 
-/// All files below `folder`, with their paths.
+/// Adds all files below `folder`, with their paths.
 fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -80,7 +82,7 @@ fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The texts of the files below `folder` whose names have this ending.
+/// Texts of the files below `folder` whose names have this ending.
 fn texts(folder: &Path, ending: &str) -> Vec<String> {
     let mut files = Vec::new();
     files_below(folder, &mut files);
@@ -107,7 +109,7 @@ impl Tutorial {
         self.figures(&prose, folder);
     }
 
-    /// Runs the commands and compares what they print, and the listings; gives their numbers.
+    /// Runs the commands and compares their output, and the listings; returns their numbers.
     fn blocks(&self, page: &str, folder: &Path) -> [usize; 3] {
         let (mut printed, mut counts) = (String::new(), [0; 3]);
         for (kind, text) in blocks(page) {
@@ -146,7 +148,7 @@ impl Tutorial {
         counts
     }
 
-    /// Arrays and files that the page names exist; gives their numbers.
+    /// Checks that arrays and files named by the page exist; returns their numbers.
     fn names(&self, prose: &str, folder: &Path) -> [usize; 2] {
         let results = folder.join("output").join(self.run);
         let fields = texts(&results, "vtu").concat();
@@ -178,7 +180,7 @@ impl Tutorial {
         [arrays, files]
     }
 
-    /// The figures in its sentences.
+    /// Checks the figures in its sentences.
     fn figures(&self, prose: &str, folder: &Path) {
         let figure = |run: &str, place: &str| -> f64 {
             let file = folder.join("output").join(run).join("summary.json");
@@ -254,7 +256,7 @@ fn what_the_tutorial_of_decks_says_is_what_happens() {
     joint.follow(&Folder::new("tutorial_joint"));
 }
 
-/// The decks are what their script writes.
+/// The decks are those that their script writes.
 #[test]
 fn the_decks_are_those_of_their_script() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/decks/two_parts.py");

@@ -1,5 +1,5 @@
-//! The way in: new scenes run, schemas take what stands in this repository, shells complete, man
-//! pages are written, and the version names the commit.
+//! First steps: new scenes run, schemas accept the files of this repository, shells complete, man
+//! pages are written, and the version has the commit.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, program, said_in_one_line};
 
-/// The script that tells the program its commit; its `main` is cargo's.
+/// Build script, which passes the commit to the program; cargo calls its `main`.
 #[allow(dead_code)]
 #[path = "../../build.rs"]
 mod build;
@@ -24,11 +24,11 @@ fn printed(output: Output) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-// ------------------------------------------------------------------------------------- dovetail new
+// ------------------------------------------------------------------------------------ dovetail new
 
-/// Makes the scene of a template, runs it by the command that is named, and checks that the answer
-/// is one to begin with: every frequency converges without a warning, friction slips somewhere and
-/// holds somewhere, and lowers the peak.
+/// Makes the scene of a template, runs it by the printed command, and checks its result: every
+/// frequency converges without a warning, friction slips at some pairs and sticks at others, and
+/// lowers the peak.
 fn template_runs(template: &str, pairs: u64) {
     let gmsh = Command::new("gmsh").arg("-version").output();
     assert!(
@@ -133,12 +133,12 @@ fn what_is_there_is_left_alone_and_bad_names_are_refused() {
     ended(program(&folder, &["check", "my work/blade/scene.toml"]), 0);
 }
 
-// ---------------------------------------------------------------------------------- dovetail schema
+// --------------------------------------------------------------------------------- dovetail schema
 
 struct Schema(boon::Schemas, boon::SchemaIndex);
 
 impl Schema {
-    /// What the program prints; a schema that is none itself is a panic.
+    /// Schema printed by the program; panics if it is not a valid schema.
     fn of(kind: &str) -> Self {
         let text = printed(ended(program(root(), &["schema", kind]), 0));
         let schema = serde_json::from_str(&text).unwrap();
@@ -318,9 +318,9 @@ fn a_volume_that_is_held_in_place_of_a_face_is_warned_of() {
     assert!(!face.contains("is fixed"), "{face}");
 }
 
-// ------------------------------------------------------------------------- completions and man pages
+// ----------------------------------------------------------------------- completions and man pages
 
-/// What bash offers for the last of the words.
+/// Completions that bash offers for the last of the words.
 fn offered(script: &Path, words: &[&str]) -> Vec<String> {
     let line = words.join(" ");
     let last = words.len() - 1;
@@ -390,9 +390,10 @@ fn each_command_has_a_man_page() {
     assert!(page("dovetail-run.1").contains("--resume"));
 }
 
-// ---------------------------------------------------------------------------------------- the README
+// -------------------------------------------------------------------------------------- the README
 
-/// The quick start of the README with a deck of this repository: its scene runs, and gives what the page says.
+/// The quick start of the README with a deck of this repository: its scene runs, and gives the
+/// results on the page.
 #[test]
 fn the_scene_of_the_readme_runs() {
     let page = fs::read_to_string(root().join("README.md")).unwrap();
@@ -417,7 +418,7 @@ fn the_scene_of_the_readme_runs() {
     }
 }
 
-// ---------------------------------------------------------------------------------------- the commit
+// -------------------------------------------------------------------------------------- the commit
 
 fn git(folder: &Path, words: &[&str]) {
     let mut git = Command::new("git");

@@ -1,4 +1,4 @@
-//! What a run says while it works and at its end.
+//! Messages of a run while it works and at its end.
 
 use std::process::{Command, Output};
 
@@ -41,13 +41,14 @@ fn summary(folder: &Folder) -> serde_json::Value {
     serde_json::from_slice(&text).unwrap()
 }
 
-/// `7.105 mm` of 7.10466e-3.
+/// Linear peak in millimetres: `7.105 mm` for 7.10466e-3.
 fn linear_millimetres(summary: &serde_json::Value) -> String {
     let metres = summary["response"]["linear_peak_amplitude_m"].as_f64();
     format!("{:.3} mm", 1e3 * metres.unwrap())
 }
 
-/// `2.7 mm` and `estimated error 15 %` of 2.685e-3 and 0.146: with one harmonic the error is some tenths of a millimetre.
+/// Peak and error, such as `2.7 mm` and `estimated error 15 %` for 2.685e-3 and 0.146: with one
+/// harmonic the error is some tenths of a millimetre.
 fn peak_and_error(summary: &serde_json::Value) -> [String; 2] {
     let of = |key: &str| summary["response"][key].as_f64().unwrap();
     let (metres, error) = (of("peak_amplitude_m"), of("peak_estimated_error"));

@@ -52,7 +52,7 @@ pub struct Operation {
 /// Draws the families and the engine orders `order * speed / 60`, with the speed of operation.
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_campbell(
     path: &Path,
     heading: Heading<'_>,
@@ -211,9 +211,10 @@ fn engine_orders(
         let end = (speed, slope * speed);
         let (x, y) = place(end);
         let (width, half) = (LETTER * name.len() as i32, NAME_HEIGHT / 2);
-        let at_end = match speed < fastest_rpm {
-            true => [x - width / 2, x + width / 2, y - NAME_HEIGHT, y],
-            false => [x + SPACE, x + SPACE + width, y - half, y + half],
+        let at_end = if speed < fastest_rpm {
+            [x - width / 2, x + width / 2, y - NAME_HEIGHT, y]
+        } else {
+            [x + SPACE, x + SPACE + width, y - half, y + half]
         };
         let on_line = ON_LINE.iter().filter(|_| must).map(|share| {
             let (x, y) = place((share * end.0, share * end.1));

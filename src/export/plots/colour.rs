@@ -36,10 +36,11 @@ const VIRIDIS: [[u8; 3]; 11] = [
 /// Colour of one of `count` series: a colour of curves or, if there are more series than those, a
 /// colour from dark to light.
 pub(super) fn of_series(i: usize, count: usize) -> RGBColor {
-    match count <= CURVES.len() {
-        true => of_curve(i),
+    if count <= CURVES.len() {
+        of_curve(i)
+    } else {
         // The lightest colours are lost on white.
-        false => of_value(0.9 * i as f64 / (count - 1) as f64),
+        of_value(0.9 * i as f64 / (count - 1) as f64)
     }
 }
 

@@ -208,7 +208,7 @@ impl Ordinate<'_> {
 /// Draws curves against frequency (the paper's Figures 3 and 4).
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_curves(
     path: &Path,
     heading: Heading<'_>,
@@ -328,9 +328,10 @@ fn highest_shown(curves: &[Curve]) -> f64 {
         highest(&|_| true),
         highest(&|c| c.kind != CurveKind::Linear),
     );
-    match own > 0.0 && all > MUCH_HIGHER * own {
-        true => own,
-        false => all,
+    if own > 0.0 && all > MUCH_HIGHER * own {
+        own
+    } else {
+        all
     }
 }
 

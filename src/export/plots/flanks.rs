@@ -123,14 +123,15 @@ pub fn write_separation_map(
         frequencies().fold(f64::NEG_INFINITY, f64::max),
     );
     let separated = separates.iter().filter(|separates| **separates).count();
-    let title = match least <= most {
-        true => format!(
+    let title = if least <= most {
+        format!(
             "Pairs that open somewhere from {} to {} Hz: {separated} of {}",
             figure(least, 4),
             figure(most, 4),
             separates.len()
-        ),
-        false => "Pairs that open: no frequency converged".to_owned(),
+        )
+    } else {
+        "Pairs that open: no frequency converged".to_owned()
     };
     let heading = Heading {
         title: &title,

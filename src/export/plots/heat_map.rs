@@ -83,16 +83,20 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
     let high = values().fold(f64::NEG_INFINITY, f64::max);
     let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
     let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
-    let step = match values().all(|v| (factor * v).fract() == 0.0) {
-        true => 1.0,
-        false => three_digits,
+    let step = if values().all(|v| (factor * v).fract() == 0.0) {
+        1.0
+    } else {
+        three_digits
     };
     for (column, row) in cells() {
         let [left, right, top, bottom] = map.cell(column, row);
         let value = map.value(column, row);
-        let fraction = value.map(|v| match high > low {
-            true => (v - low) / (high - low),
-            false => 0.0,
+        let fraction = value.map(|v| {
+            if high > low {
+                (v - low) / (high - low)
+            } else {
+                0.0
+            }
         });
         let fill = fraction.map_or(EMPTY, of_value);
         let corners = [(left, top), (right, bottom)];

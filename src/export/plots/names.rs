@@ -86,9 +86,10 @@ fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) ->
             }
             continue;
         }
-        match step < 0.0 {
-            true => enter = enter.max(room / step),
-            false => leave = leave.min(room / step),
+        if step < 0.0 {
+            enter = enter.max(room / step);
+        } else {
+            leave = leave.min(room / step);
         }
     }
     enter <= leave

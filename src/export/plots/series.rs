@@ -72,7 +72,7 @@ impl Axis {
 /// Draws the series on their axes.
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_series(
     path: &Path,
     title: &str,
@@ -130,9 +130,10 @@ impl Drawing {
                 ticks.into_iter().map(|v| (v, short(v))).collect()
             }
         };
-        let marks: Vec<(f64, String)> = match axis.marks.is_empty() {
-            true => round(),
-            false => axis.marks.clone(),
+        let marks: Vec<(f64, String)> = if axis.marks.is_empty() {
+            round()
+        } else {
+            axis.marks.clone()
         };
         let marks = marks
             .into_iter()

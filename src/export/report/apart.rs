@@ -78,9 +78,10 @@ impl Opening {
 
 /// Direction or its opposite, such that it points from `from` to the side of `of`.
 fn away(direction: [f64; 3], of: [f64; 3], from: [f64; 3]) -> [f64; 3] {
-    match dot(direction, sub(of, from)) < 0.0 {
-        true => scaled(direction, -1.0),
-        false => direction,
+    if dot(direction, sub(of, from)) < 0.0 {
+        scaled(direction, -1.0)
+    } else {
+        direction
     }
 }
 

@@ -369,7 +369,8 @@ fn hysteresis(orbit: &Orbit, pair: usize, letter: char, title: String) -> Loop {
         letter,
         title,
         displacement_m: along(&x1, &x2),
-        // By which the body of the first flank pushes that of the second: it spends what the loop encloses.
+        // By which the body of the first flank pushes that of the second: it spends what the loop
+        // encloses.
         force_n: along(&f1, &f2),
     }
 }

@@ -5,7 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
 const STYLE: &str = include_str!("report.css");
-/// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.min.css` and `dist/uPlot.iife.min.js`.
+/// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.min.css` and
+/// `dist/uPlot.iife.min.js`.
 const CHARTS_STYLE: &str = include_str!("vendor/uPlot.min.css");
 /// Scripts at the beginning of those of each report.
 const SCRIPTS: [&str; 2] = [

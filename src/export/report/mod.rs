@@ -60,6 +60,8 @@ impl Sweep<'_> {
     }
 }
 
+/// Writes the report.
+///
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), ExportError> {

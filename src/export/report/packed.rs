@@ -19,10 +19,13 @@ pub(super) fn scaled(values: impl Iterator<Item = f64> + Clone) -> Scaled {
     let high = finite().reduce(f64::max).unwrap_or(0.0);
     let steps = f64::from(u16::MAX);
     let step = (high - low) / steps;
-    let number = |v: f64| match step > 0.0 {
-        // A cast saturates, and takes a NaN to 0.
-        true => ((v - low) / step).round() as u16,
-        false => 0,
+    let number = |v: f64| {
+        if step > 0.0 {
+            // A cast saturates, and takes a NaN to 0.
+            ((v - low) / step).round() as u16
+        } else {
+            0
+        }
     };
     let bytes: Vec<u8> = values.flat_map(|v| number(v).to_le_bytes()).collect();
     Scaled {

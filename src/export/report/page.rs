@@ -185,9 +185,10 @@ fn losses(response: &ResponseSummary) -> Markup {
         .iter()
         .find(|p| Some(p.row) == response.peak_row);
     let quality = at_peak.and_then(|p| Some((p.loss_factor?, p.quality_factor?)));
-    let friction = match friction_w > 0.0 {
-        true => quantity(friction_w, "W", 3),
-        false => "none".to_owned(),
+    let friction = if friction_w > 0.0 {
+        quantity(friction_w, "W", 3)
+    } else {
+        "none".to_owned()
     };
     card(
         "Friction dissipates at the peak",
@@ -704,9 +705,10 @@ fn held(body: &BodySpec, model: Option<&Model>) -> String {
         .chain(along)
         .chain(springs)
         .collect();
-    match all.is_empty() {
-        true => "contacts".to_owned(),
-        false => all.join(", "),
+    if all.is_empty() {
+        "contacts".to_owned()
+    } else {
+        all.join(", ")
     }
 }
 

@@ -143,9 +143,10 @@ fn upright(model: &Model, nodes_m: impl Iterator<Item = [f64; 3]>) -> [[f64; 3];
     });
     outwards.unwrap_or_else(|| {
         let size = |axis: usize| high[axis] - low[axis];
-        let along = match size(1) > size(0) {
-            true => [0.0, 1.0, 0.0],
-            false => [1.0, 0.0, 0.0],
+        let along = if size(1) > size(0) {
+            [0.0, 1.0, 0.0]
+        } else {
+            [1.0, 0.0, 0.0]
         };
         [[0.0, 0.0, 1.0], along]
     })

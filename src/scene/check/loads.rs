@@ -75,13 +75,14 @@ pub fn load(
     };
     let amplitude = checker.number(at, key, value);
     let direction = checker.direction(at, "direction", direction)?;
-    let unit = match is_force {
-        true => LoadKind::Force {
+    let unit = if is_force {
+        LoadKind::Force {
             vector_n: direction,
-        },
-        false => LoadKind::Traction {
+        }
+    } else {
+        LoadKind::Traction {
             vector_pa: direction,
-        },
+        }
     };
     Some((unit, amplitude?))
 }

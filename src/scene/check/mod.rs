@@ -27,7 +27,7 @@ use super::source::Source;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::model::Assembly;
 
-/// The checked scene, or every problem in the order of the text.
+/// Returns the checked scene, or every problem in the order of the text.
 pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
     let mut checker = Checker {
         source,

@@ -1,4 +1,4 @@
-//! A made-up model, static state and response that agree with one another.
+//! Artificial model, static state and response that are consistent with one another.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -18,7 +18,7 @@ use faer::Mat;
 
 const HARMONICS: usize = 3;
 
-/// Everything a run would hand to the export.
+/// All data that a run passes to the export.
 pub struct Run {
     pub model: Model,
     pub static_state: StaticState,
@@ -26,11 +26,11 @@ pub struct Run {
     pub stress: [Vec<[f64; 6]>; 2],
     pub von_mises: [Vec<f64>; 2],
     pub response: Response,
-    /// 2H+1 nodal fields per body, at the peak.
+    /// The 2H+1 nodal fields of each body, at the peak.
     pub motion: [Vec<NodalField>; 2],
 }
 
-/// Two flanks at 45 degrees with `nu` x `nv` pairs each; every flank triangle carries one
+/// Run with two flanks at 45 degrees with `nu` x `nv` pairs each; every flank triangle has one
 /// tetrahedron of either body.
 pub fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
     let model = model(order, nu, nv);
@@ -268,7 +268,8 @@ fn with_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<Vec<u32>> 
     tets
 }
 
-/// Pressure falling from the middle of the flanks; the first pair (with clearance) open.
+/// Static state whose pressure falls from the middle of the flanks; the first pair (with clearance)
+/// is open.
 fn static_state(model: &Model) -> StaticState {
     let (mut x, mut lambda, mut status) = (Vec::new(), Vec::new(), Vec::new());
     for (i, pair) in model.pairs.iter().enumerate() {
@@ -302,7 +303,7 @@ fn static_state(model: &Model) -> StaticState {
     }
 }
 
-/// One mode that nothing excites.
+/// Reduced model with one mode that nothing excites.
 fn without_pairs() -> ReducedModel {
     ReducedModel {
         stiffness: Mat::zeros(0, 0),
@@ -319,7 +320,8 @@ fn without_pairs() -> ReducedModel {
     }
 }
 
-/// A resonance at 377 Hz cut by friction; points 3 and 17 did not converge.
+/// Response with a resonance at 377 Hz that is cut off by friction; points 3 and 17 did not
+/// converge.
 fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
     let (points, f0) = (31, 377.0);
     let frequency = |i: usize| f0 * (0.97 + 0.06 * i as f64 / (points - 1) as f64);

@@ -17,7 +17,7 @@ pub struct Joint {
     pub speed_rpm: f64,
     pub axis: [f64; 3],
     pub prestress: &'static str,
-    /// Of force and observation.
+    /// Direction of force and observation.
     pub direction: [f64; 3],
     pub force_n: f64,
     pub jaw_first: bool,
@@ -28,7 +28,7 @@ pub struct Joint {
 pub struct Run {
     pub response_csv: String,
     pub points: Vec<Point>,
-    /// Per contact.
+    /// Normal force of each contact in the static state, N.
     pub static_normal_n: Vec<f64>,
     pub largest_slip_m: f64,
 }
@@ -105,7 +105,7 @@ impl Joint {
         )
     }
 
-    /// `name`: of a folder of its own, gone at the end.
+    /// Runs the scene in a folder of this name, which is removed at the end.
     pub fn run(&self, name: &str) -> Run {
         let folder = Folder::new(name);
         std::fs::write(folder.join("joint.msh"), write(&self.mesh)).unwrap();

@@ -1,4 +1,4 @@
-//! The small dovetail, changed in ways that change nothing, and written as MSH 4.1.
+//! Small dovetail with changes that must not affect the result, written as MSH 4.1.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -20,7 +20,7 @@ const GROUPS: [&str; 9] = [
     "tip_trailing_edge",
 ];
 
-/// In its own unit, millimetres.
+/// Mesh in its own unit, millimetres.
 pub fn small() -> Mesh {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_small.msh");
     mesh_files::read(&path, 1.0).unwrap()
@@ -84,7 +84,7 @@ pub fn renumbered(mesh: &Mesh) -> Mesh {
     other
 }
 
-/// 0..n in an order of no meaning (Fisher and Yates, with a linear congruential generator).
+/// Numbers 0..n in arbitrary order (Fisher and Yates, with a linear congruential generator).
 fn permutation(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     let mut state = seed;
@@ -97,7 +97,7 @@ fn permutation(n: usize, seed: u64) -> Vec<u32> {
     order
 }
 
-/// MSH 4.1, ASCII: one entity per group, all digits of every coordinate.
+/// Mesh as MSH 4.1, ASCII: one entity per group, all digits of every coordinate.
 pub fn write(mesh: &Mesh) -> String {
     let groups = GROUPS.map(|name| (name, &mesh.groups[name]));
     let mut text = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n");

@@ -1,10 +1,11 @@
-//! Laws that hold for any scene: what changes with units, scale, place, numbering and names, and how.
+//! Laws that hold for any scene: how results change with units, scale, position, numbering and
+//! names.
 //!
 //! The whole program runs on a small dovetail (meshes/dovetail_small.msh, 24 pairs) at three
-//! frequencies around the first stuck mode: at the middle one, near the peak, nearly all pairs slip and
-//! some lift off. None of the changes is exact in floating point, and the same balance is solved by
-//! iterations that stop at [`NEWTON`]; what the laws say must hold to [`ROUNDING`], which leaves a factor
-//! for how ill-conditioned the balance is where pairs slide in all the period.
+//! frequencies around the first stuck mode: at the middle one, near the peak, nearly all pairs slip
+//! and some lift off. None of the changes is exact in floating point, and the balance is solved by
+//! iterations that stop at [`NEWTON`]. The laws must hold to [`ROUNDING`], which includes a factor
+//! for how ill-conditioned the balance is if pairs slide in the whole period.
 
 mod joint;
 mod meshes;
@@ -14,10 +15,10 @@ use meshes::{renumbered, rotated, scaled, small};
 
 /// Relative residual at which the runs stop.
 const NEWTON: f64 = 1e-11;
-/// Largest relative departure from a law.
+/// Largest relative deviation from a law.
 const ROUNDING: f64 = 1e-6;
 
-/// By what each kind of quantity is multiplied.
+/// Factor by which each kind of quantity is multiplied.
 #[derive(Clone, Copy)]
 struct Factors {
     frequency: f64,
@@ -37,7 +38,7 @@ fn joint() -> Joint {
     Joint::new(small())
 }
 
-/// The runs are the same but for the factors.
+/// Checks that the runs are the same except for the factors.
 fn same(one: &Run, other: &Run, by: Factors) {
     assert_eq!(one.points.len(), other.points.len());
     let close = |what: &str, a: f64, b: f64, factor: f64, scale: f64| {
@@ -99,7 +100,7 @@ fn same(one: &Run, other: &Run, by: Factors) {
     }
 }
 
-/// The point of the whole: pairs slip and lift off, and friction takes much of the power.
+/// Checks that the case is relevant: pairs slip and lift off, and friction takes much of the power.
 fn is_worth_comparing(run: &Run) {
     let peak = &run.points[1];
     assert!(peak.slipping_pairs + peak.opening_pairs > 12 && peak.opening_pairs > 0);
@@ -150,7 +151,8 @@ fn frequencies_go_with_the_inverse_of_the_size() {
 
 #[test]
 fn the_response_goes_with_force_and_preload() {
-    // Without stress stiffening and spin softening, and with no gap, the speed is a load and no more.
+    // Without stress stiffening and spin softening, and with no gap, the speed is a load and no
+    // more.
     let c = 1.7_f64;
     let plain = Joint {
         prestress: "none",
