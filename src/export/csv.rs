@@ -58,7 +58,8 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
             );
         }
     }
-    let counts: [(&str, fn(&CycleCounts) -> usize); 5] = [
+    type Count = fn(&CycleCounts) -> usize;
+    let counts: [(&str, Count); 5] = [
         ("slipping_pairs", |c| c.slipping),
         ("opening_pairs", |c| c.opening),
         ("closing_pairs", |c| c.closing),

@@ -15,8 +15,11 @@ use super::results::{CaseResult, Ended, Figures};
 use crate::export::table::{Cell, Columns};
 use crate::version;
 
-/// Last columns of a table of cases: heading, and cell of a case.
-pub const OF_RUNS: [(&str, fn(&CaseResult) -> Cell); 7] = [
+/// Cell of a case in a column.
+pub type OfCase = fn(&CaseResult) -> Cell;
+
+/// Last columns of a table of cases.
+pub const OF_RUNS: [(&str, OfCase); 7] = [
     ("processor_seconds", |r| of(r, |f| f.processor_seconds)),
     ("seconds", |r| of(r, |f| Some(f.seconds))),
     ("peak_memory_mib", |r| of(r, |f| f.peak_memory_mib)),

@@ -14,8 +14,6 @@ use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
 
-/// Largest accepted speed, rpm: far above it squares would leave the range of f64.
-
 /// Checks the bodies. `units` are those of `[mesh]`.
 pub fn bodies(
     checker: &mut Checker,
