@@ -4,6 +4,26 @@
 //! [`parse`] reads the bytes of a file of any known format ([`formats`], behind the feature of that
 //! name), [`quality`] refuses elements that no calculation can use. [`interpolation`] has the shape
 //! functions, [`quadrature`] the rules, [`facet`] integrals over faces. No file is opened here.
+//!
+//! A tetrahedron from the text of a Gmsh file whose lengths are millimetres:
+//!
+//! ```
+//! # #[cfg(feature = "formats")]
+//! # fn main() -> Result<(), dovetail_mesh::MeshError> {
+//! use dovetail_mesh::units::Units;
+//!
+//! let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+//!             $PhysicalNames\n1\n3 1 \"block\"\n$EndPhysicalNames\n\
+//!             $Nodes\n4\n1 0 0 0\n2 5 0 0\n3 0 5 0\n4 0 0 5\n$EndNodes\n\
+//!             $Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n";
+//! let mesh = dovetail_mesh::parse(text, Units::MetresPerUnit(1e-3))?;
+//! assert_eq!(mesh.nodes_m[1], [5e-3, 0.0, 0.0]);
+//! assert_eq!(mesh.groups["block"].elements, [0]);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "formats"))]
+//! # fn main() {}
+//! ```
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]
