@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::shared_folder::{Folder, without_sections};
 use crate::shared_program::{ended, said_in_one_line};
 
-const POINTS: usize = 400;
+const POINTS: usize = 200;
 
 /// Command `dovetail run` for the paper's scene on its smallest mesh: mean positions that are
 /// retained, frequencies that fail and are tried again, and a second response.
@@ -121,12 +121,12 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     let whole = contents(&whole);
     assert!(!whole.contains_key("response.journal"));
     let out = Folder::new("killed");
-    let mut killed = under_way(&out, &[], 800_000);
+    let mut killed = under_way(&out, &[], 400_000);
     send("-KILL", &killed);
     killed.wait().unwrap();
     assert_eq!(summary(&out).state, RunState::Running);
     // Killed once more, further on: in the response that the first is compared with.
-    let mut interrupted = under_way(&out, &["--resume"], 4_500_000);
+    let mut interrupted = under_way(&out, &["--resume"], 2_250_000);
     send("-INT", &interrupted);
     assert_eq!(interrupted.wait().unwrap().code(), Some(130));
     let broken = summary(&out);
@@ -138,7 +138,7 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     let resumed = ended(command(&out, &["--resume"]), 0);
     let words = said_in_one_line(&resumed);
     assert!(
-        words.contains("400 of 400 frequencies were solved before"),
+        words.contains("200 of 200 frequencies were solved before"),
         "{words}"
     );
     assert_same(&contents(&out), &whole);
@@ -153,7 +153,7 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
         program
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args(["run", "scenes/verification/column.toml", "--no-cache"])
-            .args(["--set", &format!("response.points={POINTS}")])
+            .args(["--set", "response.points=80"])
             .args(["--set", "response.harmonics=3", "--out"])
             .arg(out)
             .args(words);
@@ -171,7 +171,7 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     assert!(refused.contains("computed from other inputs"), "{refused}");
     let resumed = said_in_one_line(&ended(column(&out, &["--resume"]), 0));
     assert!(
-        resumed.contains("of 400 frequencies were solved before"),
+        resumed.contains("of 80 frequencies were solved before"),
         "{resumed}"
     );
     assert!(resumed.contains("prestress, pass 2"), "{resumed}");
@@ -187,7 +187,7 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     assert_eq!(output.status.code(), Some(130));
     let words = said_in_one_line(&output);
     assert!(
-        words.contains("--resume") && words.contains("of 400"),
+        words.contains("--resume") && words.contains("of 200"),
         "{words}"
     );
     let summary = summary(&out);

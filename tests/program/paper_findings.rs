@@ -332,12 +332,12 @@ fn rough_flanks_after_the_static_state_give_the_linear_curve() {
 fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     let model = with_force(5.0);
     for (hz, is_held) in [(453.54, true), (450.1, false)] {
-        let rising: Vec<f64> = (0..12).map(|i| hz - 0.12 * f64::from(11 - i)).collect();
-        let falling: Vec<f64> = (0..12).map(|i| hz + 0.12 * f64::from(i)).collect();
+        let rising: Vec<f64> = (0..6).map(|i| hz - 0.2 * f64::from(5 - i)).collect();
+        let falling: Vec<f64> = (0..6).map(|i| hz + 0.2 * f64::from(i)).collect();
         // A sweep goes from both ends to the middle: as many frequencies beyond keep these in
         // order.
-        let beyond = [hz + 40.0; 12];
-        let before = [hz - 40.0; 11];
+        let beyond = [hz + 40.0; 6];
+        let before = [hz - 40.0; 5];
         let ways = [
             vec![hz],
             rising.iter().chain(&beyond).copied().collect(),
