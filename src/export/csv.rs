@@ -184,24 +184,27 @@ pub fn write_contact(
         fields.map_or("", |f| f.status[*i].word())
     });
     type OfCycle = fn(&CycleFields) -> &[f64];
-    let mut add = |name: &'static str, per_area: bool, values: OfCycle| {
-        table.add(name, move |i| {
+    let cycle = |per_area: bool, values: OfCycle| {
+        move |i: &usize| {
             let known = !per_area || pairs.rows[*i].area_m2.is_some();
             fields.filter(|_| known).map(|f| values(f)[*i])
-        });
+        }
     };
-    add("peak_pressure_mean_pa", true, |f| &f.pressure_mean_pa);
-    add("peak_pressure_min_pa", true, |f| &f.pressure_min_pa);
-    add("peak_pressure_max_pa", true, |f| &f.pressure_max_pa);
-    add("peak_slid_m", false, |f| &f.slid_m);
-    add("peak_open_fraction", false, |f| &f.open_fraction);
+    table.add(
+        "peak_pressure_mean_pa",
+        cycle(true, |f| &f.pressure_mean_pa),
+    );
+    table.add("peak_pressure_min_pa", cycle(true, |f| &f.pressure_min_pa));
+    table.add("peak_pressure_max_pa", cycle(true, |f| &f.pressure_max_pa));
+    table.add("peak_slid_m", cycle(false, |f| &f.slid_m));
+    table.add("peak_open_fraction", cycle(false, |f| &f.open_fraction));
     table.add("peak_friction_energy_j", move |i| {
         at_peak.map(|o| o.cycles[*i].friction_power_w / o.frequency_hz)
     });
-    table.add("peak_friction_energy_j_m2", move |i| {
-        let known = pairs.rows[*i].area_m2.is_some();
-        fields.filter(|_| known).map(|f| f.friction_energy_j_m2[*i])
-    });
+    table.add(
+        "peak_friction_energy_j_m2",
+        cycle(true, |f| &f.friction_energy_j_m2),
+    );
     let any = swept.points > 0;
     table.add("friction_power_mean_w", move |i| {
         any.then(|| swept.friction_power_mean_w[*i])

@@ -71,13 +71,10 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         }
         None => assembly(checker, base_dir, &raw, kept).map(|a| Subject::Assembly(Box::new(a))),
     };
-    let load_steps = match &raw.static_state {
-        None => Some(10),
-        Some(table) => {
-            let at = Table::of("static", table.span(), None);
-            checker.count(&at, "load_steps", &table.get_ref().load_steps)
-        }
-    };
+    let table = raw.static_state.as_ref();
+    let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
+    let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
+    let load_steps = checker.count(&at, "load_steps", load_steps);
     Some(Scene {
         name: name?,
         subject: subject?,

@@ -75,10 +75,10 @@ fn resolution(
             fixed(checker, at, raw),
             checker.number(at, "tolerance", &raw.tolerance),
         ),
-        (None, None) => (
-            by_default(checker, at, raw),
-            Some(Resolution::Accuracy(DEFAULT_ACCURACY).tolerance()),
-        ),
+        (None, None) => {
+            let resolution = by_default(checker, at, raw);
+            (resolution, resolution.map(Resolution::tolerance))
+        }
     }
 }
 
@@ -131,7 +131,8 @@ fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Re
             return None;
         }
     }
-    Some(Resolution::Accuracy(DEFAULT_ACCURACY))
+    let accuracy = checker.number(at, "accuracy", &raw.accuracy)?;
+    Some(Resolution::Accuracy(accuracy))
 }
 
 /// Resolution by an accuracy. Keys that the accuracy determines must not be given.
@@ -152,9 +153,6 @@ fn adapted(
     let accuracy = checker.number(at, "accuracy", &raw.accuracy)?;
     Some(Resolution::Accuracy(accuracy))
 }
-
-/// Accuracy of a scene that gives neither an accuracy nor harmonics.
-const DEFAULT_ACCURACY: f64 = 0.01;
 
 fn frequency_range(
     checker: &mut Checker,

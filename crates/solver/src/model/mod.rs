@@ -131,39 +131,34 @@ pub struct Body {
 impl Body {
     /// Mesh tag of each free node; for an auxiliary one, the tag of a node that its spring acts on.
     pub fn free_node_tags(&self) -> Vec<u64> {
-        let mut tags = vec![None; self.dofs.free_nodes()];
-        for (motion, tag) in self.dofs.nodes.iter().zip(&self.node_tags) {
-            if let NodeMotion::Free(free) = motion {
-                tags[*free as usize] = Some(*tag);
-            }
-        }
-        let of = |(free, tag): (usize, Option<u64>)| {
-            tag.unwrap_or_else(|| self.node_tags[self.mesh_node_of(free)])
-        };
-        tags.into_iter().enumerate().map(of).collect()
+        let nodes = self.mesh_nodes_of_free_nodes().into_iter();
+        nodes.map(|node| self.node_tags[node]).collect()
     }
 
     /// Node of the mesh (in the body's own numbering) that a free node is; for an auxiliary one, a
     /// node that its spring acts on.
     pub fn mesh_node_of(&self, free: usize) -> usize {
-        let is_it = |motion: &NodeMotion| *motion == NodeMotion::Free(free as u32);
-        let own = self.dofs.nodes.iter().position(is_it);
+        let nodes = self.mesh_nodes_of_free_nodes();
+        nodes.get(free).copied().unwrap_or(0)
+    }
+
+    /// [`Body::mesh_node_of`] of each free node.
+    fn mesh_nodes_of_free_nodes(&self) -> Vec<usize> {
+        let mut found = vec![None; self.dofs.free_nodes()];
+        for (node, motion) in self.dofs.nodes.iter().enumerate() {
+            if let NodeMotion::Free(free) = motion {
+                found[*free as usize] = Some(node);
+            }
+        }
         let first = self.dofs.nodes.len();
-        let has_it = |chain: &&SpringChain| {
-            let numbers = chain.nodes.iter().map(|&node| node as usize - first);
-            numbers
-                .map(|at| self.dofs.auxiliary[at] as usize)
-                .any(|n| n == free)
-        };
-        let chains = || self.springs.iter().filter_map(|spring| spring.on.chain());
-        let near = || {
-            chains()
-                .find(has_it)?
-                .links
-                .first()
-                .map(|(node, _)| *node as usize)
-        };
-        own.or_else(near).unwrap_or(0)
+        for chain in self.springs.iter().filter_map(|spring| spring.on.chain()) {
+            let near = chain.links.first().map(|(node, _)| *node as usize);
+            for &node in &chain.nodes {
+                let free = self.dofs.auxiliary[node as usize - first] as usize;
+                found[free] = found[free].or(near);
+            }
+        }
+        found.into_iter().map(|node| node.unwrap_or(0)).collect()
     }
 }
 
