@@ -62,6 +62,8 @@ pub struct Resolved<'b> {
     pub estimated_errors: Vec<f64>,
     /// True if the estimate is within the accuracy, or no accuracy is asked for.
     pub is_accurate: bool,
+    /// Level of the solution.
+    pub level: usize,
     /// Level to begin on at a neighbouring frequency.
     pub next_level: usize,
 }
@@ -192,10 +194,7 @@ impl<'a> Refinement<'a> {
         work: &mut Work,
         solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
     ) -> Resolved<'b> {
-        let highest = match self.accuracy {
-            Some(_) => self.levels.len() - 2,
-            None => 0,
-        };
+        let highest = self.highest();
         let mut level = from.min(highest);
         let mut solved = solve(&self.levels[level], work);
         let last = highest.min(level + MOST_LEVELS_UP);
@@ -203,12 +202,39 @@ impl<'a> Refinement<'a> {
             level += 1;
             solved = solve(&self.levels[level], work);
         }
+        self.refined(frequency_hz, level, solved, work)
+    }
+
+    /// Highest level that a frequency may be solved on.
+    fn highest(&self) -> usize {
+        match self.accuracy {
+            Some(_) => self.levels.len() - 2,
+            None => 0,
+        }
+    }
+
+    /// Solver of a level.
+    pub fn level(&self, level: usize) -> &FrequencySolver<'a> {
+        &self.levels[level]
+    }
+
+    /// Estimates the error of a solution of a level, and solves levels above until the accuracy
+    /// asked for is reached.
+    pub fn refined<'b>(
+        &'b self,
+        frequency_hz: f64,
+        mut level: usize,
+        mut solved: Solution<'b>,
+        work: &mut Work,
+    ) -> Resolved<'b> {
+        let highest = self.highest();
         loop {
             if !solved.is_converged() {
                 return Resolved {
                     solved,
                     estimated_errors: Vec::new(),
                     is_accurate: false,
+                    level,
                     next_level: level,
                 };
             }
@@ -234,6 +260,7 @@ impl<'a> Refinement<'a> {
                 solved,
                 estimated_errors,
                 is_accurate: suffices,
+                level,
                 next_level: level - usize::from(fewer),
             };
         }

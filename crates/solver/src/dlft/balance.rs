@@ -13,6 +13,7 @@ use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::problem::inexact::InexactModel;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
+use dovetail_numerics::vector::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
@@ -153,19 +154,12 @@ impl<'a> Balance<'a> {
                 continue;
             }
             let factor = load.factor(omega);
-            let complex = |c: &[f64], s: &[f64]| -> Vec<c64> {
-                let both = c.iter().zip(s);
-                both.map(|(&c, &s)| factor * c64::new(c, -s)).collect()
-            };
             let condensed = system.condensed_load(
                 k as f64 * omega,
-                &complex(&load.cosine.on_x, &load.sine.on_x),
-                &complex(&load.cosine.on_modes, &load.sine.on_modes),
+                &complex(&load.cosine.on_x, &load.sine.on_x, factor),
+                &complex(&load.cosine.on_modes, &load.sine.on_modes, factor),
             );
-            for (i, f) in condensed.iter().enumerate() {
-                force[cosine(k) * n + i] += f.re;
-                force[sine(k) * n + i] -= f.im;
-            }
+            add_harmonic(&mut force, k, &condensed);
         }
         Self {
             setting,
@@ -188,6 +182,36 @@ impl<'a> Balance<'a> {
         }
         self.retention = Some(retention);
         self
+    }
+
+    /// Derivative of Lambda U - F with respect to the frequency, at constant U, N s/rad; `omega` is
+    /// that of the balance.
+    pub fn frequency_slope(&self, u: &[f64], omega: f64) -> Vec<f64> {
+        let (system, harmonics) = (self.setting.system, self.stiffness.harmonics());
+        let mut out = vec![0.0; u.len()];
+        system.stiffness_slope(omega, harmonics).apply(u, &mut out);
+        out[..self.unknowns_per_block()].fill(0.0);
+        for load in &system.problem.excitations {
+            let k = load.harmonic;
+            if k == 0 || k > harmonics {
+                continue;
+            }
+            let parts = |factor: f64| {
+                let (cosine, sine) = (&load.cosine, &load.sine);
+                [
+                    complex(&cosine.on_x, &sine.on_x, factor),
+                    complex(&cosine.on_modes, &sine.on_modes, factor),
+                ]
+            };
+            // With respect to the frequency of harmonic k, k times that of the first one.
+            let [_, on_modes] = parts(load.factor(omega));
+            let [on_x_slope, on_modes_slope] = parts(load.factor_slope(omega) / k as f64);
+            let at = k as f64 * omega;
+            let slope = system.condensed_load_slope(at, &on_modes, &on_x_slope, &on_modes_slope);
+            let less: Vec<c64> = slope.iter().map(|f| -(k as f64) * f).collect();
+            add_harmonic(&mut out, k, &less);
+        }
+        out
     }
 
     /// Spring that retains the mean, if any.
@@ -383,6 +407,39 @@ impl<'a> Balance<'a> {
     }
 }
 
+impl Jacobian {
+    /// Computes (I - D) v for forces v on all pairs, (2H+1) n: the part of them that the contact
+    /// forces do not balance. It is 0 on pairs that stick throughout.
+    pub fn less_contact_response(&self, v: &[f64], n: usize) -> Vec<f64> {
+        let width = v.len() / n;
+        let mut out = vec![0.0; v.len()];
+        for (pair, derivative) in self.active.iter().zip(&self.derivatives) {
+            let own = gather(v, n, *pair, width);
+            let mut left = own.clone();
+            for (left, row) in left.iter_mut().zip(derivative.chunks_exact(3 * width)) {
+                *left -= dot(row, &own);
+            }
+            scatter(&left, n, *pair, width, &mut out);
+        }
+        out
+    }
+}
+
+/// Complex amplitudes of `cosine cos + sine sin`, times a factor.
+fn complex(cosine: &[f64], sine: &[f64], factor: f64) -> Vec<c64> {
+    let both = cosine.iter().zip(sine);
+    both.map(|(&c, &s)| factor * c64::new(c, -s)).collect()
+}
+
+/// Adds complex amplitudes to the blocks of harmonic k.
+fn add_harmonic(v: &mut [f64], k: usize, amplitudes: &[c64]) {
+    let n = amplitudes.len();
+    for (i, f) in amplitudes.iter().enumerate() {
+        v[cosine(k) * n + i] += f.re;
+        v[sine(k) * n + i] -= f.im;
+    }
+}
+
 /// Computes y = A x for a dense A.
 pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     let (rows, columns) = (y.len(), x.len());
@@ -420,7 +477,6 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
-    use dovetail_numerics::vector::dot;
 
     /// Computes Lambda U - F.
     fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
@@ -495,6 +551,31 @@ mod tests {
                 assert_eq!(input.start, [along, across]);
                 let gap_m = setting.system.problem.laws[pair].gap_m;
                 assert_eq!(input.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
+            }
+        });
+    }
+
+    #[test]
+    fn the_slope_over_the_frequency_is_that_by_differences() {
+        use crate::model::Growth;
+        at_sample_points(|what, sample, u| {
+            let mut problem = sample.setting.system.problem.clone();
+            problem.excitations[1].growth = Growth::Squared;
+            let system = ContactSystem::new(&problem, sample.setting.system.damping);
+            let setting = Setting {
+                system: &system,
+                ..*sample.setting
+            };
+            let at = |omega: f64| without_contact(&Balance::new(&setting, omega), u);
+            let step = 1e-6;
+            let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
+            let balance = Balance::new(&setting, OMEGA_RAD_S);
+            let slope = balance.frequency_slope(u, OMEGA_RAD_S);
+            let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            for ((a, b), slope) in above.iter().zip(&below).zip(&slope) {
+                let by_differences = (a - b) / (2.0 * step);
+                let off = (by_differences - slope).abs();
+                assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
             }
         });
     }

@@ -4,7 +4,7 @@
 //! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so
 //! that steps are measured in forces.
 
-use super::balance::{Balance, Evaluation, Evaluator};
+use super::balance::{Balance, Evaluation, Evaluator, Jacobian};
 use super::newton_krylov::{load_scale, relative_residual, step_length};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
@@ -125,70 +125,75 @@ impl DoglegSystem for DenseBalance<'_, '_> {
     fn scaling(&self, i: usize) -> f64 {
         self.evaluator.balance.eps_at(i)
     }
-    /// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
         let balance = self.evaluator.balance;
-        let n = balance.unknowns_per_block();
-        let width = x.len() / n;
         let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
-        let mut out = Mat::<f64>::zeros(x.len(), x.len());
-        // Lambda - eps.
-        let mut stiffness = balance.setting.system.problem.reduced.stiffness.clone();
-        if let Some(retention) = balance.retention() {
-            retention.add_to_matrix(&mut stiffness);
-        }
-        for j in 0..n {
-            out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
-        }
-        for k in 1..=balance.stiffness.harmonics() {
-            let [re, im] = balance.stiffness.formed(k);
-            let (c, s) = (cosine(k) * n, sine(k) * n);
-            for j in 0..n {
-                for i in 0..n {
-                    let (re, im) = (re[(i, j)], im[(i, j)]);
-                    out[(c + i, c + j)] = re;
-                    out[(c + i, s + j)] = im;
-                    out[(s + i, c + j)] = -im;
-                    out[(s + i, s + j)] = re;
-                }
-            }
-        }
-        for i in 0..x.len() {
-            out[(i, i)] -= balance.eps_at(i);
-        }
-        // (I - D) times that, pair after pair: the rows of a pair that sticks vanish.
-        let full = 3 * width;
-        let mut derivatives = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
-        let (mut rows, mut moved) = (Mat::zeros(full, x.len()), Mat::zeros(full, x.len()));
-        for pair in 0..n / 3 {
-            let at = |i: usize| (i % width) * n + 3 * pair + i / width;
-            let derivative = derivatives.next_if(|(active, _)| **active == pair);
-            let Some((_, derivative)) = derivative else {
-                for j in 0..x.len() {
-                    (0..full).for_each(|i| out[(at(i), j)] = 0.0);
-                }
-                continue;
-            };
-            for j in 0..x.len() {
-                (0..full).for_each(|i| rows[(i, j)] = out[(at(i), j)]);
-            }
-            matmul(
-                moved.as_mut(),
-                Accum::Replace,
-                MatRef::from_row_major_slice(derivative, full, full),
-                rows.as_ref(),
-                1.0,
-                Par::Seq,
-            );
-            for j in 0..x.len() {
-                (0..full).for_each(|i| out[(at(i), j)] -= moved[(i, j)]);
-            }
-        }
-        for i in 0..x.len() {
-            out[(i, i)] += balance.eps_at(i);
-        }
-        out
+        formed(balance, &jacobian)
     }
+}
+
+/// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
+pub fn formed(balance: &Balance<'_>, jacobian: &Jacobian) -> Mat<f64> {
+    let n = balance.unknowns_per_block();
+    let width = balance.setting.fourier.width();
+    let size = n * width;
+    let mut out = Mat::<f64>::zeros(size, size);
+    // Lambda - eps.
+    let mut stiffness = balance.setting.system.problem.reduced.stiffness.clone();
+    if let Some(retention) = balance.retention() {
+        retention.add_to_matrix(&mut stiffness);
+    }
+    for j in 0..n {
+        out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
+    }
+    for k in 1..=balance.stiffness.harmonics() {
+        let [re, im] = balance.stiffness.formed(k);
+        let (c, s) = (cosine(k) * n, sine(k) * n);
+        for j in 0..n {
+            for i in 0..n {
+                let (re, im) = (re[(i, j)], im[(i, j)]);
+                out[(c + i, c + j)] = re;
+                out[(c + i, s + j)] = im;
+                out[(s + i, c + j)] = -im;
+                out[(s + i, s + j)] = re;
+            }
+        }
+    }
+    for i in 0..size {
+        out[(i, i)] -= balance.eps_at(i);
+    }
+    // (I - D) times that, pair after pair: the rows of a pair that sticks vanish.
+    let full = 3 * width;
+    let mut derivatives = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
+    let (mut rows, mut moved) = (Mat::zeros(full, size), Mat::zeros(full, size));
+    for pair in 0..n / 3 {
+        let at = |i: usize| (i % width) * n + 3 * pair + i / width;
+        let derivative = derivatives.next_if(|(active, _)| **active == pair);
+        let Some((_, derivative)) = derivative else {
+            for j in 0..size {
+                (0..full).for_each(|i| out[(at(i), j)] = 0.0);
+            }
+            continue;
+        };
+        for j in 0..size {
+            (0..full).for_each(|i| rows[(i, j)] = out[(at(i), j)]);
+        }
+        matmul(
+            moved.as_mut(),
+            Accum::Replace,
+            MatRef::from_row_major_slice(derivative, full, full),
+            rows.as_ref(),
+            1.0,
+            Par::Seq,
+        );
+        for j in 0..size {
+            (0..full).for_each(|i| out[(at(i), j)] -= moved[(i, j)]);
+        }
+    }
+    for i in 0..size {
+        out[(i, i)] += balance.eps_at(i);
+    }
+    out
 }
 
 #[cfg(test)]

@@ -295,6 +295,7 @@ pub mod accuracy;
 pub mod aft;
 pub mod balance;
 mod between_samples;
+pub mod branch;
 mod coarse;
 pub mod demand;
 pub mod dense;

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
-use super::two_level;
+use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_numerics::refresh::RefreshPolicy;
-use dovetail_numerics::vector::norm;
+use dovetail_numerics::vector::{dot, norm};
 
 /// Relative residual of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -116,19 +116,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     fn linearise(&mut self, x: &[f64]) {
         let balance = self.evaluator.balance;
         let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
-        let kept = &mut *self.preconditioner;
-        let problem = balance.setting.inexact;
-        let inexact = problem.taking_part(&jacobian.active, kept.inexact.as_ref());
-        let columns = inexact.columns();
-        let linear = LinearSystem {
-            harmonics: balance.stiffness.coefficients(MODES_BELOW),
-            derivatives: by_columns(&jacobian, &inexact.pairs, balance.setting.fourier.width()),
-            retention: balance.retention().map(|r| r.restricted(&columns)),
-            eps: columns.iter().map(|&c| balance.eps_at(c) as f32).collect(),
-            inexact,
-        };
-        kept.serve(&linear);
-        self.linear = Some(linear);
+        self.linear = Some(self.preconditioner.linear_system(balance, &jacobian));
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
@@ -166,51 +154,102 @@ impl KrylovSystem<'_, '_> {
         let Some(linear) = &self.linear else {
             return false;
         };
+        let right: Vec<f64> = f.iter().map(|f| -f).collect();
         let balance = self.evaluator.balance;
-        let n = balance.unknowns_per_block();
-        let width = f.len() / n;
-        // Pairs that take no part always stick: eps dx = -f.
-        for (i, (d, f)) in dx.iter_mut().zip(f).enumerate() {
-            *d = -f / balance.eps_at(i);
-        }
-        let columns = linear.inexact.columns();
-        if columns.is_empty() {
-            return dx.iter().all(|d| d.is_finite());
-        }
-        // The others, a: J_aa dx_a = -f_a - (I - D) Lambda_as dx_s.
-        for &c in &columns {
-            (0..width).for_each(|h| dx[h * n + c] = 0.0);
-        }
-        let mut rhs = vec![0.0; columns.len() * width];
-        if dx.iter().any(|&d| d != 0.0) {
-            let mut forces = vec![0.0; f.len()];
-            balance.apply_stiffness(dx, &mut forces);
-            rhs = linear.less_contact_response(&restrict(&forces, n, &columns));
-        }
-        for (r, f) in rhs.iter_mut().zip(restrict(f, n, &columns)) {
-            *r = -*r - f;
-        }
-        let (solution, end) = two_level::solve(
-            linear,
-            self.preconditioner.coarse.as_ref(),
-            &rhs,
-            self.scale[0] / self.scale[1],
-            tolerance,
-            MOST_KRYLOV_ITERATIONS,
-        );
-        self.krylov_iterations += end.iterations;
-        self.preconditioner.refresh.record(end.iterations);
-        for (h, block) in solution.chunks_exact(columns.len()).enumerate() {
-            for (&c, &v) in columns.iter().zip(block) {
-                dx[h * n + c] = v;
-            }
-        }
+        let kept = &mut *self.preconditioner;
+        self.krylov_iterations +=
+            kept.solve(balance, linear, None, &right, self.scale, tolerance, dx);
         // A direction that is not exact is still useful: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
     }
 }
 
 impl Preconditioner {
+    /// Linear system on the pairs that take part, with a coarse problem that serves it.
+    pub fn linear_system(&mut self, balance: &Balance<'_>, jacobian: &Jacobian) -> LinearSystem {
+        let problem = balance.setting.inexact;
+        let inexact = problem.taking_part(&jacobian.active, self.inexact.as_ref());
+        let columns = inexact.columns();
+        let linear = LinearSystem {
+            harmonics: balance.stiffness.coefficients(MODES_BELOW),
+            derivatives: by_columns(jacobian, &inexact.pairs, balance.setting.fourier.width()),
+            retention: balance.retention().map(|r| r.restricted(&columns)),
+            eps: columns.iter().map(|&c| balance.eps_at(c) as f32).collect(),
+            inexact,
+        };
+        self.serve(&linear);
+        linear
+    }
+
+    /// Solves J x = `right` to the relative residual `tolerance`, with the border of a curve where
+    /// there is one: the last entries of `right` and `x` then belong to it. Returns the number of
+    /// iterations.
+    #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
+    pub fn solve(
+        &mut self,
+        balance: &Balance<'_>,
+        linear: &LinearSystem,
+        border: Option<&Border>,
+        right: &[f64],
+        scale: [f64; 2],
+        tolerance: f64,
+        x: &mut [f64],
+    ) -> usize {
+        let n = balance.unknowns_per_block();
+        let width = balance.setting.fourier.width();
+        let own = n * width;
+        // Pairs that take no part always stick: eps x = right.
+        for (i, (x, right)) in x.iter_mut().zip(right).enumerate() {
+            *x = right / balance.eps_at(i);
+        }
+        let columns = linear.inexact.columns();
+        // The others, a: J_aa x_a = right_a - (I - D) Lambda_as x_s.
+        for &c in &columns {
+            (0..width).for_each(|h| x[h * n + c] = 0.0);
+        }
+        let further = border.map(|border| right[own] - dot(&border.row, &x[..own]));
+        if columns.is_empty() {
+            if let (Some(border), Some(further)) = (border, further) {
+                x[own] = further / border.corner;
+            }
+            return 0;
+        }
+        let mut rhs = vec![0.0; columns.len() * width];
+        if x[..own].iter().any(|&d| d != 0.0) {
+            let mut forces = vec![0.0; own];
+            balance.apply_stiffness(&x[..own], &mut forces);
+            rhs = linear.less_contact_response(&restrict(&forces, n, &columns));
+        }
+        for (r, right) in rhs.iter_mut().zip(restrict(&right[..own], n, &columns)) {
+            *r = right - *r;
+        }
+        rhs.extend(further);
+        let border = border.map(|border| Border {
+            column: restrict(&border.column, n, &columns),
+            row: restrict(&border.row, n, &columns),
+            corner: border.corner,
+        });
+        let (solution, end) = two_level::solve(
+            linear,
+            self.coarse.as_ref(),
+            border.as_ref(),
+            &rhs,
+            scale[0] / scale[1],
+            tolerance,
+            MOST_KRYLOV_ITERATIONS,
+        );
+        self.refresh.record(end.iterations);
+        for (h, block) in solution.chunks_exact(columns.len()).take(width).enumerate() {
+            for (&c, &v) in columns.iter().zip(block) {
+                x[h * n + c] = v;
+            }
+        }
+        if border.is_some() {
+            x[own] = solution[columns.len() * width];
+        }
+        end.iterations
+    }
+
     /// Makes a new coarse problem where the old one belongs to other pairs, or is worn.
     fn serve(&mut self, linear: &LinearSystem) {
         let same_pairs = self

@@ -77,6 +77,39 @@ pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64
     observed.iter().map(|c| amplitude(c)).collect()
 }
 
+/// Complex amplitude of the first harmonic of each observed displacement of U, m.
+pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec<c64> {
+    let x = complex_block(u, system.unknowns(), 1);
+    let q = system.modal_response(omega, &x, &modal_load(system, 1, omega));
+    let observed = system.problem.reduced.observations.iter();
+    observed
+        .map(|point| {
+            let on_x: c64 = x.iter().zip(&point.on_x).map(|(x, on)| x * *on).sum();
+            let on_modes: c64 = q.iter().zip(&point.on_modes).map(|(q, on)| q * *on).sum();
+            on_x + on_modes
+        })
+        .collect()
+}
+
+/// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
+/// pairs: n coefficients for each observed displacement.
+pub fn first_harmonic_slopes(system: &ContactSystem<'_>, omega: f64) -> Vec<Vec<c64>> {
+    let shares = system.modal_shares(omega);
+    let observed = system.problem.reduced.observations.iter();
+    observed
+        .map(|point| {
+            let mut slope: Vec<c64> = point.on_x.iter().map(|v| c64::new(*v, 0.0)).collect();
+            for (m, (share, on)) in shares.iter().zip(&point.on_modes).enumerate() {
+                let coupling = system.problem.reduced.coupling.col_as_slice(m);
+                for (slope, p) in slope.iter_mut().zip(coupling) {
+                    *slope += share * (*on * *p);
+                }
+            }
+            slope
+        })
+        .collect()
+}
+
 /// Response of an assembly without pairs at one frequency, in closed form.
 pub fn linear_point(
     system: &ContactSystem<'_>,

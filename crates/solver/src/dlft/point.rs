@@ -109,9 +109,10 @@ pub struct Work {
     pub krylov_iterations: usize,
     /// Relative residual of each attempt, at its start and after each iteration.
     pub residuals: Vec<Vec<f64>>,
-    preconditioner: Preconditioner,
+    /// Preconditioner of the linear solves.
+    pub preconditioner: Preconditioner,
     /// Time at which the frequency is given up.
-    deadline: Deadline,
+    pub deadline: Deadline,
     /// Work on the finer balances that errors are estimated with; each keeps its preconditioner.
     estimates: [Option<Box<Work>>; 2],
 }
@@ -146,6 +147,16 @@ impl Solution<'_> {
     pub fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
     }
+}
+
+/// A solution with the mean that it is to have.
+enum Settled<'b> {
+    /// The motion.
+    Answer(Solution<'b>),
+    /// Friction holds the bodies, but far from where they are at rest.
+    Far(Solution<'b>),
+    /// The mean has walked off, and friction does not hold it.
+    Walks(Solution<'b>),
 }
 
 /// Distance of the motion of a finer balance from that of a coarser one.
@@ -386,6 +397,47 @@ impl<'a> FrequencySolver<'a> {
         found
     }
 
+    /// Decides between the free and the retained balance for a solution of either.
+    fn with_its_mean<'b>(
+        &'b self,
+        frequency_hz: f64,
+        solved: Solution<'b>,
+        work: &mut Work,
+    ) -> Settled<'b> {
+        if solved.balance.mean() == Mean::Retained {
+            let released = (!self.must_be_retained())
+                .then(|| self.with_mean_released(frequency_hz, &solved, work))
+                .flatten();
+            return Settled::Answer(released.unwrap_or(solved));
+        }
+        let is_held = self.is_blocked_by_friction(&solved);
+        match (self.walked_off(&solved.u), is_held) {
+            (false, true) => Settled::Answer(solved),
+            (false, false) => {
+                let retained = self.with_mean_retained(frequency_hz, &solved, work);
+                Settled::Answer(retained.unwrap_or(solved))
+            }
+            // Friction holds bodies anywhere along a slot: one nearer to where they are at rest
+            // comes first.
+            (true, true) => Settled::Far(solved),
+            (true, false) => Settled::Walks(solved),
+        }
+    }
+
+    /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
+    /// off.
+    pub fn on_curve<'b>(
+        &'b self,
+        frequency_hz: f64,
+        solved: Solution<'b>,
+        work: &mut Work,
+    ) -> Option<Solution<'b>> {
+        match self.with_its_mean(frequency_hz, solved, work) {
+            Settled::Answer(solved) => Some(solved),
+            Settled::Far(_) | Settled::Walks(_) => None,
+        }
+    }
+
     /// Like [`FrequencySolver::estimate_truncation`], but solves this balance instead of correcting
     /// once.
     pub fn truncation_by_finer_solution(
@@ -471,29 +523,13 @@ impl<'a> FrequencySolver<'a> {
                     continue;
                 };
                 if solved.is_converged() {
-                    let retained = mean == Mean::Retained;
-                    if retained && !self.must_be_retained() {
-                        return self
-                            .with_mean_released(frequency_hz, &solved, work)
-                            .unwrap_or(solved);
-                    }
-                    if retained {
-                        return solved;
-                    }
-                    let is_held = self.is_blocked_by_friction(&solved);
-                    if !self.walked_off(&solved.u) {
-                        return if is_held {
-                            solved
-                        } else {
-                            self.with_mean_retained(frequency_hz, &solved, work)
-                                .unwrap_or(solved)
-                        };
-                    }
-                    // Friction holds bodies anywhere along a slot: one nearer to where they are at
-                    // rest comes first.
-                    if is_held {
-                        far.get_or_insert(solved);
-                        continue;
+                    match self.with_its_mean(frequency_hz, solved, work) {
+                        Settled::Answer(solved) => return solved,
+                        Settled::Far(solved) => {
+                            far.get_or_insert(solved);
+                            continue;
+                        }
+                        Settled::Walks(walking) => solved = walking,
                     }
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
@@ -823,12 +859,17 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Balance with this mean; `None` where there is nothing to retain.
-    fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance<'_>> {
+    pub fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance<'_>> {
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
         Some(match mean {
             Mean::Free => balance,
             Mean::Retained => balance.retained_by(Cow::Borrowed(self.retention()?)),
         })
+    }
+
+    /// Returns `true` if corrections are taken from a factor of the whole Jacobian.
+    pub fn is_exact(&self) -> bool {
+        !matches!(self.stepping(), Method::Krylov(_))
     }
 
     /// Number of entries of U.
@@ -860,7 +901,7 @@ impl<'a> FrequencySolver<'a> {
 
     /// Returns `true` if the mean of U has walked off the static state along a motion that only
     /// friction holds.
-    fn walked_off(&self, u: &[f64]) -> bool {
+    pub fn walked_off(&self, u: &[f64]) -> bool {
         let (mean, rest) = u.split_at(self.setting.system.unknowns());
         let (anchor, vibration) = (self.setting.x_static, norm(rest));
         may_have_walked_off(mean, anchor, vibration)

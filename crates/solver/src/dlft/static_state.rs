@@ -461,6 +461,7 @@ impl NonlinearSystem for StaticSystem<'_> {
             let (solution, end) = two_level::solve(
                 &self.linear,
                 self.coarse.as_ref(),
+                None,
                 &right,
                 1.0,
                 KRYLOV_TOLERANCE,

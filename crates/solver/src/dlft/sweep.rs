@@ -94,6 +94,28 @@ pub fn sweep(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
+    let solve = |run: &Run<'_>| run.swept(settings);
+    in_run(
+        problem,
+        damping,
+        static_state,
+        settings,
+        earlier,
+        tell,
+        solve,
+    )
+}
+
+/// Does something with what the frequencies of a response share.
+pub(super) fn in_run<T>(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    earlier: &[SolvedFrequency],
+    tell: &(dyn Fn(Told<'_>) + Sync),
+    solve: impl FnOnce(&Run<'_>) -> T,
+) -> T {
     let system = ContactSystem::new(problem, damping);
     let omega = middle(&settings.frequencies_hz);
     let levels = levels(
@@ -148,45 +170,11 @@ pub fn sweep(
             .iter()
             .map(|solved| (solved.place(), solved))
             .collect(),
+        slip_threshold_m,
         most_seconds: settings.most_seconds,
         tell,
     };
-    let frequencies_hz = &settings.frequencies_hz;
-    let middle = frequencies_hz.len().div_ceil(2);
-    let points: Vec<(usize, f64)> = frequencies_hz.iter().copied().enumerate().collect();
-    let (rising, falling) = points.split_at(middle);
-    let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
-    let (mut solved, upper) = rayon::join(|| run.half(rising), || run.half(&falling));
-    solved.extend(upper.into_iter().rev());
-    let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
-        solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
-    run.retry_from_other_side(&mut orbits, &linear, middle);
-    let solver_of = |harmonics| run.refinement.with(harmonics);
-    let at_meeting = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point + 1) {
-        [below, above] if below == middle && above == middle + 1 => Look::Always,
-        _ => Look::AtSteps,
-    };
-    let mut two = second_motions(&orbits, at_meeting, solver_of);
-    let asked = orbits.len();
-    run.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
-    let tops: Vec<usize> = (0..problem.reduced.observations.len())
-        .filter_map(|observation| highest(&orbits, observation))
-        .map(|(i, _)| orbits[i].point)
-        .collect();
-    let at_added = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point) {
-        [below, above] if below.max(above) < asked => Look::Never,
-        ends if ends.iter().any(|point| tops.contains(point)) => Look::Always,
-        _ => Look::AtSteps,
-    };
-    two.add(second_motions(&orbits, at_added, solver_of));
-    Response {
-        linear,
-        linear_curve: linear_curve(&run.linear, run.harmonics(), frequencies_hz),
-        orbits,
-        asked,
-        second_motions: two.ranges,
-        slip_threshold_m,
-    }
+    solve(&run)
 }
 
 /// Angular frequency in the middle of the range, rad/s. It serves for the whole curve, so that eps
@@ -226,20 +214,72 @@ fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
     }
 }
 
-struct Run<'a> {
-    linear: ContactSystem<'a>,
-    refinement: Refinement<'a>,
+/// What the frequencies of a response share.
+pub(super) struct Run<'a> {
+    /// Linear reference.
+    pub(super) linear: ContactSystem<'a>,
+    /// Solvers of a frequency, by the number of harmonics.
+    pub(super) refinement: Refinement<'a>,
     /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].
-    most_seconds: Option<f64>,
-    tell: &'a (dyn Fn(Told<'_>) + Sync),
+    pub(super) most_seconds: Option<f64>,
+    /// Listener to the solution.
+    pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
+    /// Distance beyond which a pair counts as slipping, m.
+    slip_threshold_m: f64,
 }
 
 impl Run<'_> {
+    /// Sweeps the frequencies from both ends, and adds those at peaks.
+    fn swept(&self, settings: &SweepSettings) -> Response {
+        let frequencies_hz = &settings.frequencies_hz;
+        let middle = frequencies_hz.len().div_ceil(2);
+        let points: Vec<(usize, f64)> = frequencies_hz.iter().copied().enumerate().collect();
+        let (rising, falling) = points.split_at(middle);
+        let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
+        let (mut solved, upper) = rayon::join(|| self.half(rising), || self.half(&falling));
+        solved.extend(upper.into_iter().rev());
+        let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
+            solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
+        self.retry_from_other_side(&mut orbits, &linear, middle);
+        let solver_of = |harmonics| self.refinement.with(harmonics);
+        let at_meeting = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point + 1) {
+            [below, above] if below == middle && above == middle + 1 => Look::Always,
+            _ => Look::AtSteps,
+        };
+        let mut two = second_motions(&orbits, at_meeting, solver_of);
+        let asked = orbits.len();
+        self.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
+        let tops: Vec<usize> = (0..self.observations())
+            .filter_map(|observation| highest(&orbits, observation))
+            .map(|(i, _)| orbits[i].point)
+            .collect();
+        let at_added = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point) {
+            [below, above] if below.max(above) < asked => Look::Never,
+            ends if ends.iter().any(|point| tops.contains(point)) => Look::Always,
+            _ => Look::AtSteps,
+        };
+        two.add(second_motions(&orbits, at_added, solver_of));
+        Response {
+            linear,
+            linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
+            orbits,
+            asked,
+            second_motions: two.ranges,
+            slip_threshold_m: self.slip_threshold_m,
+        }
+    }
+
     /// Harmonics of the lowest level.
-    fn harmonics(&self) -> usize {
+    pub(super) fn harmonics(&self) -> usize {
         self.refinement.lowest().setting.fourier.harmonics()
+    }
+
+    /// Number of observed displacements.
+    fn observations(&self) -> usize {
+        let system = self.refinement.lowest().setting.system;
+        system.problem.reduced.observations.len()
     }
 
     /// Sweeps half of the range; `points` has numbers and frequencies in the order of the sweep.
@@ -374,15 +414,7 @@ impl Run<'_> {
         most: usize,
     ) {
         let asked = orbits.len();
-        let observed = self
-            .refinement
-            .lowest()
-            .setting
-            .system
-            .problem
-            .reduced
-            .observations
-            .len();
+        let observed = self.observations();
         while orbits.len() < asked + most {
             let steps = |hz: &f64| steps_hz.iter().any(|[from, to]| from < hz && hz < to);
             let next = |i| Top::of(orbits, i)?.next_hz().filter(|hz| !steps(hz));
@@ -418,7 +450,7 @@ impl Run<'_> {
         }
     }
 
-    fn orbit_of(
+    pub(super) fn orbit_of(
         &self,
         resolved: Resolved<'_>,
         (point, frequency_hz): (usize, f64),

@@ -10,6 +10,7 @@ use faer::Mat;
 use super::coarse::Coarse;
 use super::linear_system::{LinearSystem, widen};
 use dovetail_numerics::gmres::{GmresEnd, gmres};
+use dovetail_numerics::vector::{axpy, dot};
 
 /// Preconditioned vector z = soft + local, by the two levels of the preconditioner.
 struct Preconditioned {
@@ -19,18 +20,60 @@ struct Preconditioned {
     local: Mat<f32>,
 }
 
+/// Border of a linear system: a further unknown, the parameter of a curve, and a further equation.
+pub struct Border {
+    /// Derivative of the residual with respect to the parameter.
+    pub column: Vec<f64>,
+    /// Coefficients of the further equation.
+    pub row: Vec<f64>,
+    /// Coefficient of the parameter in the further equation.
+    pub corner: f64,
+}
+
+/// Border with the approximate solution of its column.
+struct Bordered<'a> {
+    border: &'a Border,
+    /// Approximate solution w of J w = column.
+    solved: Vec<f64>,
+    /// J w.
+    image: Vec<f64>,
+    /// What the further equation has of the parameter once the other unknowns are eliminated.
+    pivot: f64,
+}
+
+impl<'a> Bordered<'a> {
+    fn new(system: &LinearSystem, coarse: Option<&Coarse>, border: &'a Border) -> Self {
+        let [solved, image] = solved_and_image(system, coarse, &border.column);
+        Self {
+            pivot: border.corner - dot(&border.row, &solved),
+            border,
+            solved,
+            image,
+        }
+    }
+
+    /// Parameter that fulfils the further equation together with z, an approximate solution for the
+    /// other unknowns where the parameter does not change.
+    fn parameter(&self, z: &[f64], right: f64) -> f64 {
+        (right - dot(&self.border.row, z)) / self.pivot
+    }
+}
+
 /// Solves A x = b to the relative residual `tolerance`. The vibrating part of b and of the residual
-/// is weighted by `vibration_weight`.
+/// is weighted by `vibration_weight`. With a border, the last entries of b and x belong to it.
 pub fn solve(
     system: &LinearSystem,
     coarse: Option<&Coarse>,
+    border: Option<&Border>,
     b: &[f64],
     vibration_weight: f64,
     tolerance: f64,
     max_iterations: usize,
 ) -> (Vec<f64>, GmresEnd) {
     let m = system.inexact.unknowns();
-    let weigh = |v: &mut [f64], by: f64| v[m..].iter_mut().for_each(|v| *v *= by);
+    let own = m * system.width();
+    let weigh = |v: &mut [f64], by: f64| v[m..own].iter_mut().for_each(|v| *v *= by);
+    let bordered = border.map(|border| Bordered::new(system, coarse, border));
     let mut right = b.to_vec();
     weigh(&mut right, vibration_weight);
     let mut x = vec![0.0; b.len()];
@@ -38,14 +81,33 @@ pub fn solve(
         |v, w| {
             let mut v = v.to_vec();
             weigh(&mut v, vibration_weight.recip());
-            let image = image(system, preconditioned(system, coarse, &v));
-            widen(image.as_ref(), w);
+            match &bordered {
+                None => {
+                    let image = image(system, preconditioned(system, coarse, &v));
+                    widen(image.as_ref(), w);
+                }
+                Some(bordered) => {
+                    let [z, image] = solved_and_image(system, coarse, &v[..own]);
+                    let parameter = bordered.parameter(&z, v[own]);
+                    w[..own].copy_from_slice(&image);
+                    axpy(-parameter, &bordered.image, &mut w[..own]);
+                    axpy(parameter, &bordered.border.column, &mut w[..own]);
+                    // The preconditioner fulfils the further equation.
+                    w[own] = v[own];
+                }
+            }
             weigh(w, vibration_weight);
         },
         |v| {
             weigh(v, vibration_weight.recip());
-            let Preconditioned { soft, local, .. } = preconditioned(system, coarse, v);
-            widen((soft + local).as_ref(), v);
+            let Preconditioned { soft, local, .. } = preconditioned(system, coarse, &v[..own]);
+            let right = v.get(own).copied();
+            widen((soft + local).as_ref(), &mut v[..own]);
+            if let (Some(bordered), Some(right)) = (&bordered, right) {
+                v[own] = bordered.parameter(&v[..own], right);
+                let parameter = v[own];
+                axpy(-parameter, &bordered.solved, &mut v[..own]);
+            }
         },
         &right,
         &mut x,
@@ -53,6 +115,15 @@ pub fn solve(
         max_iterations,
     );
     (x, end)
+}
+
+/// Approximate solution z of J z = v, and J z.
+fn solved_and_image(system: &LinearSystem, coarse: Option<&Coarse>, v: &[f64]) -> [Vec<f64>; 2] {
+    let [mut z, mut jz] = [v, v].map(|v| vec![0.0; v.len()]);
+    let parts = preconditioned(system, coarse, v);
+    widen((parts.soft.clone() + &parts.local).as_ref(), &mut z);
+    widen(image(system, parts).as_ref(), &mut jz);
+    [z, jz]
 }
 
 /// Approximate solution z of J z = v.
@@ -165,7 +236,7 @@ mod tests {
             let size = linear.inexact.unknowns() * linear.width();
             let b: Vec<f64> = (0..size).map(|i| (i as f64 * 0.7).sin()).collect();
             let coarse = Coarse::new(&linear).unwrap();
-            let (x, end) = solve(&linear, Some(&coarse), &b, 1.0, 1e-4, 400);
+            let (x, end) = solve(&linear, Some(&coarse), None, &b, 1.0, 1e-4, 400);
             assert!(end.converged);
             let y = exactly(&linear, &stiffness, &x);
             let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.into_iter());
@@ -175,9 +246,37 @@ mod tests {
         let size = linear.inexact.unknowns() * linear.width();
         let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
         let coarse = Coarse::new(&linear);
-        let [with, without] =
-            [coarse.as_ref(), None].map(|c| solve(&linear, c, &b, 1.0, 1e-2, 400).1.iterations);
+        let [with, without] = [coarse.as_ref(), None]
+            .map(|c| solve(&linear, c, None, &b, 1.0, 1e-2, 400).1.iterations);
         assert!(2 * with < without, "{with} {without}");
+    }
+
+    #[test]
+    fn a_border_is_solved_with_the_rest() {
+        let problem = dovetail72(1.0);
+        let (linear, _) = system(&problem, &(0..72).collect::<Vec<_>>());
+        let (m, width) = (linear.inexact.unknowns(), linear.width());
+        let size = m * width;
+        let some = |seed: f64| (0..size).map(move |i| (i as f64 * seed).sin());
+        let border = Border {
+            column: some(0.3).collect(),
+            row: some(0.9).collect(),
+            corner: 0.2,
+        };
+        let b: Vec<f64> = some(0.7).chain([0.4]).collect();
+        let coarse = Coarse::new(&linear).unwrap();
+        let (x, end) = solve(&linear, Some(&coarse), Some(&border), &b, 1.0, 1e-5, 400);
+        assert!(end.converged, "{end:?}");
+        let (own, parameter) = (&x[..size], x[size]);
+        let narrow = Mat::from_fn(m, width, |i, h| own[h * m + i] as f32);
+        let forces = linear.inexact.stiffness_times(narrow.as_ref());
+        let mut y = vec![0.0; size];
+        widen(linear.apply(narrow.as_ref(), forces).as_ref(), &mut y);
+        axpy(parameter, &border.column, &mut y);
+        let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.iter().copied());
+        assert!(left < 1e-3, "{left:e}");
+        let last = dot(&border.row, own) + border.corner * parameter;
+        assert!((last - 0.4).abs() < 1e-3, "{last}");
     }
 
     #[test]

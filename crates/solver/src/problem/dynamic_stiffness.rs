@@ -67,6 +67,20 @@ impl<'a> ContactSystem<'a> {
         }
     }
 
+    /// Derivative of Lambda with respect to the frequency of the first harmonic, at `omega` rad/s
+    /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
+    /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
+    pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
+        let model = &self.problem.reduced;
+        HarmonicStiffness {
+            model,
+            omega,
+            harmonics: (1..=harmonics)
+                .map(|k| slopes(&model.omega2, self.damping, k as f64, omega))
+                .collect(),
+        }
+    }
+
     /// Lambda at `omega` rad/s, real and imaginary part, n x n.
     pub fn stiffness_at(&self, omega: f64) -> [Mat<f64>; 2] {
         self.stiffness(omega, 1).formed(1)
@@ -78,6 +92,32 @@ impl<'a> ContactSystem<'a> {
         let mut load = on_x.to_vec();
         for (m, &fm) in on_modes.iter().enumerate() {
             let amplitude = fm * z / (s * self.problem.reduced.omega2[m] - z);
+            for (f, p) in load
+                .iter_mut()
+                .zip(self.problem.reduced.coupling.col(m).iter())
+            {
+                *f += amplitude * *p;
+            }
+        }
+        load
+    }
+
+    /// Derivative of [`ContactSystem::condensed_load`] with respect to `omega`, for a load with the
+    /// derivatives `on_x_slope`, `on_modes_slope`.
+    pub fn condensed_load_slope(
+        &self,
+        omega: f64,
+        on_modes: &[c64],
+        on_x_slope: &[c64],
+        on_modes_slope: &[c64],
+    ) -> Vec<c64> {
+        let (s, z) = s_and_z(self.damping, omega);
+        let (ds, dz) = s_and_z_slopes(self.damping, omega);
+        let mut load = on_x_slope.to_vec();
+        for (m, (&fm, &dfm)) in on_modes.iter().zip(on_modes_slope).enumerate() {
+            let w2 = self.problem.reduced.omega2[m];
+            let (d, dd) = (s * w2 - z, ds * w2 - dz);
+            let amplitude = dfm * z / d + fm * (dz * d - z * dd) / (d * d);
             for (f, p) in load
                 .iter_mut()
                 .zip(self.problem.reduced.coupling.col(m).iter())
@@ -105,6 +145,15 @@ impl<'a> ContactSystem<'a> {
     }
 }
 
+impl ContactSystem<'_> {
+    /// Amplitude of each stuck mode for a unit of `p_m . X` at `omega`: z / d_m.
+    pub fn modal_shares(&self, omega: f64) -> Vec<c64> {
+        let (s, z) = s_and_z(self.damping, omega);
+        let omega2 = self.problem.reduced.omega2.iter();
+        omega2.map(|w2| z / (s * *w2 - z)).collect()
+    }
+}
+
 /// s and z at `omega` rad/s.
 fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
     let Rayleigh {
@@ -115,6 +164,29 @@ fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
         c64::new(1.0, omega * stiffness_s),
         c64::new(omega * omega, -omega * mass_per_s),
     )
+}
+
+/// Derivatives of s and z with respect to `omega`.
+fn s_and_z_slopes(damping: Rayleigh, omega: f64) -> (c64, c64) {
+    (
+        c64::new(0.0, damping.stiffness_s),
+        c64::new(2.0 * omega, -damping.mass_per_s),
+    )
+}
+
+/// Derivatives of the coefficients of harmonic `k` with respect to the frequency of the first one.
+fn slopes(omega2: &[f64], damping: Rayleigh, k: f64, omega: f64) -> Coefficients {
+    let (s, z) = s_and_z(damping, k * omega);
+    let (ds, dz) = s_and_z_slopes(damping, k * omega);
+    let mode = |w2: &f64| {
+        let (d, dd) = (s * *w2 - z, ds * *w2 - dz);
+        -(z * (dz * d * 2.0 - z * dd)) / (d * d) * k
+    };
+    Coefficients {
+        s: ds * k,
+        z: dz * k,
+        modes: omega2.iter().map(mode).collect(),
+    }
 }
 
 fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {

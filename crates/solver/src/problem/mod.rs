@@ -169,6 +169,14 @@ impl HarmonicLoad {
             Growth::Squared => (self.harmonic as f64 * omega_rad_s).powi(2),
         }
     }
+
+    /// Derivative of [`HarmonicLoad::factor`] with respect to `omega_rad_s`.
+    pub fn factor_slope(&self, omega_rad_s: f64) -> f64 {
+        match self.growth {
+            Growth::Constant => 0.0,
+            Growth::Squared => 2.0 * (self.harmonic as f64).powi(2) * omega_rad_s,
+        }
+    }
 }
 
 /// Indices of the tangential ones of `n` unknowns, 3 per pair, ascending.

@@ -1,9 +1,9 @@
 //! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both
 //! are named.
 
-use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::Response;
+use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -63,25 +63,21 @@ fn oscillator() -> Problem {
     }
 }
 
-fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
-    let model = oscillator();
-    let newton = NewtonOptions {
-        tolerance: 1e-8,
-        max_iterations: 60,
-    };
-    let spacing_hz = (to_hz - from_hz) / f64::from(points - 1);
-    let frequencies_hz = (0..points).map(|i| from_hz + spacing_hz * f64::from(i));
-    let resolution = Resolution::Fixed {
-        harmonics: 7,
-        samples: 256,
-    };
-    let settings = SweepSettings {
-        newton,
+fn settings(frequencies_hz: Vec<f64>, harmonics: usize) -> SweepSettings {
+    let samples = 256;
+    SweepSettings {
         slip_threshold_m: Some(1e-9),
         most_added: 12,
-        ..SweepSettings::new(frequencies_hz.collect(), resolution)
-    };
-    let state = static_state(&model, 10, newton);
+        ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
+    }
+}
+
+fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
+    let model = oscillator();
+    let spacing_hz = (to_hz - from_hz) / f64::from(points - 1);
+    let frequencies_hz = (0..points).map(|i| from_hz + spacing_hz * f64::from(i));
+    let settings = settings(frequencies_hz.collect(), 7);
+    let state = static_state(&model, 10, settings.newton);
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
 }
 
@@ -169,5 +165,56 @@ fn a_fold_between_few_frequencies_and_one_among_those_that_are_added_are_named()
         // By steps in time both exist from 0.170 to 0.200 Hz.
         assert!((two.from_hz - 0.170).abs() < 5e-3, "{points}: {two:?}");
         assert!((two.to_hz - 0.200).abs() < 5e-3, "{points}: {two:?}");
+    }
+}
+
+/// Half of the range that a signal covers in a period, from its Fourier coefficients.
+fn half_range(coefficients: &[f64]) -> f64 {
+    let at = |t: f64| {
+        let pairs = coefficients[1..].chunks_exact(2).enumerate();
+        let parts = pairs.map(|(i, c)| {
+            let (sine, cosine) = (t * (i + 1) as f64).sin_cos();
+            c[0] * cosine + c[1] * sine
+        });
+        parts.sum::<f64>()
+    };
+    let samples = (0..4000).map(|i| at(TAU * f64::from(i) / 4000.0));
+    let (low, high) = samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    0.5 * (high - low)
+}
+
+/// At each of three frequencies the branch has a large motion, an unstable one, and a small one.
+/// Steps in time reach the large one from below and the small one from above, and neither the one
+/// between.
+#[test]
+fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
+    let model = oscillator();
+    let asked_hz = [0.175, 0.185, 0.195];
+    let settings = settings([&[0.1], &asked_hz[..], &[0.42]].concat(), 21);
+    let state = static_state(&model, 10, settings.newton);
+    let branches = follow(&model, DAMPING, &state, &settings, &|_| ());
+    let [branch] = &branches[..] else {
+        panic!("{} branches", branches.len());
+    };
+    println!("{} points", branch.points.len());
+    assert!(branch.gaps.is_empty() && branch.points.len() < 60);
+    for hz in asked_hz {
+        let at = branch.points.iter().map(|p| &p.orbit);
+        let at = at.filter(|o| o.frequency_hz == hz);
+        let found: Vec<f64> = at.map(|o| half_range(&o.observed[0])).collect();
+        let by_time = [0.14, 0.28].map(|from_hz| reached(from_hz, hz));
+        println!("{hz} Hz: {found:.4?}, in time {by_time:.4?} m");
+        let [large, between, small] = found[..] else {
+            panic!("{hz} Hz: {found:?}");
+        };
+        assert!(large > between && between > small, "{hz} Hz: {found:?}");
+        for (found, by_time) in [(large, by_time[0]), (small, by_time[1])] {
+            assert!(
+                (found / by_time - 1.0).abs() < 5e-3,
+                "{hz}: {found} {by_time}"
+            );
+        }
     }
 }

@@ -1,0 +1,426 @@
+//! Branches from both ends of a range of frequencies.
+
+use super::trace::{Course, Found, Point, Tracer};
+use crate::dlft::accuracy::Resolved;
+use crate::dlft::balance::Balance;
+use crate::dlft::newton_krylov::step_length;
+use crate::dlft::orbit::linear_point;
+use crate::dlft::point::{Neighbour, Work};
+use crate::dlft::sweep::Run;
+use crate::dlft::{Orbit, SolvedFrequency, Told};
+use dovetail_numerics::vector::norm;
+use std::f64::consts::TAU;
+
+/// Most points of a branch.
+const MOST_POINTS: usize = 5000;
+/// Where a branch cannot be followed, the next motion is looked for so far on, as a fraction of the
+/// range.
+const GAP: f64 = 0.005;
+/// Most points that are added at a peak.
+const MOST_ADDED: usize = 8;
+/// A peak is found where the parabola through the highest point and those beside it rises by no
+/// more than this fraction above it.
+const PEAK_ERROR: f64 = 1e-4;
+/// Two motions at one frequency are the same where they differ by less than this fraction.
+const SAME: f64 = 1e-4;
+
+/// A curve of motions over the frequency, in the order in which it runs. Its frequency may turn
+/// back.
+#[derive(Debug, Clone, Default)]
+pub struct Branch {
+    /// Motions along the branch.
+    pub points: Vec<SolvedFrequency>,
+    /// Length of the branch up to each point.
+    pub lengths: Vec<f64>,
+    /// Numbers of the points before which the branch was lost, and a motion looked for anew.
+    pub gaps: Vec<usize>,
+}
+
+impl Branch {
+    /// The branch up to its first point at a frequency; empty where there is none.
+    fn until(&self, frequency_hz: f64) -> Self {
+        let at = |p: &SolvedFrequency| p.orbit.frequency_hz == frequency_hz;
+        let count = self.points.iter().position(at).map_or(0, |i| i + 1);
+        Self {
+            points: self.points[..count].to_vec(),
+            lengths: self.lengths[..count].to_vec(),
+            gaps: self
+                .gaps
+                .iter()
+                .copied()
+                .filter(|gap| *gap < count)
+                .collect(),
+        }
+    }
+
+    /// The branch run through in the other direction.
+    fn reversed(mut self) -> Self {
+        let count = self.points.len();
+        self.points.reverse();
+        self.lengths.reverse();
+        let whole = self.lengths.first().copied().unwrap_or(0.0);
+        self.lengths.iter_mut().for_each(|l| *l = whole - *l);
+        self.gaps.reverse();
+        self.gaps.iter_mut().for_each(|gap| *gap = count - *gap);
+        self
+    }
+
+    /// Adds a branch that begins where this one ends.
+    fn extend(&mut self, mut on: Self) {
+        self.points.pop();
+        let length = self.lengths.pop().unwrap_or(0.0);
+        let count = self.points.len();
+        self.lengths.extend(on.lengths.iter().map(|l| length + l));
+        self.gaps.extend(on.gaps.iter().map(|gap| count + gap));
+        self.points.append(&mut on.points);
+    }
+}
+
+/// Follower of a branch, which can be stopped on the way.
+struct Follower<'b, 's> {
+    run: &'b Run<'s>,
+    course: Course,
+    /// Frequencies at which motions are asked for, Hz.
+    asked_hz: &'b [f64],
+    branch: Branch,
+    tracer: Option<Tracer<'b, 's>>,
+    /// Last points of the curve with the largest departure of each observed displacement, m.
+    recent: Vec<(Point, Vec<f64>)>,
+    level: usize,
+    /// Frequency at which the next motion is looked for where no curve is followed, Hz.
+    next_hz: f64,
+    /// `true` once the branch has left the range.
+    has_left: bool,
+    work: Work,
+}
+
+impl<'b, 's> Follower<'b, 's> {
+    fn new(run: &'b Run<'s>, course: Course, asked_hz: &'b [f64]) -> Self {
+        Self {
+            run,
+            course,
+            asked_hz,
+            recent: Vec::new(),
+            branch: Branch::default(),
+            tracer: None,
+            level: 0,
+            next_hz: course.from_hz,
+            has_left: false,
+            work: Work::default(),
+        }
+    }
+
+    /// Follows the branch until it leaves the range, or until a step passes `stop_hz`.
+    fn advance(&mut self, stop_hz: Option<f64>) {
+        let Course { from_hz, to_hz, .. } = self.course;
+        let toward = (to_hz - from_hz).signum();
+        while !self.has_left && self.branch.points.len() < MOST_POINTS {
+            if self.tracer.is_some() {
+                if self.step(stop_hz) {
+                    return;
+                }
+                continue;
+            }
+            self.begin();
+            let begun_hz = self.next_hz;
+            self.has_left = begun_hz == to_hz;
+            let next_hz = begun_hz + toward * GAP * self.course.range_hz();
+            self.next_hz = if toward * (next_hz - to_hz) > 0.0 {
+                to_hz
+            } else {
+                next_hz
+            };
+            if stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0) {
+                return;
+            }
+        }
+    }
+
+    /// Looks for a motion to follow, on from where the branch was lost.
+    fn begin(&mut self) {
+        let run = self.run;
+        let last = self.branch.points.last();
+        let neighbour = last.filter(|p| p.orbit.outcome.holds());
+        let neighbour = neighbour.map(|p| Neighbour::of(&p.orbit, None));
+        if last.is_some() {
+            self.branch.gaps.push(self.branch.points.len());
+        }
+        let at_hz = self.next_hz;
+        self.work.start_counting(run.most_seconds);
+        let found = run
+            .refinement
+            .resolve(at_hz, self.level, &mut self.work, |level, work| {
+                level.solve(at_hz, neighbour.as_ref(), work)
+            });
+        self.level = found.level;
+        if found.solved.is_converged() {
+            let solver = run.refinement.level(found.level);
+            let at = (&found.solved, at_hz);
+            self.tracer = Tracer::from(solver, self.course, at, &mut self.work);
+        }
+        let length = self.branch.lengths.last().copied().unwrap_or(0.0);
+        self.recent.clear();
+        if let Some(tracer) = &mut self.tracer {
+            tracer.begin_at(length);
+        }
+        self.record(found, at_hz, length);
+        self.remember();
+    }
+
+    /// Takes a step along the curve. Returns `true` where it passes `stop_hz`.
+    fn step(&mut self, stop_hz: Option<f64>) -> bool {
+        let run = self.run;
+        let Some(mut tracer) = self.tracer.take() else {
+            return false;
+        };
+        self.work.start_counting(run.most_seconds);
+        let mut asked_hz = self.asked_hz.to_vec();
+        asked_hz.extend(stop_hz);
+        let step = tracer.step(&asked_hz, &mut self.work);
+        let stops = stop_hz.is_some_and(|stop| step.passed.iter().any(|p| p.frequency_hz == stop));
+        let solver = run.refinement.level(self.level);
+        for found in step.passed {
+            let Found {
+                solution,
+                frequency_hz,
+                length,
+            } = found;
+            let work = &mut self.work;
+            if let Some(solution) = solver.on_curve(frequency_hz, solution, work) {
+                let resolved = run
+                    .refinement
+                    .refined(frequency_hz, self.level, solution, work);
+                self.record(resolved, frequency_hz, length);
+            }
+            self.work.start_counting(run.most_seconds);
+        }
+        if step.leaves {
+            self.has_left = true;
+            return stops;
+        }
+        let Some(found) = step.reached else {
+            self.lost(&tracer);
+            return false;
+        };
+        let (at_hz, length) = (found.frequency_hz, found.length);
+        let mean = found.solution.balance.mean();
+        let Some(solved) = solver.on_curve(at_hz, found.solution, &mut self.work) else {
+            tracer.step_back();
+            self.lost(&tracer);
+            return false;
+        };
+        let same_mean = solved.balance.mean() == mean;
+        let resolved = run
+            .refinement
+            .refined(at_hz, self.level, solved, &mut self.work);
+        if same_mean && resolved.level == self.level {
+            self.tracer = Some(tracer);
+        } else {
+            self.recent.clear();
+            self.level = resolved.level;
+            let solver = run.refinement.level(self.level);
+            self.tracer = tracer.again(solver, &resolved.solved, &mut self.work);
+            if self.tracer.is_none() {
+                self.next_hz = at_hz;
+            }
+        }
+        self.record(resolved, at_hz, length);
+        self.remember();
+        self.refine_peaks();
+        stops
+    }
+
+    /// Keeps the last point of the curve, and no more than the two before it.
+    fn remember(&mut self) {
+        let amplitudes = self.branch.points.last().map(|p| &p.orbit);
+        let amplitudes = amplitudes.map(|o| o.observed_amplitude_m.clone());
+        if let (Some(tracer), Some(amplitudes)) = (&self.tracer, amplitudes) {
+            self.recent.push((tracer.last().clone(), amplitudes));
+        }
+        if self.recent.len() > 3 {
+            self.recent.remove(0);
+        }
+    }
+
+    /// Adds points where an observed amplitude has a peak between the last three points, until the
+    /// parabola through the highest and those beside it rises little above it.
+    fn refine_peaks(&mut self) {
+        let observed = self.recent.first().map_or(0, |(_, a)| a.len());
+        for observation in 0..observed {
+            let mut around: Vec<(Point, f64)> = (self.recent.iter())
+                .map(|(point, amplitudes)| (point.clone(), amplitudes[observation]))
+                .collect();
+            for _ in 0..MOST_ADDED {
+                let Some(top) = top_of(&around) else {
+                    break;
+                };
+                let Some((point, amplitude)) = self.add(&around, top, observation) else {
+                    break;
+                };
+                let at = around.partition_point(|(p, _)| p.length < point.length);
+                around.insert(at, (point, amplitude));
+                let highest = (1..around.len() - 1)
+                    .max_by(|a, b| around[*a].1.total_cmp(&around[*b].1))
+                    .unwrap_or(1);
+                around = around[highest - 1..=highest + 1].to_vec();
+            }
+        }
+    }
+
+    /// Solves for the point of the curve at a length between those given.
+    fn add(
+        &mut self,
+        around: &[(Point, f64)],
+        length: f64,
+        observation: usize,
+    ) -> Option<(Point, f64)> {
+        let run = self.run;
+        let tracer = self.tracer.as_ref()?;
+        let after = around.iter().position(|(p, _)| p.length > length)?;
+        let [first, second] = [&around[after - 1].0, &around[after].0];
+        let fraction = (length - first.length) / (second.length - first.length);
+        self.work.start_counting(run.most_seconds);
+        let work = &mut self.work;
+        let found = tracer.inside([first, second], fraction, work)?;
+        let point = tracer.point_at(&found, first, work)?;
+        let solver = run.refinement.level(self.level);
+        let (at_hz, length) = (found.frequency_hz, found.length);
+        let solution = solver.on_curve(at_hz, found.solution, work)?;
+        let resolved = run.refinement.refined(at_hz, self.level, solution, work);
+        let place = self.branch.lengths.partition_point(|l| *l < length);
+        self.record(resolved, at_hz, length);
+        let added = self.branch.points.pop()?;
+        self.branch.lengths.pop();
+        let amplitude = added.orbit.observed_amplitude_m[observation];
+        self.branch.points.insert(place, added);
+        self.branch.lengths.insert(place, length);
+        Some((point, amplitude))
+    }
+
+    /// Goes on behind a gap.
+    fn lost(&mut self, tracer: &Tracer<'_, '_>) {
+        let toward = (self.course.to_hz - self.course.from_hz).signum();
+        let last_hz = tracer.last().frequency_hz;
+        self.next_hz = last_hz + toward * GAP * self.course.range_hz();
+        if toward * (self.next_hz - self.course.to_hz) > 0.0 {
+            self.next_hz = self.course.to_hz;
+        }
+    }
+
+    fn record(&mut self, resolved: Resolved<'_>, frequency_hz: f64, length: f64) {
+        let run = self.run;
+        let place = (self.branch.points.len(), frequency_hz);
+        let solved = SolvedFrequency {
+            mean: resolved.solved.balance.mean(),
+            next_level: resolved.level,
+            orbit: run.orbit_of(resolved, place, &self.work),
+            linear: linear_point(&run.linear, run.harmonics(), frequency_hz),
+            again: false,
+        };
+        (run.tell)(Told::Solved(&solved));
+        self.branch.points.push(solved);
+        self.branch.lengths.push(length);
+    }
+}
+
+/// Length at which the parabola through three points has its top; `None` where the middle one is
+/// not the highest, or is within [`PEAK_ERROR`] of the top.
+fn top_of(around: &[(Point, f64)]) -> Option<f64> {
+    let [(before, a), (highest, b), (after, c)] = around else {
+        return None;
+    };
+    if !(b > a && b >= c) {
+        return None;
+    }
+    let [left, right] = [
+        highest.length - before.length,
+        after.length - highest.length,
+    ];
+    // Slopes of the chords, and the second divided difference.
+    let [rise, fall] = [(b - a) / left, (c - b) / right];
+    let curvature = (fall - rise) / (left + right);
+    let slope = (rise * right + fall * left) / (left + right);
+    let shift = -0.5 * slope / curvature;
+    let gain = -0.25 * slope * slope / curvature;
+    if !shift.is_finite() || gain <= PEAK_ERROR * b {
+        return None;
+    }
+    // No nearer to a point than a tenth of the way to the next: it would tell nothing new.
+    let shift = if shift > 0.0 {
+        shift.clamp(0.1 * right, 0.9 * right)
+    } else {
+        shift.clamp(-0.9 * left, -0.1 * left)
+    };
+    Some(highest.length + shift)
+}
+
+impl Run<'_> {
+    /// Follows the branches that begin at the two ends of a range, each to the middle. Where they
+    /// do not meet there, both are followed to where they leave the range: a curve that folds is
+    /// then the same from both ends, and two branches that are not remain two.
+    pub(super) fn branches(&self, course: Course, asked_hz: &[f64]) -> Vec<Branch> {
+        let middle_hz = 0.5 * (course.from_hz + course.to_hz);
+        let back = Course {
+            from_hz: course.to_hz,
+            to_hz: course.from_hz,
+            ..course
+        };
+        let [mut rising, mut falling] =
+            [course, back].map(|course| Follower::new(self, course, asked_hz));
+        let stop = Some(middle_hz);
+        rayon::join(|| rising.advance(stop), || falling.advance(stop));
+        let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle_hz));
+        if self.meet(&first, &second) {
+            let mut whole = first;
+            whole.extend(second.reversed());
+            return vec![whole];
+        }
+        rayon::join(|| rising.advance(None), || falling.advance(None));
+        let ends = [&rising, &falling].map(|f| f.branch.points.last());
+        let starts = [&rising, &falling].map(|f| f.branch.points.first());
+        let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {
+            a.zip(b)
+                .is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+        };
+        if same(ends[0], starts[1]) || same(ends[1], starts[0]) {
+            let whole = if same(ends[0], starts[1]) {
+                rising.branch
+            } else {
+                falling.branch.reversed()
+            };
+            return vec![whole];
+        }
+        vec![rising.branch, falling.branch]
+    }
+
+    /// Returns `true` if two branches end in the same motion.
+    fn meet(&self, a: &Branch, b: &Branch) -> bool {
+        let ends = a.points.last().zip(b.points.last());
+        ends.is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+    }
+
+    /// Returns `true` if two motions at one frequency have the same vibration. Pairs that stick
+    /// leave their means open.
+    fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
+        if a.frequency_hz != b.frequency_hz || !a.outcome.has_motion() || !b.outcome.has_motion() {
+            return false;
+        }
+        if a.harmonics != b.harmonics {
+            let pairs = a.observed_amplitude_m.iter().zip(&b.observed_amplitude_m);
+            let mut off = pairs.map(|(a, b)| (a - b).abs() / a.max(*b));
+            let errors = [a, b].map(|orbit| orbit.estimated_error.unwrap_or(0.0));
+            let error = errors[0].max(errors[1]).max(SAME);
+            return off.all(|off| off <= error);
+        }
+        let solver = self.refinement.with(a.harmonics);
+        let balance = Balance::new(&solver.setting, TAU * a.frequency_hz);
+        let n = balance.unknowns_per_block();
+        let moved: Vec<f64> = a.x.iter().zip(&b.x).map(|(a, b)| a - b).collect();
+        let vibration = |x: &[f64]| {
+            let mut x = x.to_vec();
+            x[..n].fill(0.0);
+            step_length(&balance, &x)
+        };
+        vibration(&moved) <= SAME * vibration(&a.x) || norm(&moved[n..]) == 0.0
+    }
+}

@@ -1,0 +1,181 @@
+//! Branches of a response: curves of periodic motions over the frequency, followed along their
+//! length, round folds.
+//!
+//! A step goes from a point of the curve along its direction (`trace`). Frequency and motion of the
+//! next point are solved for together (`bordered`), which is possible where the curve turns back and
+//! no motion lies at a higher frequency. The length of a step is measured on what is observed
+//! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
+//! branches, one from each end of the range, are followed to where they meet (`follow`).
+//!
+//! H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in:
+//! Applications of bifurcation theory, 1977 (pseudo-arclength continuation).
+
+mod bordered;
+mod follow;
+mod gauge;
+mod trace;
+
+pub use follow::Branch;
+
+use super::sweep::{Run, SweepSettings, in_run};
+use super::{StaticState, Told};
+use crate::problem::Problem;
+use crate::reduction::damping::Rayleigh;
+use trace::Course;
+
+/// Error of the cubics that join the points of a branch, relative to what is observed, by which
+/// steps are chosen.
+const CURVE_ERROR: f64 = 1e-3;
+
+/// Follows the response from the first to the last frequency of the settings, and from the last to
+/// the first. One branch comes of it where both meet, and two where they do not. Each of the
+/// frequencies of the settings is solved for wherever a branch passes it. Points are added until
+/// the peak of each observed amplitude is found.
+///
+/// Branches that begin at neither end are not found.
+///
+/// `tell` is called from any thread, for each point that is solved.
+pub fn follow(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Vec<Branch> {
+    let ends = settings.frequencies_hz.first();
+    let Some((&from_hz, &to_hz)) = ends.zip(settings.frequencies_hz.last()) else {
+        return Vec::new();
+    };
+    let course = Course {
+        from_hz,
+        to_hz,
+        curve_error: CURVE_ERROR,
+    };
+    let solve = |run: &Run<'_>| run.branches(course, &settings.frequencies_hz);
+    in_run(problem, damping, static_state, settings, &[], tell, solve)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::made_up::{self, mass_with_a_stop};
+    use crate::dlft::settings::Resolution;
+    use crate::dlft::static_state::static_state;
+    use crate::dlft::sweep::sweep;
+    use crate::problem::dovetail72::dovetail72;
+    use std::f64::consts::TAU;
+
+    fn damping(problem: &Problem) -> Rayleigh {
+        Rayleigh {
+            stiffness_s: 2.0 * 0.001 / problem.reduced.omega2[0].sqrt(),
+            mass_per_s: 0.0,
+        }
+    }
+
+    /// Frequency and amplitude of each point.
+    fn curve(branch: &Branch) -> Vec<(f64, f64)> {
+        let points = branch.points.iter().map(|p| &p.orbit);
+        points
+            .map(|o| (o.frequency_hz, o.observed_amplitude_m[0]))
+            .collect()
+    }
+
+    /// Three forces: pairs stick, slip in part, and all slip, so that the mean is retained about
+    /// the resonance.
+    #[test]
+    fn a_branch_passes_the_motions_of_a_sweep_and_finds_the_peak_with_few_points() {
+        for (force, most_points) in [(0.3, 40), (1.0, 60), (3.0, 90)] {
+            let problem = dovetail72(force);
+            let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+            let asked = [0.975, 0.99, 0.998, 1.01, 1.025].map(|r| r * first_hz);
+            let resolution = Resolution::Fixed {
+                harmonics: 1,
+                samples: 64,
+            };
+            let settings = |frequencies_hz| SweepSettings::new(frequencies_hz, resolution);
+            let state = static_state(&problem, 10, settings(vec![]).newton);
+            let [swept, fine] = [
+                asked.to_vec(),
+                (0..300)
+                    .map(|i| first_hz * (0.995 + 3e-5 * f64::from(i)))
+                    .collect(),
+            ]
+            .map(|hz| {
+                sweep(
+                    &problem,
+                    damping(&problem),
+                    &state,
+                    &settings(hz),
+                    &[],
+                    &|_| (),
+                )
+            });
+            let asked = settings(asked.to_vec());
+            let branches = follow(&problem, damping(&problem), &state, &asked, &|_| ());
+            assert_eq!(branches.len(), 1, "{force}");
+            let points = curve(&branches[0]);
+            assert!(points.len() < most_points, "{force}: {}", points.len());
+            for orbit in &swept.orbits {
+                let hz = orbit.frequency_hz;
+                let found: Vec<f64> = (points.iter().filter(|p| p.0 == hz)).map(|p| p.1).collect();
+                assert_eq!(found.len(), 1, "{force}: {hz}");
+                let off = found[0] / orbit.observed_amplitude_m[0] - 1.0;
+                assert!(off.abs() < 1e-4, "{force}: {hz}: {off:e}");
+            }
+            let highest =
+                |amplitudes: &mut dyn Iterator<Item = f64>| amplitudes.fold(0.0, f64::max);
+            let peak = highest(&mut points.iter().map(|p| p.1));
+            let fine = highest(&mut fine.orbits.iter().map(|o| o.observed_amplitude_m[0]));
+            assert!((peak / fine - 1.0).abs() < 1e-3, "{force}: {peak} {fine}");
+            let lengths = &branches[0].lengths;
+            assert_eq!(lengths.len(), points.len());
+            assert!(lengths.windows(2).all(|l| l[0] <= l[1]), "{lengths:?}");
+        }
+    }
+
+    /// With a gap the stop stiffens the mass, and with interference it softens it where it opens.
+    #[test]
+    fn a_curve_is_followed_round_both_of_its_folds_from_either_end() {
+        for (gap_m, asked_hz, turns_up) in [(1.0, 0.19, true), (-0.2, 0.25, false)] {
+            let problem = mass_with_a_stop(gap_m);
+            let resolution = Resolution::Fixed {
+                harmonics: 5,
+                samples: 128,
+            };
+            let mut amplitudes = Vec::new();
+            for ends in [[0.1, 0.4], [0.4, 0.1]] {
+                let frequencies_hz = vec![ends[0], asked_hz, ends[1]];
+                let mut settings = SweepSettings::new(frequencies_hz, resolution);
+                settings.slip_threshold_m = Some(1e-9);
+                let state = static_state(&problem, 1, settings.newton);
+                let damping = made_up::DAMPING;
+                let branches = follow(&problem, damping, &state, &settings, &|_| ());
+                assert_eq!(branches.len(), 1);
+                assert!(branches[0].gaps.is_empty());
+                let points = curve(&branches[0]);
+                assert_eq!(
+                    (points[0].0, points[points.len() - 1].0),
+                    (ends[0], ends[1])
+                );
+                // Forwards, backwards between the folds, forwards.
+                let forwards = points
+                    .windows(2)
+                    .map(|p| (p[1].0 > p[0].0) == (ends[1] > ends[0]));
+                let mut runs: Vec<bool> = forwards.collect();
+                runs.dedup();
+                assert_eq!(runs, [true, false, true], "{gap_m}: {points:?}");
+                let mut three: Vec<f64> = (points.iter().filter(|p| p.0 == asked_hz))
+                    .map(|p| p.1)
+                    .collect();
+                assert_eq!(three.len(), 3, "{gap_m}: {points:?}");
+                let rises = three[0] < three[2];
+                assert_eq!(rises, turns_up != (ends[0] < ends[1]), "{three:?}");
+                three.sort_by(f64::total_cmp);
+                amplitudes.push(three);
+            }
+            for (a, b) in amplitudes[0].iter().zip(&amplitudes[1]) {
+                assert!((a / b - 1.0).abs() < 1e-6, "{amplitudes:?}");
+            }
+        }
+    }
+}

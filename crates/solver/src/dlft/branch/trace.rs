@@ -1,0 +1,524 @@
+//! Steps along a curve: prediction, correction, and the length of the next step.
+
+use super::bordered::{Direction, Plane, correct, direction};
+use super::gauge::{Gauge, Scales, motion};
+use crate::dlft::point::{FrequencySolver, Solution, Work};
+use crate::dlft::retention::Mean;
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::vector::{axpy, dot, norm};
+
+/// First step.
+const FIRST_STEP: f64 = 0.02;
+/// Longest step: by it what is observed changes by a half.
+const LONGEST_STEP: f64 = 0.5;
+/// Shortest step: where it fails, the curve cannot be followed on.
+const SHORTEST_STEP: f64 = 1e-4;
+/// Newton iterations allowed to a step.
+const MOST_ITERATIONS: usize = 12;
+/// Least cosine of the angle by which a step may turn.
+const LEAST_COSINE: f64 = 0.7;
+/// A step has left the curve where its end lies so many steps from its beginning.
+const FAR: f64 = 2.0;
+/// The error of the cubic through both ends of a step is this fraction of the error of the cubic
+/// that was continued to its end: both are the fourth derivative of T, divided by 24, times a
+/// product of four distances, `(h / 2)^4` at the middle and `4 h^4` at the end of an equal step.
+const INTERPOLATED: f64 = 1.0 / 64.0;
+/// A step is taken again where the cubic is off by so many times what is allowed.
+const TOO_FAR_OFF: f64 = 30.0;
+/// Parts of a step in which it is looked for where the curve crosses a frequency.
+const PARTS: u32 = 16;
+const BISECTIONS: usize = 50;
+/// Two places of a curve are one where they lie closer together than this.
+const SAME_LENGTH: f64 = 1e-9;
+/// |T| is measured against this fraction of its largest value where it is smaller.
+const LEAST_MOTION: f64 = 0.01;
+
+/// Point of a curve, from which the next one is found.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// Frequency of the first harmonic, Hz.
+    pub frequency_hz: f64,
+    /// Coefficients, m.
+    pub u: Vec<f64>,
+    /// Treatment of the mean along the motions that only friction holds.
+    pub mean: Mean,
+    /// Motion T ([`motion`]).
+    pub motion: Vec<f64>,
+    /// Direction of the curve.
+    pub direction: Direction,
+    /// Change of T along it.
+    pub motion_along: Vec<f64>,
+    /// Length of the curve up to the point.
+    pub length: f64,
+}
+
+/// Range through which a curve is followed, and how closely.
+#[derive(Debug, Clone, Copy)]
+pub struct Course {
+    /// Frequency at which the curve begins, Hz.
+    pub from_hz: f64,
+    /// Frequency at which it ends, Hz.
+    pub to_hz: f64,
+    /// Error of the cubics that join the points, relative to |T|.
+    pub curve_error: f64,
+}
+
+impl Course {
+    /// Length of the range, Hz.
+    pub fn range_hz(self) -> f64 {
+        (self.to_hz - self.from_hz).abs()
+    }
+}
+
+/// Follower of one curve.
+pub struct Tracer<'b, 's> {
+    solver: &'b FrequencySolver<'s>,
+    course: Course,
+    /// Last two points.
+    before: Option<Point>,
+    last: Point,
+    step: f64,
+    largest_motion: f64,
+    /// Length of the curve up to which frequencies asked for have been passed.
+    passed_length: f64,
+}
+
+/// Solution on the curve, with its frequency, Hz, and the length of the curve up to it.
+pub struct Found<'b> {
+    /// The solution.
+    pub solution: Solution<'b>,
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// Length of the curve up to it.
+    pub length: f64,
+}
+
+/// What came of a step.
+pub struct Step<'b> {
+    /// Points at the frequencies asked for that the step passed, in their order.
+    pub passed: Vec<Found<'b>>,
+    /// Point at the end of the step; `None` where the curve left the range within it, or could not
+    /// be followed at all.
+    pub reached: Option<Found<'b>>,
+    /// `true` if the curve left the range. The last of those passed is then its end.
+    pub leaves: bool,
+}
+
+impl<'b, 's> Tracer<'b, 's> {
+    /// Follower that begins at a solution, and goes towards the second frequency of the course.
+    /// `None` where no direction is found.
+    pub fn from(
+        solver: &'b FrequencySolver<'s>,
+        course: Course,
+        (solution, frequency_hz): (&Solution<'_>, f64),
+        work: &mut Work,
+    ) -> Option<Self> {
+        let row = vec![0.0; solution.u.len()];
+        let corner = (course.to_hz - course.from_hz).signum();
+        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let scales = Scales {
+            motion: norm(&motion).max(f64::MIN_POSITIVE),
+            range_hz: course.range_hz(),
+        };
+        let at = (solution, frequency_hz);
+        let ahead = (&row[..], corner);
+        Some(Self {
+            last: Point::at(solver, at, motion, ahead, (scales, 0.0), work)?,
+            largest_motion: scales.motion,
+            solver,
+            course,
+            before: None,
+            step: FIRST_STEP,
+            passed_length: 0.0,
+        })
+    }
+
+    /// Follower that goes on in the same direction from another solution at the last frequency, of
+    /// another balance: with another mean, or other harmonics.
+    pub fn again(
+        self,
+        solver: &'b FrequencySolver<'s>,
+        solution: &Solution<'_>,
+        work: &mut Work,
+    ) -> Option<Self> {
+        let Self { last, course, .. } = self;
+        let frequency_hz = last.frequency_hz;
+        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let scales = Scales {
+            motion: norm(&motion).max(LEAST_MOTION * self.largest_motion),
+            range_hz: course.range_hz(),
+        };
+        let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
+        let (row, corner) = across(&gauge, &last, scales);
+        let at = (solution, frequency_hz);
+        let place = (scales, last.length);
+        let passed_length = last.length;
+        Some(Self {
+            last: Point::at(solver, at, motion, (&row, corner), place, work)?,
+            largest_motion: self.largest_motion.max(scales.motion),
+            solver,
+            course,
+            before: None,
+            step: self.step.min(FIRST_STEP),
+            passed_length,
+        })
+    }
+
+    /// Last point.
+    pub fn last(&self) -> &Point {
+        &self.last
+    }
+
+    /// Counts the length of the curve from here on from `length`.
+    pub fn begin_at(&mut self, length: f64) {
+        self.last.length = length;
+        self.passed_length = length;
+        self.before = None;
+    }
+
+    /// Goes back to the point before, which can be done once after a step.
+    pub fn step_back(&mut self) {
+        if let Some(before) = self.before.take() {
+            self.last = before;
+        }
+    }
+
+    /// Takes a step along the curve, shortened until it succeeds. `asked_hz` are frequencies at which
+    /// solutions are asked for.
+    pub fn step(&mut self, asked_hz: &[f64], work: &mut Work) -> Step<'b> {
+        self.step = self.step.max(2.0 * SHORTEST_STEP);
+        while self.step >= SHORTEST_STEP {
+            match self.attempt(asked_hz, work) {
+                Some(step) => return step,
+                None => self.step *= 0.5,
+            }
+        }
+        Step {
+            passed: Vec::new(),
+            reached: None,
+            leaves: false,
+        }
+    }
+
+    /// Solution between two points, at this fraction of the curve between them.
+    pub fn inside(
+        &self,
+        [first, second]: [&Point; 2],
+        fraction: f64,
+        work: &mut Work,
+    ) -> Option<Found<'b>> {
+        let (u, frequency_hz) = between(first, second, fraction);
+        let scales = Scales {
+            motion: norm(&first.motion).max(LEAST_MOTION * self.largest_motion),
+            range_hz: self.course.range_hz(),
+        };
+        let balance = self.solver.balance(first.frequency_hz, first.mean)?;
+        let gauge = Gauge::at(&balance, &first.u, first.frequency_hz);
+        let span = second.length - first.length;
+        let plane = plane(&gauge, first, scales, span, (&u, frequency_hz));
+        let start = (&u[..], frequency_hz);
+        let newton = self.solver.newton;
+        let (solution, frequency_hz) =
+            correct(self.solver, &plane, start, first.mean, newton, work)?;
+        solution.is_converged().then_some(Found {
+            solution,
+            frequency_hz,
+            length: first.length + fraction * span,
+        })
+    }
+
+    /// Point at a solution between two points, with the direction of the curve.
+    pub fn point_at(&self, found: &Found<'_>, like: &Point, work: &mut Work) -> Option<Point> {
+        let at = (&found.solution, found.frequency_hz);
+        let Solution { balance, u, .. } = &found.solution;
+        let motion = motion(balance, u, found.frequency_hz);
+        let scales = Scales {
+            motion: norm(&motion).max(LEAST_MOTION * self.largest_motion),
+            range_hz: self.course.range_hz(),
+        };
+        let (row, corner) = across(&Gauge::at(balance, u, found.frequency_hz), like, scales);
+        let place = (scales, found.length);
+        Point::at(self.solver, at, motion, (&row, corner), place, work)
+    }
+
+    fn scales(&self) -> Scales {
+        let least = (LEAST_MOTION * self.largest_motion).max(f64::MIN_POSITIVE);
+        Scales {
+            motion: norm(&self.last.motion).max(least),
+            range_hz: self.course.range_hz(),
+        }
+    }
+
+    /// Tries a step; `None` where a shorter one is to be tried.
+    fn attempt(&mut self, asked_hz: &[f64], work: &mut Work) -> Option<Step<'b>> {
+        let (scales, h, solver) = (self.scales(), self.step, self.solver);
+        let Point {
+            frequency_hz: last_hz,
+            mean,
+            ..
+        } = self.last;
+        let balance = solver.balance(last_hz, mean)?;
+        let gauge = Gauge::at(&balance, &self.last.u, last_hz);
+        let at_end = self.last.ahead(h);
+        let plane = plane(&gauge, &self.last, scales, h, (&at_end.0, at_end.1));
+        let (predicted, predicted_hz) = self.predicted(h);
+        let options = NewtonOptions {
+            max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
+            ..solver.newton
+        };
+        let start = (&predicted[..], predicted_hz);
+        let (found, frequency_hz) = correct(solver, &plane, start, mean, options, work)?;
+        if !found.is_converged() {
+            return None;
+        }
+        let reached = motion(&found.balance, &found.u, frequency_hz);
+        let from = |other: &[f64]| -> Vec<f64> {
+            let both = reached.iter().zip(other);
+            both.map(|(a, b)| a - b).collect()
+        };
+        let moved_hz = frequency_hz - self.last.frequency_hz;
+        let distance = scales.length(&from(&self.last.motion), moved_hz);
+        if distance > FAR * h {
+            return None;
+        }
+        let ahead = (&plane.row[..], plane.corner);
+        let at = (&found, frequency_hz);
+        let next = self.point(at, reached.clone(), ahead, scales, work)?;
+        let may_shorten = h > 4.0 * SHORTEST_STEP;
+        let along = (&next.motion_along[..], next.direction.frequency_hz);
+        let last_along = (
+            &self.last.motion_along[..],
+            self.last.direction.frequency_hz,
+        );
+        let length = scales.length(along.0, along.1);
+        let cosine = scales.product(last_along, along) / length;
+        if cosine < LEAST_COSINE && may_shorten {
+            return None;
+        }
+        // Distance of the prediction from the curve: what it is off along the curve is no error.
+        let expected = motion(&found.balance, &predicted, predicted_hz);
+        let (off, off_hz) = (from(&expected), frequency_hz - predicted_hz);
+        let along_curve = scales.product((&off, off_hz), along) / length;
+        let off = scales.length(&off, off_hz).powi(2) - along_curve * along_curve;
+        let error = INTERPOLATED * off.max(0.0).sqrt() / self.course.curve_error;
+        if error > TOO_FAR_OFF && may_shorten {
+            return None;
+        }
+        let Course { from_hz, to_hz, .. } = self.course;
+        let ends = [from_hz, to_hz];
+        let leaves = !(from_hz.min(to_hz)..=from_hz.max(to_hz)).contains(&frequency_hz);
+        let asked = asked_hz
+            .iter()
+            .chain(leaves.then_some(&ends).into_iter().flatten());
+        let mut crossed: Vec<(f64, f64)> = asked
+            .flat_map(|hz| self.crossings(*hz, &next).into_iter().map(|t| (t, *hz)))
+            .collect();
+        crossed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(end) = crossed
+            .iter()
+            .position(|(_, hz)| leaves && ends.contains(hz))
+        {
+            crossed.truncate(end + 1);
+        }
+        let mut passed: Vec<Found<'b>> = Vec::new();
+        for (fraction, hz) in crossed {
+            let before = passed.last().map_or(self.passed_length, |p| p.length);
+            let length = self.last.length + fraction * (next.length - self.last.length);
+            if length > before + SAME_LENGTH {
+                passed.push(self.at_frequency(hz, fraction, &next, work)?);
+            }
+        }
+        self.passed_length = passed.last().map_or(self.passed_length, |p| p.length);
+        let by_error = 0.9 * error.max(1e-9).powf(-0.25);
+        let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
+        self.step = (h * by_error.clamp(0.3, most)).min(LONGEST_STEP);
+        self.largest_motion = self.largest_motion.max(norm(&next.motion));
+        let reached = Found {
+            frequency_hz,
+            length: next.length,
+            solution: found,
+        };
+        if !leaves {
+            self.before = Some(std::mem::replace(&mut self.last, next));
+        }
+        Some(Step {
+            passed,
+            reached: (!leaves).then_some(reached),
+            leaves,
+        })
+    }
+
+    /// U and the frequency a step ahead: on the cubic through the last two points, or along the
+    /// direction of the last one.
+    fn predicted(&self, h: f64) -> (Vec<f64>, f64) {
+        let last = &self.last;
+        let before = self.before.as_ref();
+        let before = before.filter(|b| b.mean == last.mean && b.u.len() == last.u.len());
+        if let Some(before) = before {
+            return between(before, last, 1.0 + h / (last.length - before.length));
+        }
+        last.ahead(h)
+    }
+
+    /// Point at a solution, the one after the last.
+    fn point(
+        &self,
+        (solution, frequency_hz): (&Solution<'_>, f64),
+        reached: Vec<f64>,
+        ahead: (&[f64], f64),
+        scales: Scales,
+        work: &mut Work,
+    ) -> Option<Point> {
+        let both = reached.iter().zip(&self.last.motion);
+        let moved: Vec<f64> = both.map(|(a, b)| a - b).collect();
+        let size = norm(&reached);
+        let own = Scales {
+            motion: size.max(LEAST_MOTION * self.largest_motion.max(size)),
+            ..scales
+        };
+        // A step is measured by what the motion is in its middle, as its ends are by theirs.
+        let middle = Scales {
+            motion: (own.motion * scales.motion).sqrt(),
+            ..scales
+        };
+        let distance = middle.length(&moved, frequency_hz - self.last.frequency_hz);
+        let place = (own, self.last.length + distance);
+        let at = (solution, frequency_hz);
+        Point::at(self.solver, at, reached, ahead, place, work)
+    }
+
+    /// Fractions of the curve between the last point and `next` at which it crosses a frequency.
+    fn crossings(&self, frequency_hz: f64, next: &Point) -> Vec<f64> {
+        let off = |t: f64| frequency_between(&self.last, next, t) - frequency_hz;
+        let at = |i: u32| f64::from(i) / f64::from(PARTS);
+        let crosses = |i: &u32| (off(at(*i)) > 0.0) != (off(at(i + 1)) > 0.0);
+        let root = |i: u32| {
+            let (mut low, mut high) = (at(i), at(i + 1));
+            let begins_above = off(low) > 0.0;
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                if (off(middle) > 0.0) == begins_above {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            0.5 * (low + high)
+        };
+        (0..PARTS).filter(crosses).map(root).collect()
+    }
+
+    /// Solution at a frequency that the curve between the last point and `next` crosses.
+    fn at_frequency(
+        &self,
+        frequency_hz: f64,
+        fraction: f64,
+        next: &Point,
+        work: &mut Work,
+    ) -> Option<Found<'b>> {
+        let last = &self.last;
+        let (u, _) = between(last, next, fraction);
+        let per_hz = self.course.range_hz().recip();
+        let plane = Plane {
+            row: vec![0.0; u.len()],
+            corner: per_hz,
+            value: per_hz * frequency_hz,
+        };
+        let start = (&u[..], frequency_hz);
+        let newton = self.solver.newton;
+        let (solution, _) = correct(self.solver, &plane, start, last.mean, newton, work)?;
+        solution.is_converged().then_some(Found {
+            solution,
+            frequency_hz,
+            length: last.length + fraction * (next.length - last.length),
+        })
+    }
+}
+
+impl Point {
+    /// U and the frequency so far along the direction of the point.
+    fn ahead(&self, length: f64) -> (Vec<f64>, f64) {
+        let mut u = self.u.clone();
+        axpy(length, &self.direction.u, &mut u);
+        (u, self.frequency_hz + length * self.direction.frequency_hz)
+    }
+
+    /// Point at a solution with its motion, and the direction in which `ahead` grows. `place` has
+    /// the scales at the point and the length of the curve up to it.
+    fn at(
+        solver: &FrequencySolver<'_>,
+        (solution, frequency_hz): (&Solution<'_>, f64),
+        motion: Vec<f64>,
+        ahead: (&[f64], f64),
+        (scales, length): (Scales, f64),
+        work: &mut Work,
+    ) -> Option<Self> {
+        let mut direction = direction(solver, (solution, frequency_hz), ahead, work)?;
+        let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
+        let mut motion_along = gauge.along(&direction);
+        // Of length 1.
+        let by = scales.length(&motion_along, direction.frequency_hz).recip();
+        motion_along.iter_mut().for_each(|t| *t *= by);
+        direction.u.iter_mut().for_each(|u| *u *= by);
+        direction.frequency_hz *= by;
+        Some(Self {
+            frequency_hz,
+            u: solution.u.clone(),
+            mean: solution.balance.mean(),
+            motion,
+            direction,
+            motion_along,
+            length,
+        })
+    }
+}
+
+/// Coefficients of dU and df in the length of a change along the direction of a point.
+fn across(gauge: &Gauge, point: &Point, scales: Scales) -> (Vec<f64>, f64) {
+    let by = (scales.motion * scales.motion).recip();
+    let weights: Vec<f64> = point.motion_along.iter().map(|t| t * by).collect();
+    let (row, of_motion) = gauge.coefficients(&weights);
+    let own = point.direction.frequency_hz / (scales.range_hz * scales.range_hz);
+    (row, of_motion + own)
+}
+
+/// Plane across the direction of a point, through `at`, in units of the step h.
+fn plane(gauge: &Gauge, point: &Point, scales: Scales, h: f64, at: (&[f64], f64)) -> Plane {
+    let (mut row, mut corner) = across(gauge, point, scales);
+    row.iter_mut().for_each(|v| *v /= h);
+    corner /= h;
+    Plane {
+        value: dot(&row, at.0) + corner * at.1,
+        row,
+        corner,
+    }
+}
+
+/// U and frequency of the cubic through two points and their directions, 0 at the first and 1 at
+/// the second.
+fn between(first: &Point, second: &Point, t: f64) -> (Vec<f64>, f64) {
+    let [at_first, at_second, along_first, along_second] = weights(first, second, t);
+    let mut u: Vec<f64> = first.u.iter().map(|u| at_first * u).collect();
+    axpy(at_second, &second.u, &mut u);
+    axpy(along_first, &first.direction.u, &mut u);
+    axpy(along_second, &second.direction.u, &mut u);
+    (u, frequency_between(first, second, t))
+}
+
+/// Frequency of the cubic, as [`between`] has it.
+fn frequency_between(first: &Point, second: &Point, t: f64) -> f64 {
+    let [at_first, at_second, along_first, along_second] = weights(first, second, t);
+    at_first * first.frequency_hz
+        + at_second * second.frequency_hz
+        + along_first * first.direction.frequency_hz
+        + along_second * second.direction.frequency_hz
+}
+
+/// Weights of the values and of the directions of two points in the cubic through both.
+fn weights(first: &Point, second: &Point, t: f64) -> [f64; 4] {
+    let span = second.length - first.length;
+    let at_second = t * t * (3.0 - 2.0 * t);
+    let along_first = span * t * (1.0 - t) * (1.0 - t);
+    let along_second = span * t * t * (t - 1.0);
+    [1.0 - at_second, at_second, along_first, along_second]
+}
