@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::unrolled::Orientation;
 use super::{ExportError, write_file};
@@ -170,17 +170,30 @@ pub struct TruncationSummary {
     pub modes_reach: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MeshSummary {
+/// Origin of a mesh.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeshOrigin {
     /// The .msh file or the .geo script.
-    pub source: String,
-    /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file no longer exists.
+    #[serde(serialize_with = "displayed")]
+    pub source: PathBuf,
+    /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file cannot be read.
     #[serde(default)]
     pub blake3: Option<String>,
     /// Version of gmsh that made the mesh; `None` for a ready mesh.
     pub gmsh: Option<String>,
     /// True if the committed mesh was used because gmsh is missing.
     pub fallback: bool,
+}
+
+/// Path as text, whatever bytes it has.
+fn displayed<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeshSummary {
+    #[serde(flatten)]
+    pub origin: MeshOrigin,
     pub nodes: usize,
     pub elements: usize,
     /// Number of elements of each type, by the name of the type: tet10, hex20.
@@ -205,12 +218,8 @@ pub struct FlankView {
     pub name: String,
     /// Numbers of the bodies of the first and of the second flank; `None` for rigid ground.
     pub bodies: [Option<usize>; 2],
-    /// Unit vector to the right.
-    pub right: [f64; 3],
-    /// Unit vector up.
-    pub up: [f64; 3],
-    /// Names of the sides left, right, below and above.
-    pub edges: [String; 4],
+    #[serde(flatten)]
+    pub orientation: Orientation,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -467,19 +476,6 @@ pub struct ObservationTerm {
     pub direction: [f64; 3],
 }
 
-/// Origin of a mesh.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct MeshOrigin {
-    /// The .msh file or the .geo script.
-    pub source: PathBuf,
-    /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file cannot be read.
-    pub blake3: Option<String>,
-    /// Version of gmsh that made the mesh; `None` for a ready mesh.
-    pub gmsh: Option<String>,
-    /// True if the committed mesh was used because gmsh is missing.
-    pub fallback: bool,
-}
-
 /// Sizes of the mesh of a model.
 pub fn mesh_summary(
     model: &Model,
@@ -509,15 +505,10 @@ pub fn mesh_summary(
         contact: pair.contact,
         name: model.contact_names[pair.contact].clone(),
         bodies: pair.bodies(),
-        right: orientation.right,
-        up: orientation.up,
-        edges: orientation.edges,
+        orientation,
     });
     MeshSummary {
-        source: origin.source.display().to_string(),
-        blake3: origin.blake3.clone(),
-        gmsh: origin.gmsh.clone(),
-        fallback: origin.fallback,
+        origin: origin.clone(),
         nodes: bodies.iter().map(|b| b.nodes).sum(),
         elements: bodies.iter().map(|b| b.elements).sum(),
         element_types: types.into_iter().map(|(t, n)| (t.name(), n)).collect(),
