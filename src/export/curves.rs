@@ -22,7 +22,6 @@ pub struct Curves {
     pub curves: Vec<Curve>,
     /// Largest value that an axis must show: that of all curves, or that of the curves with
     /// friction if these would otherwise be flat at the bottom of the axis.
-    #[serde(serialize_with = "in_seven_digits")]
     pub highest: f64,
 }
 
@@ -36,7 +35,7 @@ impl Curves {
         let with_friction = highest(&|curve| curve.kind != CurveKind::Linear);
         let much_higher = with_friction > 0.0 && all > MUCH_HIGHER * with_friction;
         Self {
-            highest: if much_higher { with_friction } else { all },
+            highest: seven_digits(if much_higher { with_friction } else { all }),
             quantity,
             unit,
             curves,
@@ -280,10 +279,6 @@ impl Curve {
         let values = self.points.iter().filter_map(|p| p.value);
         values.fold(0.0, f64::max)
     }
-}
-
-fn in_seven_digits<S: Serializer>(v: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    seven_digits(*v).serialize(serializer)
 }
 
 /// Points as columns of numbers.

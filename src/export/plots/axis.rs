@@ -43,6 +43,11 @@ impl Axis {
         }
     }
 
+    /// Returns `true` if the axis can show a value.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        place(self.scale, value).is_some()
+    }
+
     /// Axis that covers these values and its own marks.
     pub(super) fn around(&self, values: impl Iterator<Item = f64>) -> DrawnAxis {
         let marked = self.marks.iter().map(|(v, _)| *v);
@@ -69,7 +74,7 @@ impl Axis {
     }
 
     /// Axis from one value to another, both above 0 if it is logarithmic.
-    pub(super) fn from_to(&self, [low, high]: [f64; 2]) -> DrawnAxis {
+    pub(super) fn spanning(&self, [low, high]: [f64; 2]) -> DrawnAxis {
         let ends = match self.scale {
             Scale::Linear => [low, high],
             Scale::Logarithmic => [low.log10(), high.log10()],

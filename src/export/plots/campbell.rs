@@ -86,7 +86,7 @@ fn draw(
     let above_zero = |v: f64| if v > 0.0 { v } else { 1.0 };
     let ends = [1.04 * above_zero(fastest), 1.08 * above_zero(highest)];
     let axes = [("speed (rpm)", ends[0]), ("frequency (Hz)", ends[1])];
-    let axes = axes.map(|(title, end)| Axis::linear(title).from_to([0.0, end]));
+    let axes = axes.map(|(title, end)| Axis::linear(title).spanning([0.0, end]));
     let chart = Chart::new(canvas, heading, &legend, axes)?;
     let at = |point: (f64, f64)| chart.at(point).unwrap_or_default();
     let orders = engine_orders(orders, above_zero(fastest), ends[1], at);

@@ -125,6 +125,18 @@ impl<'a, 'b> Chart<'a, 'b> {
         Some((self.along(0, shares.0), self.along(1, shares.1)))
     }
 
+    /// Box of this width and height beside a place, at one of these distances, pixels, that covers
+    /// nothing: left, right, top and bottom. It is taken then.
+    pub fn beside(
+        &mut self,
+        at: (i32, i32),
+        size: (i32, i32),
+        distances: &[i32],
+    ) -> Option<[i32; 4]> {
+        let [across, down] = &self.inside;
+        self.taken.beside(at, size, [across, down], distances)
+    }
+
     /// Draws a line through places on the canvas; one place alone is a dot.
     pub fn line(&self, places: &[(i32, i32)], stroke: Stroke) -> Drawn {
         let path = places.to_vec();

@@ -1,6 +1,5 @@
 //! Draws curves against frequency, with their peaks.
 
-use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
@@ -35,7 +34,7 @@ pub fn write_curves(
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| {
         let range = range(curves, scale);
-        let axes = [frequencies(curves), values(curves, scale).from_to(range)];
+        let axes = [frequencies(curves), values(curves, scale).spanning(range)];
         let chart = Chart::new(canvas, heading, &legend(curves, range[1]), axes)?;
         draw(chart, curves, range)
     })
@@ -69,7 +68,7 @@ fn frequencies(curves: &Curves) -> super::axis::DrawnAxis {
         (false, true) => [low - 1.0, low + 1.0],
         (false, false) => [0.0, 1.0],
     };
-    Axis::linear("frequency (Hz)").from_to(ends)
+    Axis::linear("frequency (Hz)").spanning(ends)
 }
 
 /// Least and largest number; the least is above the largest if there is none.
@@ -201,13 +200,10 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
 /// Draws the words of a peak in a place where they cover nothing.
 fn draw_words(chart: &mut Chart, (x, y): (i32, i32), words: &str, colour: RGBColor) -> Drawn {
     let size = (width_of(words, PEAK_PX), at_px(PEAK_PX as i32 + 4));
-    let [across, down] = chart.inside.clone();
-    let free = chart
-        .taken
-        .beside((x, y), size, [&across, &down], &PEAK_DISTANCES);
+    let free = chart.beside((x, y), size, &PEAK_DISTANCES);
     let [left, right, top, bottom] = match free {
         Some(bounds) => bounds,
-        None => over_everything(chart, (x, y), size, &across)?,
+        None => over_everything(chart, (x, y), size)?,
     };
     // At the end that is nearer to the mark: its letters may be narrower.
     let (h, place) = match (left >= x, right <= x) {
@@ -226,14 +222,13 @@ fn draw_words(chart: &mut Chart, (x, y): (i32, i32), words: &str, colour: RGBCol
 }
 
 /// Clears a place for a label of this width and height above a peak that has no free place beside
-/// it, between the two sides of `across`. Returns left, right, top and bottom of the label.
+/// it, between the sides of the chart. Returns left, right, top and bottom of the label.
 fn over_everything(
     chart: &Chart,
     (x, y): (i32, i32),
     (width, height): (i32, i32),
-    across: &Range<i32>,
 ) -> Drawn<[i32; 4]> {
-    let half = width / 2;
+    let (across, half) = (&chart.inside[0], width / 2);
     let middle = x.min(across.end - half).max(across.start + half);
     let bottom = y - at_px(24);
     let [left, right, top] = [middle - half, middle + half, bottom - height];

@@ -54,11 +54,9 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         title,
         conditions: "",
     };
-    // A point is shown if both axes can show it.
-    let scales = axes.each_ref().map(|axis| axis.around(std::iter::empty()));
     let points = series.iter().flat_map(|s| &s.points);
     let shown = points.filter_map(|(x, y)| Some([*x, (*y)?]));
-    let shown = shown.filter(|p| (0..2).all(|k| scales[k].share(p[k]).is_some()));
+    let shown = shown.filter(|p| (0..2).all(|k| axes[k].shows(p[k])));
     let shown: Vec<[f64; 2]> = shown.collect();
     let axes = [0, 1].map(|k| axes[k].around(shown.iter().map(|p| p[k])));
     let mut chart = Chart::new(canvas, heading, &legend, axes)?;
@@ -78,7 +76,6 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         }
     }
     let extra = extra_widths(series);
-    let [across, down] = chart.inside.clone();
     for (i, (one, places)) in series.iter().zip(&places).enumerate() {
         let stroke = Stroke {
             colour: colour(i),
@@ -93,11 +90,7 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         }
         for (at, name) in places.iter().zip(&one.names) {
             let size = (width_of(name, NAME_PX), at_px(18));
-            let free = at.and_then(|at| {
-                chart
-                    .taken
-                    .beside(at, size, [&across, &down], &NAME_DISTANCES)
-            });
+            let free = at.and_then(|at| chart.beside(at, size, &NAME_DISTANCES));
             if let Some([left, _, top, bottom]) = free {
                 chart.text(name, (left, (top + bottom) / 2), NAME_PX, HPos::Left)?;
             }

@@ -31,22 +31,22 @@ function curveChart(place, chosen, peak_hz, state = null) {
       const share = index == null ? null : error[own.points.x.indexOf(plot.data[0][index])];
       return share > 1e-4 ? `${value(plot, v, series, index)} ± ${errorText(share)}` : value(plot, v, series, index);
     };
-    const line = (label, { x, y }, style) => ({ x, y: scaled(y), series: { label, value, points: { show: false }, ...style } });
+    // The scale shows what is seen of the lines that are scaling, from zero on.
+    const line = (label, { x, y }, style, isScaling = true) =>
+      ({ x, y: scaled(y), isScaling, series: { label, value, points: { show: false }, ...style } });
     const drawnLine = ({ label, kind, dashed, points }) => line(label, points, {
       stroke: colourOf(`--${kind}`), width: kind === "linear" ? 1.5 : 2, ...(dashed && { dash: [6, 4] }),
       ...(points === own.points && error && { value: withError }),
-    });
+    }, scaling !== "friction" || kind !== "linear");
     const bound = (sign) => line("", {
       x: own.points.x,
       y: own.points.y.map((v, i) => (v == null || error[i] == null ? v : v * Math.max(1e-3, 1 + sign * error[i]))),
     }, { stroke: "transparent", width: 0 });
     const bounds = error ? [bound(1), bound(-1)] : [];
     const measured = (state?.measured ?? []).map(({ label, x, y }) =>
-      line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }));
+      line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }, scaling === "all"));
     const lines = [...bounds, ...curves.map(drawnLine), ...measured], data = joined(lines);
-    // Of what is seen: the lines that the scale is to show, from zero on.
-    const scalingLines = [...bounds, ...withFriction.map((curve) => lines[bounds.length + curves.indexOf(curve)]), ...(scaling === "all" ? measured : [])];
-    const columns = scalingLines.map((l) => data[1 + lines.indexOf(l)]);
+    const columns = data.slice(1).filter((_, i) => lines[i].isScaling);
     const range = (plot) => {
       const [from, to] = plot.series[0].idxs ?? [0, data[0].length - 1];
       return [0, 1.12 * largestOf(columns.flatMap((column) => [...column.slice(from, to + 1)])) || 1];
