@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::words::{figure, quantity};
+use crate::words::{quantity, vector};
 use dovetail_solver::results::rigid_motion::BodyMotion;
 use dovetail_solver::results::rigid_motion::Kind;
 
@@ -60,7 +60,7 @@ fn direction_words(direction: [f64; 3]) -> String {
         .collect();
     match along[..] {
         [axis] => axis.to_owned(),
-        _ => format!("({})", rounded.map(|c| figure(c, 3)).join(", ")),
+        _ => vector(rounded, 3),
     }
 }
 

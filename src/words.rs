@@ -2,24 +2,28 @@
 
 use dovetail_solver::dlft::{CycleCounts, StaticCounts};
 
-/// Prefixes of units and their powers of a thousand.
-const PREFIXES: [(&str, i32); 9] = [
-    ("p", -4),
-    ("n", -3),
-    ("µ", -2),
-    ("m", -1),
-    ("", 0),
-    ("k", 1),
-    ("M", 2),
-    ("G", 3),
-    ("T", 4),
-];
+/// Prefixes of units, a factor of a thousand apart.
+const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 
-/// Number rounded to this number of digits, and its power of ten.
-fn rounded(v: f64, digits: usize) -> (f64, i32) {
+/// Largest number of digits of a short number.
+const SHORT_DIGITS: usize = 6;
+
+/// Number rounded to this number of digits.
+fn rounded(v: f64, digits: usize) -> f64 {
+    let text = format!("{v:.*e}", digits.saturating_sub(1));
+    text.parse().unwrap_or(v)
+}
+
+/// Number with seven digits, which suffice for a reader and take few bytes.
+pub fn seven_digits(v: f64) -> f64 {
+    rounded(v, 7)
+}
+
+/// Power of ten of a number that is rounded to this number of digits.
+fn power_of_ten(v: f64, digits: usize) -> i32 {
     let text = format!("{v:.*e}", digits.saturating_sub(1));
     let power = text.rsplit('e').next().and_then(|e| e.parse().ok());
-    (text.parse().unwrap_or(v), power.unwrap_or(0))
+    power.unwrap_or(0)
 }
 
 /// Number with this number of digits in all, without an exponent if that is short.
@@ -30,12 +34,24 @@ pub fn figure(v: f64, digits: usize) -> String {
     if !v.is_finite() {
         return "–".to_owned();
     }
-    let (value, power) = rounded(v, digits);
+    let power = power_of_ten(v, digits);
     if !(-4..6).contains(&power) {
         return format!("{v:.*e}", digits.saturating_sub(1)).replace('-', "−");
     }
     let after = (digits as i32 - 1 - power).max(0) as usize;
-    format!("{value:.after$}").replace('-', "−")
+    format!("{:.after$}", rounded(v, digits)).replace('-', "−")
+}
+
+/// Number with at most [`SHORT_DIGITS`] digits, without zeros at the end of its fraction.
+pub fn short(v: f64) -> String {
+    let text = figure(v, SHORT_DIGITS);
+    let (fraction, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
+    let fraction = if fraction.contains('.') {
+        fraction.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        fraction
+    };
+    format!("{fraction}{exponent}")
 }
 
 /// Quantity with the prefix that leaves one to three digits before the point: `6.491 mm`.
@@ -45,18 +61,91 @@ pub fn quantity(v: f64, unit: &str, digits: usize) -> String {
 
 /// Quantity with the prefix of another quantity: `0.656 µm` beside `1.24 µm`.
 pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String {
-    if v == 0.0 || !v.is_finite() || other == 0.0 || !other.is_finite() {
+    if v == 0.0 || !v.is_finite() {
         return format!("{} {unit}", figure(v, digits));
     }
-    let (value, _) = rounded(v, digits);
-    let (_, power) = rounded(other, digits);
-    let power = power.div_euclid(3).clamp(-4, 4);
-    let prefix = PREFIXES.iter().find(|(_, p)| *p == power);
-    let prefix = prefix.map_or("", |(prefix, _)| prefix);
-    format!(
-        "{} {prefix}{unit}",
-        figure(value / 1e3_f64.powi(power), digits)
-    )
+    let (unit, size) = prefixed(unit, other, digits);
+    format!("{} {unit}", figure(rounded(v, digits) / size, digits))
+}
+
+/// Quantity as a scene gives it: `1 N`, `12.5 mN`.
+pub fn short_quantity(v: f64, unit: &str) -> String {
+    let (unit, size) = prefixed(unit, v, SHORT_DIGITS);
+    format!("{} {unit}", short(v / size))
+}
+
+/// Unit with the prefix that leaves one to three digits of a number before the point, if it is
+/// rounded to this number of digits, and the size of this unit.
+fn prefixed(unit: &str, v: f64, digits: usize) -> (String, f64) {
+    if v == 0.0 || !v.is_finite() {
+        return (unit.to_owned(), 1.0);
+    }
+    let power = power_of_ten(v, digits).div_euclid(3).clamp(-4, 4);
+    let prefix = PREFIXES[(power + 4) as usize];
+    (format!("{prefix}{unit}"), 1e3_f64.powi(power))
+}
+
+/// Unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
+/// without a unit remain as they are.
+pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
+    if unit.is_empty() {
+        return (String::new(), 1.0);
+    }
+    let (unit, size) = prefixed(unit, largest, 6);
+    (unit, 1.0 / size)
+}
+
+/// Name with its unit in brackets, if it has one.
+pub fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{name} ({unit})")
+    }
+}
+
+/// Number of a list whose numbers are apart by `step`, with no more decimals than that requires.
+pub fn in_steps(v: f64, step: f64) -> String {
+    let decimals = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        "0".to_owned()
+    } else {
+        text.replace('-', "−")
+    }
+}
+
+/// Round numbers inside [low, high] with their texts, about `wanted` of them: multiples of 1, 2 or
+/// 5 times a power of ten.
+pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<(f64, String)> {
+    let least = (high - low) / wanted.max(1) as f64;
+    if !(least > 0.0 && least.is_finite()) {
+        return vec![(low, in_steps(low, 1.0))];
+    }
+    let power = 10f64.powf(least.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
+    let step = steps.into_iter().find(|s| *s >= least * 0.999_999);
+    let step = step.unwrap_or(10.0 * power);
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    let tick = |i: i64| (i as f64 * step, in_steps(i as f64 * step, step));
+    (first..=last).map(tick).collect()
+}
+
+/// Components of a vector in brackets: `(0, 0.707, −0.707)`.
+pub fn vector(v: [f64; 3], digits: usize) -> String {
+    format!("({})", v.map(|v| figure(v, digits)).join(", "))
+}
+
+/// Text of a value, or a dash if it is not known.
+pub fn or_dash<T>(value: Option<T>, words: impl FnOnce(T) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), words)
+}
+
+/// Text with a capital letter at the start.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
 /// Largest number of digits of a figure.
@@ -65,15 +154,6 @@ const MOST_DIGITS: usize = 4;
 const DIGITS_OF_UNKNOWN: usize = 3;
 /// Estimated error below which no digit changes.
 const NO_ERROR: f64 = 1e-4;
-
-/// Number without the zeros at the end of its fraction.
-pub fn without_zeros(number: &str) -> &str {
-    if number.contains('.') && !number.contains('e') {
-        number.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        number
-    }
-}
 
 /// Number of digits that are supported by the estimated relative error of a number: the last one
 /// has the power of ten of the error. `None` is an unknown error.
@@ -241,5 +321,38 @@ mod tests {
         assert_eq!(bounded(0.0021, "at most"), "at most 0.21 %");
         assert_eq!(bounded(1.9e-9, "at most"), "less than 0.01 %");
         assert_eq!(counted(1, "pair", "pairs"), "1 pair");
+        assert_eq!(short(0.1 + 0.2), "0.3");
+        assert_eq!(short(1e-7), "1e−7");
+        assert_eq!(short(1200.0), "1200");
+        assert_eq!(short_quantity(0.0125, "N"), "12.5 mN");
+    }
+
+    #[test]
+    fn units_bring_numbers_between_1_and_1000() {
+        for (largest, unit, factor) in [
+            (4.2e3, "kN", 1e-3),
+            (0.999_999_9, "N", 1.0),
+            (3e-5, "µN", 1e6),
+            (0.0, "N", 1.0),
+        ] {
+            let (found, by) = in_unit("N", largest);
+            assert_eq!(found, unit);
+            assert!((by / factor - 1.0).abs() < 1e-12, "{by}");
+        }
+        assert_eq!(in_unit("", 4.2e3), (String::new(), 1.0));
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let of = |low, high, wanted| ticks(low, high, wanted);
+        assert_eq!(
+            of(371.3, 384.9, 6),
+            [(375.0, "375".into()), (380.0, "380".into())]
+        );
+        assert_eq!(of(0.0, 1.0, 5).len(), 6);
+        assert_eq!(of(-0.1, 0.3, 4)[0].1, "−0.1");
+        assert_eq!(of(3.0, 3.0, 5), [(3.0, "3".into())]);
+        assert_eq!(in_steps(0.30000000000000004, 0.1), "0.3");
+        assert_eq!(in_steps(-0.0, 0.1), "0");
     }
 }

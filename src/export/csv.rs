@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::ExportError;
-use super::flank::check_pairs;
+use super::flank::{check_pairs, check_static};
 use super::table::Columns;
 use dovetail_solver::dlft::{CycleCounts, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
@@ -102,13 +102,7 @@ pub fn write_static(
 ) -> Result<(), ExportError> {
     let fields = static_fields(state, &pairs.rows);
     let count = pairs.rows.len();
-    for (what, found) in [
-        ("static status", fields.status.len()),
-        ("static contact forces", fields.normal_force_n.len()),
-        ("static displacements", fields.gap_m.len()),
-    ] {
-        check_pairs(path, what, found, count)?;
-    }
+    check_static(path, &fields, count)?;
     let valid = state.outcome.is_converged();
     let fields = &fields;
     let area = |i: usize| pairs.rows[i].area_m2;

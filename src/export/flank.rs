@@ -9,7 +9,9 @@ use super::ExportError;
 use super::vtu::{Grid, check_length, write_pvd};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::model::{ContactPair, Model};
-use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
+use dovetail_solver::results::quantities::{
+    StaticFields, cycle_fields, static_fields, sweep_fields,
+};
 
 /// Writes flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and
 /// the normal of each pair. If the static state did not converge, the flanks are written without
@@ -20,24 +22,7 @@ pub fn write_flank_static(
     state: &StaticState,
 ) -> Result<(), ExportError> {
     let fields = static_fields(state, &model.pairs);
-    check_pairs(
-        path,
-        "static status",
-        fields.status.len(),
-        model.pairs.len(),
-    )?;
-    check_pairs(
-        path,
-        "static contact forces",
-        fields.normal_force_n.len(),
-        model.pairs.len(),
-    )?;
-    check_pairs(
-        path,
-        "static displacements",
-        fields.gap_m.len(),
-        model.pairs.len(),
-    )?;
+    check_static(path, &fields, model.pairs.len())?;
     let mut flanks = Flanks::of(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
     flanks.field("normal", 3, normals);
@@ -145,6 +130,22 @@ pub(super) fn check_pairs(
     pairs: usize,
 ) -> Result<(), ExportError> {
     check_length(path, field, found, pairs, "one per contact pair")
+}
+
+/// Checks that the static state has one value per pair.
+pub(super) fn check_static(
+    path: &Path,
+    fields: &StaticFields,
+    pairs: usize,
+) -> Result<(), ExportError> {
+    check_pairs(path, "static status", fields.status.len(), pairs)?;
+    check_pairs(
+        path,
+        "static contact forces",
+        fields.normal_force_n.len(),
+        pairs,
+    )?;
+    check_pairs(path, "static displacements", fields.gap_m.len(), pairs)
 }
 
 /// Grid of the flanks.

@@ -318,48 +318,6 @@ mod tests {
     }
 
     #[test]
-    fn a_second_run_leaves_nothing_of_the_first_and_everything_else() {
-        let temporary = tempfile::tempdir().unwrap();
-        let path = temporary.path();
-        let first = open(path, "a", OtherScene::Refuse).unwrap();
-        write(
-            &first,
-            &[
-                "response.csv",
-                "flank/flank_0000.vtu",
-                "flank/flank_0001.vtu",
-            ],
-        );
-        let finished = RunState::Finished;
-        first.write_summary(summary("a"), finished, None).unwrap();
-        for own in ["notes.txt", "flank_of_mine.vtu"] {
-            fs::write(path.join(own), "mine").unwrap();
-        }
-        let mut second = open(path, "a", OtherScene::Refuse).unwrap();
-        let running = manifest::read_summary(&path.join(SUMMARY)).unwrap();
-        assert_eq!(running.state, RunState::Running);
-        // A run that is killed here still lists what the first one left.
-        assert_eq!(running.files.len(), 3);
-        write(&second, &["static.csv", "flank/flank_0000.vtu"]);
-        second.remove_earlier().unwrap();
-        let left = [
-            "flank/flank_0000.vtu",
-            "flank_of_mine.vtu",
-            "notes.txt",
-            "static.csv",
-        ];
-        assert_eq!(names(path), [&left[..], &[SUMMARY]].concat());
-        second.write_summary(summary("a"), finished, None).unwrap();
-        let listed = manifest::read_summary(&path.join(SUMMARY)).unwrap().files;
-        assert_eq!(listed, ["flank/flank_0000.vtu", "static.csv"]);
-        // A folder that is left without files goes, too.
-        let mut third = open(path, "a", OtherScene::Refuse).unwrap();
-        third.remove_earlier().unwrap();
-        assert_eq!(names(path), ["flank_of_mine.vtu", "notes.txt", SUMMARY]);
-        assert!(!path.join("flank").exists());
-    }
-
-    #[test]
     fn what_a_killed_run_had_half_written_goes_and_nothing_else() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path();
@@ -393,24 +351,6 @@ mod tests {
             SUMMARY,
         ];
         assert_eq!(names(path), left);
-    }
-
-    #[test]
-    fn the_folder_of_another_scene_is_taken_only_where_that_is_asked_for() {
-        let temporary = tempfile::tempdir().unwrap();
-        let path = temporary.path();
-        let first = open(path, "a", OtherScene::Refuse).unwrap();
-        write(&first, &["response.csv"]);
-        first
-            .write_summary(summary("a"), RunState::Finished, None)
-            .unwrap();
-        let refused = open(path, "b", OtherScene::Refuse).unwrap_err();
-        assert!(refused.to_string().contains("--force"), "{refused}");
-        let untouched = manifest::read_summary(&path.join(SUMMARY)).unwrap();
-        assert_eq!(untouched.scene.name, "a");
-        let mut other = open(path, "b", OtherScene::Replace).unwrap();
-        other.remove_earlier().unwrap();
-        assert_eq!(names(path), [SUMMARY]);
     }
 
     #[test]
@@ -518,6 +458,7 @@ mod tests {
         let mut next = open(path, "a", OtherScene::Refuse).unwrap();
         next.remove_earlier().unwrap();
         assert_eq!(names(path), [SUMMARY]);
+        assert!(!path.join("flank").exists());
         // What a run that has ended lists is there.
         next.file("response.csv").unwrap();
         next.write_summary(summary("a"), RunState::Finished, None)

@@ -3,8 +3,11 @@
 //! One rule holds for all of them. A point that did not converge is named as such and has no
 //! number. A number that is not finite is never written: an error names it, or JSON holds `null`.
 
+mod colours;
 pub mod csv;
+pub mod curves;
 mod error;
+pub mod fields;
 mod file;
 pub mod flank;
 pub mod folder;
@@ -12,7 +15,6 @@ pub mod journal;
 pub mod manifest;
 pub mod plots;
 pub mod report;
-mod states;
 pub mod table;
 mod unrolled;
 pub mod vtu;

@@ -5,6 +5,9 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::words::seven_digits;
 use dovetail_solver::model::{ContactPair, Model, Rotation};
 use dovetail_solver::space::{dot, scaled, sub, unit};
 
@@ -12,15 +15,27 @@ use dovetail_solver::space::{dot, scaled, sub, unit};
 const LEAST_COSINE: f64 = 0.1;
 
 /// Flank in its own plane.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub(super) struct Panel {
     pub name: String,
     /// Names of the sides left, right, below and above.
     pub edges: [String; 4],
-    /// Pair and outline of each patch, m, to the right and up.
-    pub patches: Vec<(usize, Vec<[f64; 2]>)>,
-    pub low: [f64; 2],
-    pub high: [f64; 2],
+    /// Length to the right and height, m.
+    pub size: [f64; 2],
+    pub patches: Vec<Patch>,
+}
+
+/// Share of a flank that belongs to one pair.
+#[derive(Debug, Serialize)]
+pub(super) struct Patch {
+    pub pair: usize,
+    /// Corners, m, to the right and up from the lower left corner of the flank.
+    #[serde(serialize_with = "in_seven_digits")]
+    pub outline: Vec<[f64; 2]>,
+}
+
+fn in_seven_digits<S: Serializer>(outline: &[[f64; 2]], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(outline.iter().map(|corner| corner.map(seven_digits)))
 }
 
 /// Flanks of a model in the order of its contacts; contacts without facets are left out.
@@ -45,31 +60,26 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         [dot(from_origin, right), dot(from_origin, up)]
     };
     let mut patches = patches(&facets, flat);
-    let corners = || patches.iter().flat_map(|(_, c)| c);
+    let corners = || patches.iter().flat_map(|patch| &patch.outline);
     let bound = |axis: usize, pick: fn(f64, f64) -> f64, start: f64| {
         corners().map(|c| c[axis]).fold(start, pick)
     };
     let low = [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY));
     let high = [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY));
-    // Both axes start at the corner of the flank.
-    for (_, corners) in &mut patches {
-        for c in corners {
-            *c = [c[0] - low[0], c[1] - low[1]];
-        }
+    for corner in patches.iter_mut().flat_map(|patch| &mut patch.outline) {
+        *corner = [corner[0] - low[0], corner[1] - low[1]];
     }
-    let name = model.contact_names[contact].clone();
     Some(Panel {
-        name,
+        name: model.contact_names[contact].clone(),
         edges,
+        size: [high[0] - low[0], high[1] - low[1]],
         patches,
-        low: [0.0; 2],
-        high: [high[0] - low[0], high[1] - low[1]],
     })
 }
 
 /// Orientation of a flank in its map.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Orientation {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Orientation {
     /// Unit vector to the right.
     pub right: [f64; 3],
     /// Unit vector up.
@@ -148,7 +158,7 @@ fn turned(
 
 /// Outlines of the tributary areas of the pairs: the centroids and edge middles around each pair,
 /// and the pair itself if it is on the border.
-fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<(usize, Vec<[f64; 2]>)> {
+fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<Patch> {
     let mean = |points: &[[f64; 2]]| {
         let n = points.len() as f64;
         [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / n)
@@ -178,7 +188,10 @@ fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<(usiz
     }
     around
         .into_iter()
-        .map(|(pair, points)| (pair, outline(flat(pair), points, border.contains(&pair))))
+        .map(|(pair, points)| Patch {
+            pair,
+            outline: outline(flat(pair), points, border.contains(&pair)),
+        })
         .collect()
 }
 
@@ -233,7 +246,11 @@ mod tests {
         let patches = patches(&triangles, flat);
         assert_eq!(patches.len(), 12);
         let mut total = 0.0;
-        for (pair, corners) in &patches {
+        for Patch {
+            pair,
+            outline: corners,
+        } in &patches
+        {
             // A third of each triangle (area 1) the node belongs to.
             let share = triangles.iter().filter(|t| t.contains(pair)).count() as f64 / 3.0;
             assert!(

@@ -1,6 +1,6 @@
 //! Short texts of the loads and excitations of a scene, for the headings of pictures.
 
-use crate::words::{counted, figure, quantity, without_zeros};
+use crate::words::{counted, short, short_quantity};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
@@ -18,7 +18,7 @@ pub(super) fn in_motion(scene: &Scene) -> String {
             vec![moving, friction(assembly)]
         }
         Subject::ReducedModel(model) => vec![
-            given(model.force_n, "N"),
+            short_quantity(model.force_n, "N"),
             format!("friction {}", short(model.law.friction)),
         ],
     };
@@ -69,12 +69,16 @@ fn excitations(assembly: &Assembly) -> Vec<String> {
         let of_unit = of_unit.filter(|e| e.kind.unit() == unit);
         let amplitudes: Vec<f64> = of_unit.map(|e| e.amplitude).collect();
         match (amplitudes.as_slice(), range(&amplitudes)) {
-            ([one], _) => parts.push(given(*one, unit)),
+            ([one], _) => parts.push(short_quantity(*one, unit)),
             (_, Some((least, most))) => {
                 let each = if least == most {
-                    given(most, unit)
+                    short_quantity(most, unit)
                 } else {
-                    format!("{} to {}", given(least, unit), given(most, unit))
+                    format!(
+                        "{} to {}",
+                        short_quantity(least, unit),
+                        short_quantity(most, unit)
+                    )
                 };
                 let (one, many) = match unit {
                     "N" => ("force", "forces"),
@@ -101,18 +105,4 @@ fn excitations(assembly: &Assembly) -> Vec<String> {
 fn range(values: &[f64]) -> Option<(f64, f64)> {
     let least = values.iter().copied().reduce(f64::min)?;
     Some((least, values.iter().copied().reduce(f64::max)?))
-}
-
-/// Number with at most six digits and no zeros at the end.
-fn short(v: f64) -> String {
-    without_zeros(&figure(v, 6)).to_owned()
-}
-
-/// Value as in a scene: `1 N`, `12.5 mN`.
-fn given(v: f64, unit: &str) -> String {
-    let text = quantity(v, unit, 6);
-    match text.split_once(' ') {
-        Some((number, unit)) => format!("{} {unit}", without_zeros(number)),
-        None => text,
-    }
 }

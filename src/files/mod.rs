@@ -14,19 +14,20 @@ use self::conditions::{at_rest, in_motion};
 pub use self::summary::Taken;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
+use crate::export::curves::{Curves, Sweep};
+use crate::export::fields::Separation;
 use crate::export::flank::FlankSeries;
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{self, OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, MeshOrigin, RunState, Summary, WarningSummary};
 use crate::export::plots::{
-    self, CampbellFamily, EngineOrders, Heading, Operation, Ordinate, Scale, linear_curve,
-    phase_curve, response_curve, write_campbell, write_friction_energy_map, write_separation_map,
-    write_slip_map, write_static_pressure_map,
+    CampbellFamily, EngineOrders, Heading, Operation, Scale, write_campbell, write_curves,
+    write_field_map, write_no_field, write_separation_map,
 };
-use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
+use crate::export::{ExportError, create_folder, csv, fields, flank, report, vtu};
 use crate::warning::{Warning, by_weight};
-use crate::words::counted;
+use crate::words::capital;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency};
@@ -159,44 +160,30 @@ impl Files {
 
     /// Draws the curves of each observation against frequency: amplitude, and the further pictures
     /// requested.
-    fn write_curves(
-        &self,
-        names: &[&str],
-        response: &Response,
-        compared: Option<&Compared>,
-    ) -> Result<(), RunError> {
-        let of = |response| (harmonics_label(response), response);
-        let (compared, own) = (compared.map(|c| of(&c.response)), of(response));
+    fn write_curves(&self, names: &[&str], sweep: &Sweep<'_>) -> Result<(), RunError> {
         let further = |kind| self.further_plots.contains(&kind);
+        let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
+            let path = self.out.file(&format!("plots/{file}.svg"))?;
+            let quantity = capital(&curves.quantity);
+            let heading = Heading {
+                title: &format!("{quantity}, scene {}", self.summary.scene.name),
+                conditions: &self.in_motion,
+            };
+            Ok(write_curves(&path, heading, scale, curves)?)
+        };
         for (i, name) in names.iter().enumerate() {
-            let with = |of: &dyn Fn(&str, &Response) -> plots::Curve| -> Vec<plots::Curve> {
-                let compared = compared.iter();
-                let compared = compared.map(|(label, r)| of(label, r).to_compare());
-                compared.chain([of(&own.0, own.1)]).collect()
-            };
-            let mut amplitudes = vec![linear_curve("linear", response, i)];
-            amplitudes.extend(with(&|label, r| response_curve(label, r, i)));
-            let draw = |file: String, ordinate: Ordinate<'_>, curves: &[plots::Curve]| {
-                let path = self.out.file(&format!("plots/{file}.svg"))?;
-                let heading = Heading {
-                    title: &format!("{}, scene {}", ordinate.title(), self.summary.scene.name),
-                    conditions: &self.in_motion,
-                };
-                plots::write_curves(&path, heading, ordinate, curves)
-            };
-            let linear = Ordinate::Amplitude(name, Scale::Linear);
-            draw(format!("response_{name}"), linear, &amplitudes)?;
+            let amplitude = sweep.amplitude(name, i);
+            draw(format!("response_{name}"), Scale::Linear, &amplitude)?;
             if further(FurtherPlot::Logarithmic) {
-                let logarithmic = Ordinate::Amplitude(name, Scale::Logarithmic);
-                draw(
-                    format!("response_{name}_logarithmic"),
-                    logarithmic,
-                    &amplitudes,
-                )?;
+                let file = format!("response_{name}_logarithmic");
+                draw(file, Scale::Logarithmic, &amplitude)?;
             }
             if further(FurtherPlot::Phase) {
-                let phases = with(&|label, r| phase_curve(label, r, i));
-                draw(format!("phase_{name}"), Ordinate::Phase(name), &phases)?;
+                draw(
+                    format!("phase_{name}"),
+                    Scale::Linear,
+                    &sweep.phase(name, i),
+                )?;
             }
         }
         Ok(())
@@ -214,12 +201,19 @@ impl Files {
         let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
         if !model.pairs.is_empty() {
             let path = out.file("plots/separation.svg")?;
-            write_separation_map(&path, conditions, model, response)?;
+            let separation = Separation::of(response, model.pairs.len());
+            write_separation_map(&path, model, conditions, &separation)?;
             if let Some(orbit) = at_peak {
-                let path = out.file("plots/peak_friction_energy.svg")?;
-                write_friction_energy_map(&path, conditions, model, orbit, "the peak")?;
-                let path = out.file("plots/peak_slip.svg")?;
-                write_slip_map(&path, conditions, model, orbit, "the peak")?;
+                let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
+                for (file, field) in [("friction_energy", energy), ("slip", slid)] {
+                    let title = capital(field.title);
+                    let heading = Heading {
+                        title: &format!("{title}, {:.3} Hz", orbit.frequency_hz),
+                        conditions,
+                    };
+                    let path = out.file(&format!("plots/peak_{file}.svg"))?;
+                    write_field_map(&path, model, heading, &field)?;
+                }
             }
         }
         let Some(orbit) = at_peak.filter(|_| self.fields) else {
@@ -399,9 +393,6 @@ impl Files {
             files: self.out.files(state),
             ..self.with_warnings()
         };
-        let found = run.response.as_ref();
-        let compared = found.and_then(|found| found.compared.as_ref());
-        let compared = compared.map(|c| (harmonics_label(&c.response), &c.response));
         let contents = report::Contents {
             scene,
             summary: &summary,
@@ -411,11 +402,7 @@ impl Files {
             model: run.reduced.bodies.as_ref().map(Bodies::model),
             modes: &self.rows,
             static_state: Some(&run.statics.state),
-            sweep: found.map(|found| report::Sweep {
-                response: &found.response,
-                label: harmonics_label(&found.response),
-                compared: compared.as_ref().map(|(label, r)| (label.as_str(), *r)),
-            }),
+            sweep: run.response.as_ref().map(sweep),
             motion: self.motion.as_deref(),
         };
         Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
@@ -651,7 +638,20 @@ impl Files {
         let opens = !model.pairs.is_empty();
         if opens {
             let path = out.file("plots/static_pressure.svg")?;
-            write_static_pressure_map(&path, &self.at_rest, model, state)?;
+            let heading = |title| Heading {
+                title,
+                conditions: &self.at_rest,
+            };
+            match fields::at_rest(state, &model.pairs) {
+                Some([pressure, _]) => {
+                    write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
+                }
+                None => {
+                    let outcome = state.outcome.word();
+                    let title = format!("Static pressure: {outcome}, no result");
+                    write_no_field(&path, heading(&title))?;
+                }
+            }
         }
         let Some(displacements) = statics.displacements_m.as_ref().filter(|_| self.fields) else {
             return Ok(());
@@ -754,7 +754,7 @@ impl Files {
     }
 
     fn response(&mut self, reduced: &Reduced, found: &ResponseResult) -> Result<(), RunError> {
-        let (response, compared) = (&found.response, found.compared.as_ref());
+        let response = &found.response;
         let first = reduced.observations().first().copied();
         let of_response = manifest::response_summary(&reduced.pairs, first, response);
         self.summary.response = Some(of_response);
@@ -766,13 +766,13 @@ impl Files {
         if let Some(Compared {
             harmonics,
             response,
-        }) = compared
+        }) = &found.compared
         {
             let file = table_of(Some(*harmonics));
             csv::write_response(&out.file(&file)?, &names, response)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
-        self.write_curves(&names, response, compared)?;
+        self.write_curves(&names, &sweep(found))?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             flanks.write_collection(&out.file(FLANKS)?, response.orbits.len())?;
         }
@@ -859,15 +859,10 @@ impl SharedFiles {
     }
 }
 
-/// Label such as `with 3 harmonics`, or `with 1 to 7 harmonics` if the frequencies have different
-/// numbers.
-fn harmonics_label(response: &Response) -> String {
-    let harmonics = || response.orbits.iter().map(|o| o.harmonics);
-    let (least, most) = (harmonics().min(), harmonics().max());
-    match (least.unwrap_or(0), most.unwrap_or(0)) {
-        (least, most) if least == most => {
-            format!("with {}", counted(most, "harmonic", "harmonics"))
-        }
-        (least, most) => format!("with {least} to {most} harmonics"),
+/// Response of a result and the one that it is compared with.
+fn sweep(found: &ResponseResult) -> Sweep<'_> {
+    Sweep {
+        response: &found.response,
+        compared: found.compared.as_ref().map(|compared| &compared.response),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use crate::warning::Weight;
-use crate::words::{counted, figure, percent, quantity};
+use crate::words::{counted, percent, quantity, vector};
 use dovetail_solver::model::{FieldMap, Model};
 
 /// Relative error above which a field counts as rough: of the pressures from those of their
@@ -57,7 +57,7 @@ fn note(map: &FieldMap) -> String {
 
 /// Complex vector, such as `(1, 2, 3)`, with an imaginary part `(1, 2, 3) + i (4, 5, 6)`.
 fn complex([re, im]: &[[f64; 3]; 2]) -> String {
-    let vector = |v: &[f64; 3]| format!("({})", v.map(|c| figure(c, 4)).join(", "));
+    let vector = |v: &[f64; 3]| vector(*v, 4);
     if *im == [0.0; 3] {
         vector(re)
     } else {

@@ -29,7 +29,7 @@ function responses({ parameters, curves }) {
     const k = colourBy ? Number(colourBy.value) : 0, all = parameters[k]?.values ?? [""];
     const shown = chosen();
     const heights = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
-    const { factor, unit } = lengthUnit(heights.reduce((a, b) => Math.max(a, b), 0));
+    const { factor, unit } = axisUnit("m", heights.reduce((a, b) => Math.max(a, b), 0));
     // Of curves that coincide the lower one is seen on both sides of the upper one.
     const lines = shown.map((c, i) => ({
       x: c.frequency_hz,
@@ -48,7 +48,7 @@ function responses({ parameters, curves }) {
       data: lines.length ? joined(lines) : [[], []],
       series: lines.length ? lines.map((l) => l.series) : [{ label: "" }],
       scales: { y: logarithmic.checked ? { distr: 3 } : {} },
-      axes: [{ label: `amplitude, ${unit}` }],
+      axes: [{ label: `amplitude (${unit})` }],
       legend: { show: false },
       focus: { alpha: 0.25 },
       cursor: { drag: { x: true, y: false }, focus: { prox: 24 } },
@@ -81,7 +81,7 @@ function sortable(table) {
   });
 }
 
-responses(JSON.parse(byId("data").textContent));
+responses(data);
 document.querySelectorAll("table.sorted").forEach(sortable);
 const pictures = [...document.images];
 Promise.all(pictures.map((picture) => picture.decode().then(() => drawn.push("picture"), () => {}))).then(() => {

@@ -19,12 +19,11 @@ use super::pictures::Picture;
 use super::quantity::{Figure, name_and_unit, with_unit};
 use super::report::{OF_RUNS, day, least_values, remarks};
 use super::results::{CaseResult, Figures};
-use crate::export::plots::in_unit;
 use crate::export::report::REPORT;
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::{csv, write_file};
 use crate::version;
-use crate::words::{counted, figure, percent};
+use crate::words::{counted, figure, in_unit, percent};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Largest number of points of all curves together, which a browser draws without delay.

@@ -3,23 +3,22 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::text_anchor::HPos;
 
-use super::colour::of_curve;
-use super::legend::{Legend, Mark, width_of};
-use super::{
-    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, TEXT_PX, at_px, draw_heading, draw_mesh, overlap,
-    px, round_ticks, text_style, tick_label, write_svg,
-};
+use super::chart::{Chart, SIZE, Stroke};
+use super::legend::Legend;
+use super::names::Taken;
+use super::{Axis, Canvas, Drawn, Heading, INK, TEXT_PX, at_px, px, rgb, width_of, write_svg};
 use crate::export::ExportError;
+use crate::export::colours::of_series;
 
-const SIZE: (u32, u32) = (1280, 900);
-/// Height of a name.
-const NAME_HEIGHT: i32 = at_px(18);
-/// Width of a letter of a name.
-const LETTER: i32 = at_px(9);
+/// Height of the letters of names of modes and of engine orders, pixels.
+const NAME_PX: u32 = TEXT_PX - 7;
+/// Half the height of a name.
+const HALF: i32 = at_px(9);
 /// Free space between a line and its name.
 const SPACE: i32 = at_px(6);
+const ORDERS: RGBColor = RGBColor(170, 170, 170);
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,48 +71,29 @@ fn draw(
     orders: &EngineOrders,
     operation: &Operation,
 ) -> Drawn {
-    let points = || families.iter().flat_map(|f| f.modes.iter().flatten());
-    let fastest = points().map(|p| p.0).fold(0.0, f64::max);
-    let fastest = if fastest > 0.0 { fastest } else { 1.0 };
-    let highest = points().map(|p| p.1).fold(0.0, f64::max);
-    let top = if highest > 0.0 { 1.08 * highest } else { 1.0 };
-    let (_, x_step) = round_ticks(0.0, fastest, 10);
-    let (_, y_step) = round_ticks(0.0, top, 8);
-    draw_heading(canvas, heading)?;
+    let stroke = |i: usize| Stroke {
+        colour: rgb(of_series(i % 6, 6)),
+        width: 3,
+        dashed: families[i].dashed,
+    };
     let mut legend = Legend::default();
     for (i, family) in families.iter().enumerate() {
-        let style = of_curve(i).filled().stroke_width(px(3));
-        let line = if family.dashed {
-            Mark::Dashes
-        } else {
-            Mark::Line
-        };
-        legend.add(line(style), family.label.clone());
+        legend.add(stroke(i).mark(), family.label.clone());
     }
-    legend.draw(canvas, HEADING_HEIGHT)?;
-    let width = canvas.dim_in_pixel().0 as i32;
-    let mut chart = ChartBuilder::on(canvas)
-        .margin(px(18))
-        .margin_top(HEADING_HEIGHT + legend.height(width) + at_px(8))
-        .margin_right(px(36))
-        .x_label_area_size(px(74))
-        .y_label_area_size(px(104))
-        .build_cartesian_2d(0.0..1.04 * fastest, 0.0..top)?;
-    draw_mesh(
-        chart
-            .configure_mesh()
-            .x_desc("speed (rpm)")
-            .y_desc("frequency (Hz)")
-            .x_labels(10)
-            .y_labels(8)
-            .max_light_lines(0)
-            .x_label_formatter(&|v| tick_label(*v, x_step))
-            .y_label_formatter(&|v| tick_label(*v, y_step)),
-    )?;
-    let order_style = RGBColor(170, 170, 170).stroke_width(px(1));
-    let orders = engine_orders(orders, fastest, top, |end| chart.backend_coord(&end));
+    let points = || families.iter().flat_map(|f| f.modes.iter().flatten());
+    let fastest = points().map(|p| p.0).fold(0.0, f64::max);
+    let highest = points().map(|p| p.1).fold(0.0, f64::max);
+    let above_zero = |v: f64| if v > 0.0 { v } else { 1.0 };
+    let ends = [1.04 * above_zero(fastest), 1.08 * above_zero(highest)];
+    let axes = [("speed (rpm)", ends[0]), ("frequency (Hz)", ends[1])];
+    let axes = axes.map(|(title, end)| Axis::linear(title).spanning([0.0, end]));
+    let chart = Chart::new(canvas, heading, &legend, axes)?;
+    let at = |point: (f64, f64)| chart.at(point).unwrap_or_default();
+    let orders = engine_orders(orders, above_zero(fastest), ends[1], at);
+    let order_line = ORDERS.stroke_width(px(1));
     for EngineOrder { end, .. } in &orders {
-        chart.draw_series(LineSeries::new([(0.0, 0.0), *end], order_style))?;
+        let line = vec![at((0.0, 0.0)), at(*end)];
+        canvas.draw(&PathElement::new(line, order_line))?;
     }
     for EngineOrder { name, bounds, .. } in orders {
         let [left, right, above, below] = bounds;
@@ -121,29 +101,26 @@ fn draw(
         // On its own line or another one a name stands on white.
         let ground = [(left, above), (right, below)];
         canvas.draw(&Rectangle::new(ground, WHITE.filled()))?;
-        let style = text_style(TEXT_PX - 6, HPos::Center, VPos::Center);
-        canvas.draw(&Text::new(name, middle, &style))?;
+        chart.text(&name, middle, NAME_PX, HPos::Center)?;
     }
     for (i, family) in families.iter().enumerate() {
-        let style = of_curve(i).filled().stroke_width(px(3));
         for mode in &family.modes {
-            let line = mode.iter().copied();
-            if family.dashed {
-                chart.draw_series(DashedLineSeries::new(line, px(9), px(6), style))?;
-            } else {
-                chart.draw_series(LineSeries::new(line, style).point_size(px(3)))?;
+            let places: Vec<_> = mode.iter().map(|point| at(*point)).collect();
+            chart.line(&places, stroke(i))?;
+            // The speeds that were computed; dashes would hide them.
+            for at in places.into_iter().filter(|_| !family.dashed) {
+                chart.dot(at, 3, stroke(i).colour)?;
             }
         }
     }
-    if (1e-9..=1.04 * fastest).contains(&operation.speed_rpm) {
-        let at = |hz: f64| chart.backend_coord(&(operation.speed_rpm, hz));
-        let line = PathElement::new(vec![at(0.0), at(top)], INK.stroke_width(px(1)));
-        canvas.draw(&line)?;
-        let (x, above) = at(top);
-        for ([_, right, upper, lower], words) in at_operation(operation, x, above, |hz| at(hz).1) {
-            let middle = (right, (upper + lower) / 2);
-            let style = text_style(TEXT_PX - 7, HPos::Right, VPos::Center);
-            canvas.draw(&Text::new(words, middle, &style))?;
+    let speed = operation.speed_rpm;
+    if (1e-9..=ends[0]).contains(&speed) {
+        let (x, above) = at((speed, ends[1]));
+        let line = vec![at((speed, 0.0)), (x, above)];
+        canvas.draw(&PathElement::new(line, INK.stroke_width(px(1))))?;
+        let names = at_operation(operation, (x, above), |hz| at((speed, hz)).1);
+        for ([_, right, upper, lower], words) in names {
+            chart.text(&words, (right, (upper + lower) / 2), NAME_PX, HPos::Right)?;
         }
     }
     Ok(())
@@ -154,26 +131,22 @@ fn draw(
 /// bottom) and the text of each.
 fn at_operation(
     operation: &Operation,
-    x: i32,
-    above: i32,
+    (x, above): (i32, i32),
     height: impl Fn(f64) -> i32,
 ) -> Vec<([i32; 4], String)> {
-    let half = NAME_HEIGHT / 2;
     let speed = format!("{} rpm", operation.speed_rpm.round());
     let modes = operation
         .modes
         .iter()
         .map(|(hz, words)| (height(*hz) - at_px(14), words.clone()));
-    let all = std::iter::once((above + half, speed)).chain(modes);
-    let mut clear: Vec<([i32; 4], String)> = Vec::new();
-    for (y, words) in all {
+    let all = std::iter::once((above + HALF, speed)).chain(modes);
+    let mut taken = Taken::default();
+    let clear = all.filter_map(|(y, words)| {
         let right = x - SPACE;
-        let bounds = [right - width_of(&words), right, y - half, y + half];
-        if clear.iter().all(|(before, _)| !overlap(*before, bounds)) {
-            clear.push((bounds, words));
-        }
-    }
-    clear
+        let bounds = [right - width_of(&words, NAME_PX), right, y - HALF, y + HALF];
+        Some((taken.first_clear([bounds].into_iter())?, words))
+    });
+    clear.collect()
 }
 
 /// Line of an engine order.
@@ -200,38 +173,37 @@ fn engine_orders(
     top_hz: f64,
     place: impl Fn((f64, f64)) -> (i32, i32),
 ) -> Vec<EngineOrder> {
-    let mut clear: Vec<EngineOrder> = Vec::new();
+    let mut taken = Taken::default();
     let must = orders.all_of.iter().map(|order| (order, true));
     let may = orders.with_room.iter().map(|order| (order, false));
     let may = may.filter(|(order, _)| !orders.all_of.contains(order));
-    for (&order, must) in must.chain(may) {
+    let mut line = |(&order, must): (&usize, bool)| {
         let name = format!("EO {order}");
         let slope = order as f64 / 60.0;
         let speed = fastest_rpm.min(top_hz / slope);
         let end = (speed, slope * speed);
         let (x, y) = place(end);
-        let (width, half) = (LETTER * name.len() as i32, NAME_HEIGHT / 2);
+        let width = width_of(&name, NAME_PX);
         let at_end = if speed < fastest_rpm {
-            [x - width / 2, x + width / 2, y - NAME_HEIGHT, y]
+            [x - width / 2, x + width / 2, y - 2 * HALF, y]
         } else {
-            [x + SPACE, x + SPACE + width, y - half, y + half]
+            [x + SPACE, x + SPACE + width, y - HALF, y + HALF]
         };
         let on_line = ON_LINE.iter().filter(|_| must).map(|share| {
             let (x, y) = place((share * end.0, share * end.1));
-            [x - width / 2, x + width / 2, y - half, y + half]
+            [x - width / 2, x + width / 2, y - HALF, y + HALF]
         });
-        let is_clear = |bounds: &[i32; 4]| clear.iter().all(|c| !overlap(c.bounds, *bounds));
-        let bounds = std::iter::once(at_end).chain(on_line).find(is_clear);
+        let clear = taken.first_clear(std::iter::once(at_end).chain(on_line));
         // Among very many names one more lies over another.
-        if let Some(bounds) = bounds.or(must.then_some(at_end)) {
-            clear.push(EngineOrder { name, end, bounds });
-        }
-    }
-    clear
+        let bounds = clear.or(must.then_some(at_end))?;
+        Some(EngineOrder { name, end, bounds })
+    };
+    must.chain(may).filter_map(&mut line).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::overlap;
     use super::*;
 
     fn usual() -> EngineOrders {
@@ -281,42 +253,6 @@ mod tests {
         assert_eq!(of("EO 6").end, (5000.0, 500.0));
         // The name stands beside the end, or above it.
         assert!(of("EO 5").bounds[0] > 120_000 && of("EO 6").bounds[3] == -10_000);
-    }
-
-    /// Text and position, pixels, of the names of engine orders.
-    fn names(svg: &str) -> Vec<(String, [f64; 2])> {
-        let lines: Vec<&str> = svg.lines().collect();
-        let texts = lines.windows(2).filter(|l| l[1].starts_with("EO "));
-        let place = |element: &str| {
-            ["x", "y"].map(|name| {
-                let after = element.split(&format!(" {name}=\"")).nth(1).unwrap();
-                0.1 * after.split('"').next().unwrap().parse::<f64>().unwrap()
-            })
-        };
-        texts.map(|l| (l[1].to_owned(), place(l[0]))).collect()
-    }
-
-    #[test]
-    fn names_of_engine_orders_stand_clear_of_each_other() {
-        for fastest in [100.0, 3000.0, 6000.0, 16_000.0, 100_000.0, 1e6] {
-            let family = CampbellFamily {
-                label: "blade".into(),
-                modes: vec![vec![(0.0, 100.0), (fastest, 500.0)]],
-                dashed: false,
-            };
-            let text = svg(&[family]);
-            let names = names(&text);
-            assert_eq!(names[0].0, "EO 1");
-            // A line for each name, in the colour of the engine orders.
-            assert_eq!(text.matches("stroke=\"#AAAAAA\"").count(), names.len());
-            for (i, (name, [x, y])) in names.iter().enumerate() {
-                assert!(*x < 1255.0 && *y > 50.0, "{name} leaves the picture");
-                for (other, [u, v]) in &names[..i] {
-                    let apart = (x - u).abs() >= 36.0 || (y - v).abs() >= 18.0;
-                    assert!(apart, "{fastest} rpm: {name} lies over {other}");
-                }
-            }
-        }
     }
 
     fn svg(families: &[CampbellFamily]) -> String {

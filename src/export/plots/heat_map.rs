@@ -5,23 +5,20 @@ use std::path::Path;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::colour::of_value;
 use super::{
-    Bar, Canvas, Drawn, INK, PX, TEXT_PX, at_px, draw_bar, draw_title, in_unit, px, text_style,
-    tick_label, write_svg,
+    Bar, Canvas, Drawn, Heading, NOTHING, PX, SMALL_PX, Side, TEXT_PX, at_px, draw_bar, draw_marks,
+    draw_titles, px, rgb, text_style, width_of, write_svg,
 };
 use crate::export::ExportError;
+use crate::export::colours::of_value;
+use crate::words::{in_steps, in_unit};
 
 const SIZE: (i32, i32) = (at_px(1280), at_px(860));
 /// Smallest and largest room for the labels of the rows.
 const LEFT: (i32, i32) = (at_px(150), at_px(500));
-/// Width of a letter of these labels.
-const LETTER: i32 = at_px(11);
 const RIGHT: i32 = at_px(190);
 const TOP: i32 = at_px(110);
 const BOTTOM: i32 = at_px(110);
-/// Colour of a cell without a value.
-const EMPTY: RGBColor = RGBColor(214, 219, 224);
 /// Smallest cell in which its value is written.
 const ROOM: (i32, i32) = (at_px(76), at_px(28));
 
@@ -56,9 +53,15 @@ impl HeatMap {
 
     /// Left end of the cells: right of the labels of the rows and of the title of the axis.
     fn left(&self) -> i32 {
-        let longest = self.labels[1].iter().map(|l| l.chars().count()).max();
-        let words = LETTER.saturating_mul(longest.unwrap_or(0).try_into().unwrap_or(i32::MAX));
-        words.saturating_add(at_px(70)).clamp(LEFT.0, LEFT.1)
+        (self.longest(1) + at_px(70)).clamp(LEFT.0, LEFT.1)
+    }
+
+    /// Width of the longest label of the columns (0) or of the rows (1).
+    fn longest(&self, axis: usize) -> i32 {
+        let widths = self.labels[axis]
+            .iter()
+            .map(|words| width_of(words, SMALL_PX));
+        widths.max().unwrap_or(0)
     }
 
     /// Sides of a cell: left, right, top, bottom.
@@ -75,7 +78,11 @@ impl HeatMap {
 }
 
 fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
-    draw_title(canvas, &map.title)?;
+    let heading = Heading {
+        title: &map.title,
+        conditions: "",
+    };
+    heading.draw(canvas)?;
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
@@ -98,14 +105,14 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
                 0.0
             }
         });
-        let fill = fraction.map_or(EMPTY, of_value);
+        let fill = fraction.map_or(NOTHING, |fraction| rgb(of_value(fraction)));
         let corners = [(left, top), (right, bottom)];
         canvas.draw(&Rectangle::new(corners, fill.filled()))?;
         canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(px(1))))?;
         if right - left < ROOM.0 || bottom - top < ROOM.1 {
             continue;
         }
-        let words = value.map_or("none".to_owned(), |v| tick_label(factor * v, step));
+        let words = value.map_or("none".to_owned(), |v| in_steps(factor * v, step));
         // White letters on the dark half of the colours.
         let style = text_style(TEXT_PX - 5, HPos::Center, VPos::Center);
         let style = match fraction {
@@ -129,38 +136,26 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
 
 /// Draws the labels of columns and rows, as many as have room, and the titles.
 fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
-    let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
-    let longest = map.labels[0].iter().map(|l| l.chars().count()).max();
-    let width = at_px(14) * longest.unwrap_or(0) as i32 + at_px(14);
-    let start = map.left();
-    let (plot_width, plot_height) = (SIZE.0 - start - RIGHT, SIZE.1 - TOP - BOTTOM);
-    let every = |length: i32, room: i32, count: usize| {
-        let fitting = (length / room.max(1)).max(1) as usize;
-        count.div_ceil(fitting).max(1)
-    };
-    let below = text_style(TEXT_PX - 3, HPos::Center, VPos::Top);
-    for column in (0..columns).step_by(every(plot_width, width, columns)) {
-        let [left, right, ..] = map.cell(column, 0);
-        let at = ((left + right) / 2, SIZE.1 - BOTTOM + at_px(12));
-        canvas.draw(&Text::new(map.labels[0][column].clone(), at, &below))?;
-    }
-    let beside = text_style(TEXT_PX - 3, HPos::Right, VPos::Center);
-    for row in (0..rows).step_by(every(plot_height, at_px(30), rows)) {
-        let [_, _, top, bottom] = map.cell(0, row);
-        let at = (start - at_px(12), (top + bottom) / 2);
-        canvas.draw(&Text::new(map.labels[1][row].clone(), at, &beside))?;
-    }
-    let name = text_style(TEXT_PX, HPos::Center, VPos::Center).color(&INK);
-    let middle = (start + plot_width / 2, TOP + plot_height / 2);
-    let at = (middle.0, SIZE.1 - at_px(40));
-    canvas.draw(&Text::new(map.axes[0].clone(), at, &name))?;
-    let turned = name.transform(FontTransform::Rotate270);
-    canvas.draw(&Text::new(
-        map.axes[1].clone(),
-        (at_px(36), middle.1),
-        &turned,
-    ))?;
-    Ok(())
+    let marks = [0, 1].map(|axis| -> Vec<(i32, String)> {
+        let middle = |i: usize| {
+            let [left, right, top, bottom] = if axis == 0 {
+                map.cell(i, 0)
+            } else {
+                map.cell(0, i)
+            };
+            [(left + right) / 2, (top + bottom) / 2][axis]
+        };
+        let labels = map.labels[axis].iter().enumerate();
+        labels
+            .map(|(i, words)| (middle(i), words.clone()))
+            .collect()
+    });
+    let (left, bottom) = (map.left(), SIZE.1 - BOTTOM);
+    draw_marks(canvas, Side::Below, bottom, &marks[0])?;
+    draw_marks(canvas, Side::Left, left, &marks[1])?;
+    let titles = map.axes.each_ref().map(String::as_str);
+    let middle = [(left + SIZE.0 - RIGHT) / 2, (TOP + bottom) / 2];
+    draw_titles(canvas, titles, middle, bottom + at_px(70))
 }
 
 #[cfg(test)]
@@ -228,7 +223,7 @@ mod tests {
         let left = |label: &str| map(label).cell(0, 0)[0];
         assert_eq!(left("0.1"), LEFT.0);
         let words = "smooth, little damping";
-        assert!(left(words) >= at_px(60 + 10 * words.len() as i32));
+        assert!(left(words) >= at_px(60) + width_of(words, SMALL_PX));
         assert_eq!(left(&"long ".repeat(100)), LEFT.1);
     }
 

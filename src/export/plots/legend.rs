@@ -3,9 +3,8 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::{Canvas, Drawn, TEXT_PX, at_px, px, text_style};
+use super::{Canvas, Drawn, SMALL_PX, at_px, px, text_style, width_of};
 
-const LETTERS_PX: u32 = TEXT_PX - 3;
 const ROW: i32 = at_px(34);
 /// Width of a mark.
 const MARK: i32 = at_px(40);
@@ -46,7 +45,7 @@ impl Legend {
         let (mut left, mut row) = (SIDES[0], 0);
         let mut places = Vec::new();
         for (_, words) in &self.entries {
-            let own = MARK + GAPS[0] + width_of(words);
+            let own = MARK + GAPS[0] + width_of(words, SMALL_PX);
             if left > SIDES[0] && left + own > width - SIDES[1] {
                 (left, row) = (SIDES[0], row + 1);
             }
@@ -59,7 +58,7 @@ impl Legend {
     /// Draws the rows from `top` downwards.
     pub fn draw(&self, canvas: &Canvas, top: i32) -> Drawn {
         let width = canvas.dim_in_pixel().0 as i32;
-        let style = text_style(LETTERS_PX, HPos::Left, VPos::Center);
+        let style = text_style(SMALL_PX, HPos::Left, VPos::Center);
         for ((mark, words), (left, row)) in self.entries.iter().zip(self.places(width)) {
             let y = top + ROW * row + ROW / 2;
             draw_mark(canvas, *mark, (left, y))?;
@@ -91,12 +90,6 @@ fn draw_mark(canvas: &Canvas, mark: Mark, (left, y): (i32, i32)) -> Drawn {
         }
     }
     Ok(())
-}
-
-/// Upper bound of the width of a text: sans-serif letters are narrower on average.
-pub(super) fn width_of(words: &str) -> i32 {
-    let letter = i64::from(px(LETTERS_PX)) * 11 / 20;
-    i32::try_from(letter * words.chars().count() as i64).unwrap_or(i32::MAX / 4)
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-//! Draws figures as SVG: amplitude and phase against frequency, the flanks unrolled, natural
-//! frequencies against the speed, and what a study compares.
-//!
-//! The colours are Okabe and Ito's set and viridis, which colour-blind eyes tell apart.
+//! Draws figures as SVG: curves against frequency, the flanks unrolled, natural frequencies against
+//! the speed, and what a study compares.
 
+mod axis;
 mod campbell;
-mod colour;
+mod chart;
 mod curves;
 mod flanks;
 mod heat_map;
@@ -12,51 +11,43 @@ mod legend;
 mod names;
 mod series;
 
+pub use axis::{Axis, Scale};
 pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};
-pub use curves::{
-    Curve, CurveKind, Ordinate, linear_curve, phase_curve, response_curve, write_curves,
-};
-pub use flanks::{
-    write_flank_flags, write_flank_map, write_friction_energy_map, write_separation_map,
-    write_slip_map, write_static_pressure_map,
-};
+pub use curves::write_curves;
+pub use flanks::{write_field_map, write_no_field, write_separation_map};
 pub use heat_map::{HeatMap, write_heat_map};
-pub use series::{Axis, Series, write_series};
+pub use series::{Series, write_series};
 
 use std::path::Path;
 
-use plotters::chart::MeshStyle;
-use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::colours::{self, Colour};
 use super::{ExportError, write_file};
-
-/// Spacing of values along an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    Linear,
-    Logarithmic,
-}
+use crate::words::{in_unit, ticks};
 
 /// Drawing area of an SVG, in units of which [`PX`] make a pixel.
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// Result of a drawing function; the reason of an error goes into [`ExportError::Draw`].
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+type Drawn<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Units of a drawing in a pixel. plotters rounds every coordinate to whole units; with whole
 /// pixels, curves that rise slowly would show steps.
 const PX: u32 = 10;
 
-const INK: RGBColor = RGBColor(34, 34, 34);
+const INK: RGBColor = rgb(colours::INK);
+const NOTHING: RGBColor = rgb(colours::NOTHING);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE_PX: u32 = 30;
-/// Height of the title at the top, units.
-const TITLE_HEIGHT: i32 = at_px(64);
-/// Height of title and conditions, units.
-const HEADING_HEIGHT: i32 = at_px(96);
 const TEXT_PX: u32 = 25;
+/// Height of letters at ticks, in legends and under titles.
+const SMALL_PX: u32 = TEXT_PX - 3;
+
+const fn rgb([red, green, blue]: Colour) -> RGBColor {
+    RGBColor(red, green, blue)
+}
 
 /// A number of pixels in units of a drawing.
 const fn px(pixels: u32) -> u32 {
@@ -107,46 +98,11 @@ fn text_style(pixels: u32, h: HPos, v: VPos) -> TextStyle<'static> {
         .pos(Pos::new(h, v))
 }
 
-/// Heading of a picture of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Heading<'a> {
-    pub title: &'a str,
-    /// Conditions below the title, in smaller letters: force, speed, friction.
-    pub conditions: &'a str,
-}
-
-/// Draws the heading, centred at the top.
-fn draw_heading(canvas: &Canvas, heading: Heading<'_>) -> Drawn {
-    draw_title(canvas, heading.title)?;
-    let style = text_style(TEXT_PX - 3, HPos::Center, VPos::Center);
-    let (width, _) = canvas.dim_in_pixel();
-    let place = (width as i32 / 2, HEADING_HEIGHT - at_px(24));
-    canvas.draw(&Text::new(heading.conditions.to_owned(), place, &style))?;
-    Ok(())
-}
-
-/// Draws the title, centred at the top.
-fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
-    let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
-    let (width, _) = canvas.dim_in_pixel();
-    let place = (width as i32 / 2, TITLE_HEIGHT / 2);
-    canvas.draw(&Text::new(title.to_owned(), place, &style))?;
-    Ok(())
-}
-
-/// Draws grid and axes in their colours, and the labels beside them.
-fn draw_mesh<X, Y>(mesh: &mut MeshStyle<'_, '_, X, Y, SVGBackend<'_>>) -> Drawn
-where
-    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
-    mesh.bold_line_style(GRID.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .draw()?;
-    Ok(())
+/// Upper bound of the width of a text of this size in pixels: sans-serif letters are narrower on
+/// average.
+fn width_of(words: &str, pixels: u32) -> i32 {
+    let letter = i64::from(px(pixels)) * 3 / 5;
+    i32::try_from(letter * words.chars().count() as i64).unwrap_or(i32::MAX / 4)
 }
 
 /// Returns `true` if two boxes (left, right, top, bottom) overlap.
@@ -154,34 +110,75 @@ fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
     a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3]
 }
 
-/// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.
-fn si_prefix(largest: f64) -> (&'static str, f64) {
-    const PREFIXES: [(f64, &str); 8] = [
-        (1e9, "G"),
-        (1e6, "M"),
-        (1e3, "k"),
-        (1.0, ""),
-        (1e-3, "m"),
-        (1e-6, "µ"),
-        (1e-9, "n"),
-        (1e-12, "p"),
-    ];
-    let found = PREFIXES
-        .iter()
-        .find(|(unit, _)| largest >= *unit * 0.999_999);
-    found.map_or(("", 1.0), |&(unit, name)| (name, 1.0 / unit))
+/// Heading of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heading<'a> {
+    pub title: &'a str,
+    /// Conditions below the title, in smaller letters: force, speed, friction. May be empty.
+    pub conditions: &'a str,
 }
 
-/// Unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
-/// without a unit remain as they are.
-pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
-    match unit {
-        "" => (String::new(), 1.0),
-        unit => {
-            let (prefix, factor) = si_prefix(largest);
-            (format!("{prefix}{unit}"), factor)
-        }
+impl Heading<'_> {
+    /// Height at the top, units.
+    fn height(self) -> i32 {
+        at_px(if self.conditions.is_empty() { 64 } else { 96 })
     }
+
+    /// Draws title and conditions, centred at the top.
+    fn draw(self, canvas: &Canvas) -> Drawn {
+        let (width, _) = canvas.dim_in_pixel();
+        for (words, pixels, y) in [(self.title, TITLE_PX, 32), (self.conditions, SMALL_PX, 72)] {
+            let style = text_style(pixels, HPos::Center, VPos::Center);
+            let place = (width as i32 / 2, at_px(y));
+            canvas.draw(&Text::new(words.to_owned(), place, &style))?;
+        }
+        Ok(())
+    }
+}
+
+/// Side of a frame at which an axis has its marks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Below,
+    Left,
+}
+
+/// Draws the marks of an axis at places along it, outside of the frame that ends at `edge`. Of marks
+/// whose words would touch only the first is drawn.
+fn draw_marks(canvas: &Canvas, side: Side, edge: i32, marks: &[(i32, String)]) -> Drawn {
+    let (h, v) = match side {
+        Side::Below => (HPos::Center, VPos::Top),
+        Side::Left => (HPos::Right, VPos::Center),
+    };
+    let style = text_style(SMALL_PX, h, v);
+    let mut before: Option<(i32, i32)> = None;
+    for (at, words) in marks {
+        let half = match side {
+            Side::Below => width_of(words, SMALL_PX) / 2,
+            Side::Left => at_px(SMALL_PX as i32) / 2,
+        };
+        if before.is_some_and(|(last, other)| (at - last).abs() < half + other + at_px(4)) {
+            continue;
+        }
+        before = Some((*at, half));
+        let outwards = |pixels| match side {
+            Side::Below => (*at, edge + at_px(pixels)),
+            Side::Left => (edge - at_px(pixels), *at),
+        };
+        let line = vec![outwards(0), outwards(6)];
+        canvas.draw(&PathElement::new(line, INK.stroke_width(px(1))))?;
+        canvas.draw(&Text::new(words.clone(), outwards(12), &style))?;
+    }
+    Ok(())
+}
+
+/// Draws the titles of the axes: below the frame at a height, and at the left edge of the picture.
+fn draw_titles(canvas: &Canvas, titles: [&str; 2], [x, y]: [i32; 2], below: i32) -> Drawn {
+    let style = text_style(TEXT_PX, HPos::Center, VPos::Center);
+    canvas.draw(&Text::new(titles[0].to_owned(), (x, below), &style))?;
+    let turned = style.transform(FontTransform::Rotate270);
+    canvas.draw(&Text::new(titles[1].to_owned(), (at_px(30), y), &turned))?;
+    Ok(())
 }
 
 /// Left end, top and bottom of a colour bar, in units of the drawing.
@@ -205,7 +202,7 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Dra
         // Two pixels high: each row covers the seam under it, and the next one its lower half.
         let row = Rectangle::new(
             [(left, y), (right, (y + 2 * row_height).min(bottom))],
-            colour::of_value(fraction).filled(),
+            rgb(colours::of_value(fraction)).filled(),
         );
         canvas.draw(&row)?;
     }
@@ -213,74 +210,17 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Dra
         [(left, top), (right, bottom)],
         INK.stroke_width(px(1)),
     ))?;
-    let (ticks, step) = round_ticks(low * factor, high * factor, 6);
-    let text = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
-    for tick in ticks {
+    let text = text_style(SMALL_PX, HPos::Left, VPos::Center);
+    for (tick, words) in ticks(low * factor, high * factor, 6) {
         let fraction = (tick / factor - low) / (high - low);
         let y = bottom - (fraction * f64::from(bottom - top)).round() as i32;
         canvas.draw(&PathElement::new(
             vec![(right, y), (right + at_px(6), y)],
             INK.stroke_width(px(1)),
         ))?;
-        canvas.draw(&Text::new(
-            tick_label(tick, step),
-            (right + at_px(14), y),
-            &text,
-        ))?;
+        canvas.draw(&Text::new(words, (right + at_px(14), y), &text))?;
     }
     let name = text_style(TEXT_PX - 1, HPos::Left, VPos::Bottom);
     canvas.draw(&Text::new(unit, (left, top - at_px(10)), &name))?;
     Ok(())
-}
-
-/// Label of a number on an axis, with no more decimals than the step of the ticks requires.
-fn tick_label(v: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{v:.decimals$}");
-    if text.trim_start_matches(['-', '0', '.']).is_empty() {
-        "0".to_owned()
-    } else {
-        text
-    }
-}
-
-/// Ticks at 1, 2 or 5 times a power of ten, about `wanted` of them, inside [low, high], and their
-/// step.
-fn round_ticks(low: f64, high: f64, wanted: usize) -> (Vec<f64>, f64) {
-    let raw = (high - low) / wanted.max(1) as f64;
-    if !(raw > 0.0 && raw.is_finite()) {
-        return (vec![low], 1.0);
-    }
-    let power = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|s| *s >= raw * 0.999_999);
-    let step = step.unwrap_or(10.0 * power);
-    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-    ((first..=last).map(|i| i as f64 * step).collect(), step)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prefixes_bring_numbers_between_1_and_1000() {
-        assert_eq!(si_prefix(4.2e3).0, "k");
-        assert_eq!(si_prefix(1.0).0, "");
-        assert_eq!(si_prefix(3e-5).0, "µ");
-        assert_eq!(si_prefix(0.0), ("", 1.0));
-    }
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        let (ticks, step) = round_ticks(371.3, 384.9, 6);
-        assert_eq!(step, 5.0);
-        assert_eq!(ticks, [375.0, 380.0]);
-        assert_eq!(round_ticks(0.0, 1.0, 5).0.len(), 6);
-        assert_eq!(round_ticks(3.0, 3.0, 5).0, [3.0]);
-        assert_eq!(tick_label(0.30000000000000004, 0.1), "0.3");
-        assert_eq!(tick_label(-0.0, 0.1), "0");
-    }
 }

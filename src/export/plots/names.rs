@@ -54,15 +54,21 @@ impl Taken {
                 place(x - width / 2, y + far + half),
             ]
         });
-        let is_clear = |b: &[i32; 4]| {
+        let is_inside = |b: &[i32; 4]| {
             across.contains(&b[0])
                 && across.contains(&b[1])
                 && down.contains(&b[2])
                 && down.contains(&b[3])
-                && !self.names.iter().any(|other| overlap(*other, *b))
-                && !self.lines.iter().any(|line| crosses(*line, *b))
         };
-        let found = around.into_iter().find(is_clear)?;
+        self.first_clear(around.filter(is_inside))
+    }
+
+    /// Takes the first of these boxes that covers nothing.
+    pub fn first_clear(&mut self, mut boxes: impl Iterator<Item = [i32; 4]>) -> Option<[i32; 4]> {
+        let found = boxes.find(|b| {
+            !self.names.iter().any(|other| overlap(*other, *b))
+                && !self.lines.iter().any(|line| crosses(*line, *b))
+        })?;
         self.names.push(found);
         Some(found)
     }

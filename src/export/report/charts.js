@@ -3,6 +3,9 @@
 
 const byId = (id) => document.getElementById(id);
 
+/** What the page was made from. */
+const data = JSON.parse(byId("data").textContent);
+
 /** Pictures that were drawn, for who asks whether one is missing. */
 const drawn = [];
 
@@ -16,19 +19,21 @@ function prefixOf(largest) {
   return { prefix: ["p", "n", "µ", "m", "", "k", "M", "G", "T"][power + 4], divisor: 10 ** (3 * power) };
 }
 
+/** Units that take no prefix. */
+const PLAIN = ["", "°"];
+
 /** With an SI prefix. */
 function withPrefix(value, unit, digits = 4) {
   if (value == null || !Number.isFinite(value)) return "–";
-  if (value === 0) return `0 ${unit}`.trim();
-  if (unit === "") return Number(value.toPrecision(digits)).toString();
-  const { prefix, divisor } = prefixOf(value);
-  return `${Number((value / divisor).toPrecision(digits))} ${prefix}${unit}`;
+  if (PLAIN.includes(unit)) return `${Number.isInteger(value) ? value : Number(value.toPrecision(digits))}${unit}`.replace("-", "−");
+  const { prefix, divisor } = value === 0 ? { prefix: "", divisor: 1 } : prefixOf(value);
+  return `${Number((value / divisor).toPrecision(digits))} ${prefix}${unit}`.replace("-", "−");
 }
 
-/** Lengths of one axis in one unit. */
-function lengthUnit(largest) {
-  const { prefix, divisor } = prefixOf(Math.min(1, largest || 1));
-  return { factor: 1 / divisor, unit: `${prefix}m` };
+/** The unit of an axis that reaches to `largest`, and the factor to it. */
+function axisUnit(unit, largest) {
+  const { prefix, divisor } = PLAIN.includes(unit) ? { prefix: "", divisor: 1 } : prefixOf(largest);
+  return { factor: 1 / divisor, unit: `${prefix}${unit}` };
 }
 
 /** About `wanted` numbers from low to high, at 1, 2 or 5 times a power of ten, each with its text. */
@@ -110,7 +115,7 @@ class Chart {
       ...more,
       hooks: { ready: [resting], setCursor: [resting], draw: [(plot) => drawMarks(plot, marked ?? [])] },
       scales: { x: { time: false }, ...more.scales },
-      axes: [axis({ label: "frequency, Hz" }), ...axes.map((a) => axis({ size: 64, ...a }))],
+      axes: [axis({ label: "frequency (Hz)" }), ...axes.map((a) => axis({ size: 64, ...a }))],
       series: [
         { label: "frequency", class: "at", value: (_, v) => (v == null ? "–" : `${Number(v.toPrecision(6))} Hz`) },
         // Places are not rounded to whole pixels, which would make stairs of slopes.

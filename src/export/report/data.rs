@@ -4,18 +4,17 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
+use super::Contents;
 use super::packed::{Scaled, bytes, scaled};
 use super::skin::Skin;
-use super::{Contents, Sweep};
-use crate::export::states::{STATES, State};
+use crate::export::colours::{self, Colour, STATES, State};
+use crate::export::curves::Curves;
+use crate::export::fields::{Field, at_peak, at_rest};
 use crate::export::unrolled::{Panel, panels};
-use crate::words::{figure, quantity, supported_digits};
+use crate::words::{figure, quantity, seven_digits};
 use dovetail_solver::dlft::{Orbit, Response};
-use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{
-    cycle_fields, friction_power_w, linear_amplitude, peak, phasors, static_fields,
-};
+use dovetail_solver::results::quantities::{cycle_fields, with_motion};
 use dovetail_solver::results::signals::{PairSignals, pair_signals};
 
 /// Largest number of hysteresis loops in a report.
@@ -26,79 +25,37 @@ const INSTANTS: usize = 128;
 /// All data of the pictures.
 #[derive(Debug, Serialize)]
 pub(super) struct Data {
-    curves: Vec<Curve>,
-    counts: Option<Counts>,
+    /// Amplitude and phase of each observation.
+    amplitudes: Vec<Curves>,
+    phases: Vec<Curves>,
+    pairs: Option<Curves>,
+    powers: Option<Curves>,
     /// Frequency of the peak of the first observation, Hz.
     peak_hz: Option<f64>,
     /// States of a pair, by their codes.
     states: [State; 5],
-    flanks: Vec<Flank>,
-    fields: Vec<Field>,
+    colours: FieldColours,
+    flanks: Vec<Panel>,
+    fields: Vec<PackedField>,
     statuses: Option<Statuses>,
     loops: Vec<Loop>,
     skin: Option<Skin>,
 }
 
-/// Amplitude of an observation over frequency.
+/// Colours of fields from the least value to the largest.
 #[derive(Debug, Serialize)]
-struct Curve {
-    name: String,
-    frequency_hz: Vec<f64>,
-    amplitude_m: Vec<Option<f64>>,
-    /// Estimated relative error of the amplitudes.
-    estimated_error: Vec<Option<f64>>,
-    linear_m: Vec<Option<f64>>,
-    /// Lag of the first harmonic, degrees.
-    phase_deg: Vec<Option<f64>>,
-    /// Linear reference, with additional points at its peaks.
-    linear: Line,
-    compared: Option<Line>,
-    label: String,
-    /// Text of the largest amplitude, with the digits that its estimated error supports.
-    peak: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Line {
-    label: String,
-    frequency_hz: Vec<f64>,
-    amplitude_m: Vec<Option<f64>>,
-}
-
-/// Pairs and powers over frequency.
-#[derive(Debug, Serialize)]
-struct Counts {
-    frequency_hz: Vec<f64>,
-    slipping: Vec<Option<usize>>,
-    opening: Vec<Option<usize>>,
-    closing: Vec<Option<usize>>,
-    open: Vec<Option<usize>>,
-    stuck: Vec<Option<usize>>,
-    friction_w: Vec<Option<f64>>,
-    damping_w: Vec<Option<f64>>,
-}
-
-/// Flank in its own plane, m.
-#[derive(Debug, Serialize)]
-struct Flank {
-    name: String,
-    /// Names of the sides left, right, below, above.
-    edges: [String; 4],
-    size: [f64; 2],
-    patches: Vec<Patch>,
-}
-
-#[derive(Debug, Serialize)]
-struct Patch {
-    pair: usize,
-    outline: Vec<[f64; 2]>,
+struct FieldColours {
+    flanks: [Colour; 11],
+    bodies: [Colour; 5],
 }
 
 /// Value of each pair.
 #[derive(Debug, Serialize)]
-struct Field {
+struct PackedField {
     title: &'static str,
     unit: &'static str,
+    /// Ends of the scale of colours.
+    ends: [f64; 2],
     values: Scaled,
 }
 
@@ -125,181 +82,64 @@ struct Loop {
 
 impl Data {
     pub fn of(contents: &Contents<'_>) -> Self {
-        let model = contents.model.filter(|model| !model.pairs.is_empty());
-        let sweep = contents.sweep.as_ref();
-        let pairs = contents.pairs;
+        let model = contents.with_flanks();
+        let (sweep, pairs) = (contents.sweep.as_ref(), contents.pairs);
+        let of_pairs = sweep.filter(|_| contents.has_pairs());
         let panels = model.map_or_else(Vec::new, panels);
+        let orbit = contents.at_peak();
+        let peak_hz = orbit.map(|orbit| orbit.frequency_hz);
+        let moving = model.zip(orbit).into_iter();
+        let moving = moving.flat_map(|(model, orbit)| at_peak(orbit, &model.pairs));
+        let still = model.zip(contents.static_state);
+        let still = still.and_then(|(model, state)| at_rest(state, &model.pairs));
+        let fields = moving.chain(still.into_iter().flatten());
+        let names = || contents.observations.iter().enumerate();
+        let curves = |of: &dyn Fn(usize, &str) -> Option<Curves>| {
+            names().filter_map(|(i, name)| of(i, name)).collect()
+        };
         Self {
-            curves: sweep.map_or_else(Vec::new, |sweep| curves(contents.observations, sweep)),
-            counts: sweep
-                .filter(|_| !pairs.rows.is_empty())
-                .map(|sweep| counts(sweep.response)),
-            peak_hz: sweep
-                .and_then(Sweep::at_peak)
-                .map(|orbit| orbit.frequency_hz),
+            amplitudes: curves(&|i, name| Some(sweep?.amplitude(name, i))),
+            phases: curves(&|i, name| Some(sweep?.phase(name, i))),
+            pairs: of_pairs.map(|sweep| sweep.pairs()),
+            powers: of_pairs.map(|sweep| sweep.powers()),
+            peak_hz,
             states: STATES,
-            flanks: panels.iter().map(Flank::of).collect(),
-            fields: model.map_or_else(Vec::new, |model| fields(contents, model)),
+            colours: FieldColours {
+                flanks: colours::VIRIDIS,
+                bodies: colours::BODIES,
+            },
+            fields: fields.map(PackedField::of).collect(),
             statuses: sweep
                 .filter(|_| model.is_some())
-                .map(|sweep| statuses(sweep, pairs)),
-            loops: sweep
-                .and_then(Sweep::at_peak)
-                .map_or_else(Vec::new, |orbit| loops(orbit, pairs, &panels)),
+                .map(|sweep| statuses(sweep.response, pairs, peak_hz)),
+            loops: orbit.map_or_else(Vec::new, |orbit| loops(orbit, pairs, &panels)),
+            flanks: panels,
             skin: contents.model.map(|model| Skin::of(model, contents.motion)),
         }
     }
 }
 
-/// Number rounded to seven significant digits: enough for a reader, in few bytes.
-fn short(v: f64) -> f64 {
-    format!("{v:.6e}").parse().unwrap_or(v)
-}
-
-fn valid<T>(orbit: &Orbit, value: T) -> Option<T> {
-    orbit.outcome.has_motion().then_some(value)
-}
-
-fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
-    let response = sweep.response;
-    let orbits = || response.orbits.iter();
-    let line = |label: &str, response: &Response, i: usize| Line {
-        label: label.to_owned(),
-        frequency_hz: response.orbits.iter().map(|o| o.frequency_hz).collect(),
-        amplitude_m: response
-            .orbits
-            .iter()
-            .map(|o| valid(o, short(*o.observed_amplitude_m.get(i)?)))
-            .collect(),
-    };
-    let curve = |(i, name): (usize, &&str)| {
-        let own = line("", response, i);
-        let linear = |o: &Orbit| linear_amplitude(response, o.frequency_hz, i).map(short);
-        let phase = |o: &Orbit| {
-            let first = *phasors(o.observed.get(i)?).first()?;
-            valid(o, short(first.phase_rad.to_degrees()))
-        };
-        Curve {
-            name: (*name).to_owned(),
-            frequency_hz: own.frequency_hz,
-            amplitude_m: own.amplitude_m,
-            estimated_error: orbits().map(|o| o.amplitude_error(i).map(short)).collect(),
-            linear_m: orbits().map(linear).collect(),
-            phase_deg: orbits().map(phase).collect(),
-            linear: Line {
-                label: "linear".to_owned(),
-                frequency_hz: response
-                    .linear_curve
-                    .iter()
-                    .map(|p| p.frequency_hz)
-                    .collect(),
-                amplitude_m: response
-                    .linear_curve
-                    .iter()
-                    .map(|p| p.observed_amplitude_m.get(i).copied().map(short))
-                    .collect(),
-            },
-            compared: sweep
-                .compared
-                .map(|(label, response)| line(label, response, i)),
-            label: sweep.label.clone(),
-            peak: peak(response, i).map_or_else(String::new, |peak| {
-                let error = response.orbits[peak.index].amplitude_error(i);
-                let digits = supported_digits(peak.amplitude_m, error);
-                quantity(peak.amplitude_m, "m", digits)
-            }),
-        }
-    };
-    names.iter().enumerate().map(curve).collect()
-}
-
-fn counts(response: &Response) -> Counts {
-    let orbits = || response.orbits.iter();
-    let count = |of: fn(&Orbit) -> usize| orbits().map(|o| valid(o, of(o))).collect();
-    Counts {
-        frequency_hz: orbits().map(|o| o.frequency_hz).collect(),
-        slipping: count(|o| o.counts().slipping),
-        opening: count(|o| o.counts().opening),
-        closing: count(|o| o.counts().closing),
-        open: count(|o| o.counts().open),
-        stuck: count(|o| o.counts().stuck),
-        friction_w: orbits()
-            .map(|o| valid(o, short(friction_power_w(o))))
-            .collect(),
-        damping_w: orbits()
-            .map(|o| valid(o, short(o.viscous_power_w)))
-            .collect(),
-    }
-}
-
-impl Flank {
-    fn of(panel: &Panel) -> Self {
-        let patch = |(pair, outline): &(usize, Vec<[f64; 2]>)| Patch {
-            pair: *pair,
-            outline: outline.iter().map(|p| p.map(short)).collect(),
-        };
+impl PackedField {
+    fn of(field: Field) -> Self {
         Self {
-            name: panel.name.clone(),
-            edges: panel.edges.clone(),
-            size: [0, 1].map(|axis| panel.high[axis] - panel.low[axis]),
-            patches: panel.patches.iter().map(patch).collect(),
+            title: field.title,
+            unit: field.unit,
+            ends: field.range(),
+            values: scaled(field.values.iter().copied()),
         }
     }
 }
 
-fn fields(contents: &Contents<'_>, model: &Model) -> Vec<Field> {
-    let mut fields = Vec::new();
-    let mut add = |title, unit, values: &[f64]| {
-        fields.push(Field {
-            title,
-            unit,
-            values: scaled(values.iter().copied()),
-        });
-    };
-    let sweep = contents.sweep.as_ref();
-    if let Some(orbit) = sweep.and_then(Sweep::at_peak) {
-        let cycle = cycle_fields(orbit, &model.pairs);
-        add(
-            "energy taken by friction in a period at the peak",
-            "J/m²",
-            &cycle.friction_energy_j_m2,
-        );
-        add("distance slid in a period at the peak", "m", &cycle.slid_m);
-        add("largest pressure at the peak", "Pa", &cycle.pressure_max_pa);
-        add("mean pressure at the peak", "Pa", &cycle.pressure_mean_pa);
-        add(
-            "share of the period spent open at the peak",
-            "",
-            &cycle.open_fraction,
-        );
-    }
-    if let Some(state) = contents.static_state.filter(|s| s.outcome.is_converged()) {
-        let at_rest = static_fields(state, &model.pairs);
-        add("static pressure", "Pa", &at_rest.pressure_pa);
-        let slip: Vec<f64> = at_rest.slip_m.iter().map(|s| s[0].hypot(s[1])).collect();
-        add("static slip", "m", &slip);
-    }
-    fields
-}
-
-fn statuses(sweep: &Sweep<'_>, pairs: &PairTable) -> Statuses {
-    let moving = || {
-        let orbits = sweep.response.orbits.iter();
-        orbits.filter(|o| o.outcome.has_motion())
-    };
-    let codes: Vec<u8> = moving()
-        .flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status)
-        .map(|status| status as u8)
-        .collect();
-    let peak_hz = sweep.at_peak().map(|orbit| orbit.frequency_hz);
+fn statuses(response: &Response, pairs: &PairTable, peak_hz: Option<f64>) -> Statuses {
+    let codes = with_motion(response).flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status);
+    let codes: Vec<u8> = codes.map(|status| status as u8).collect();
     Statuses {
-        frequency_hz: moving().map(|o| o.frequency_hz).collect(),
-        peak: moving().position(|o| Some(o.frequency_hz) == peak_hz),
+        frequency_hz: with_motion(response).map(|o| o.frequency_hz).collect(),
+        peak: with_motion(response).position(|o| Some(o.frequency_hz) == peak_hz),
         codes: bytes(&codes),
     }
 }
 
-/// Loops of the pairs with the largest friction power.
 fn loops(orbit: &Orbit, pairs: &PairTable, panels: &[Panel]) -> Vec<Loop> {
     let mut order: Vec<usize> = (0..orbit.cycles.len()).collect();
     let power = |pair: &usize| orbit.cycles[*pair].friction_power_w;
@@ -323,13 +163,13 @@ fn loops(orbit: &Orbit, pairs: &PairTable, panels: &[Panel]) -> Vec<Loop> {
 /// Position of a pair on the map of its flank, such as `3.2 mm from the front end and 1.1 mm from
 /// the inner edge`.
 fn place_of(panels: &[Panel], pair: usize) -> Option<String> {
-    let patch = |panel: &Panel| {
-        let found = panel.patches.iter().find(|(of, _)| *of == pair)?;
-        Some((panel.edges.clone(), found.1.clone()))
-    };
-    let (edges, outline) = panels.iter().find_map(patch)?;
+    let patches = panels.iter().flat_map(|panel| {
+        let patches = panel.patches.iter();
+        patches.map(|patch| (&panel.edges, patch))
+    });
+    let (edges, patch) = patches.into_iter().find(|(_, patch)| patch.pair == pair)?;
     let middle = |axis: usize| {
-        let values = || outline.iter().map(|p| p[axis]);
+        let values = || patch.outline.iter().map(|p| p[axis]);
         0.5 * (values().fold(f64::INFINITY, f64::min) + values().fold(f64::NEG_INFINITY, f64::max))
     };
     let from = |axis: usize| {
@@ -359,7 +199,7 @@ fn hysteresis(orbit: &Orbit, pair: usize, letter: char, title: String) -> Loop {
     let (sin, cos) = angle.rem_euclid(TAU).sin_cos();
     let along = |a: &[f64], b: &[f64]| -> Vec<f64> {
         let both = a.iter().zip(b);
-        let mut out: Vec<f64> = both.map(|(a, b)| short(cos * a + sin * b)).collect();
+        let mut out: Vec<f64> = both.map(|(a, b)| seven_digits(cos * a + sin * b)).collect();
         // Closed.
         out.extend(out.first().copied());
         out

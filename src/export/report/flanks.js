@@ -1,19 +1,6 @@
 "use strict";
 // Flanks unrolled in their planes, and hysteresis loops.
 
-/** 256 colours from dark to light, after viridis (Smith, van der Walt). */
-const RAMP = (() => {
-  const p = [
-    [0.2777, 0.0054, 0.334], [0.105, 1.4046, 1.3845], [-0.3308, 0.2148, 0.095], [-4.6342, -5.7991, -19.3324],
-    [6.2282, 14.1799, 56.6905], [4.7763, -13.7451, -65.353], [-5.4354, 4.6458, 26.3124],
-  ];
-  const colour = (t) => [0, 1, 2].map((c) => Math.round(255 * Math.min(1, Math.max(0, p.reduceRight((sum, q) => sum * t + q[c], 0)))));
-  return Array.from({ length: 256 }, (_, i) => colour(i / 255));
-})();
-
-/** Colours of fields on bodies: from the grey of bodies to dark red. */
-const BODIES = [[222, 225, 230], [253, 212, 158], [252, 141, 89], [215, 48, 31], [127, 0, 0]];
-
 /** 256 colours through some. */
 function between(stops) {
   return Array.from({ length: 256 }, (_, i) => {
@@ -21,6 +8,9 @@ function between(stops) {
     return stops[below].map((c, k) => Math.round(c + (at - below) * (stops[below + 1][k] - c)));
   });
 }
+
+/** Colours of fields on flanks and on bodies. */
+const RAMP = between(data.colours.flanks), BODIES = between(data.colours.bodies);
 
 const css = ([r, g, b]) => `rgb(${r},${g},${b})`;
 
@@ -172,16 +162,8 @@ function middle(outline, axis) {
   return (Math.min(...values) + Math.max(...values)) / 2;
 }
 
-/** What rounding leaves below zero is no value, as a share of the largest one. */
-const ROUNDING = 1e-6;
-
-/** Least and largest value, and where a value lies between them. */
-function rangeOf(values) {
-  const high = values.reduce((most, v) => (v > most ? v : most), 0);
-  const least = values.reduce((least, v) => (v < least ? v : least), 0);
-  const low = -least < ROUNDING * high ? 0 : least, span = high > low ? high - low : 1;
-  return { low, high: low + span, at: (v) => Math.min(1, Math.max(0, (v - low) / span)) };
-}
+/** The ends of a scale, and where a value lies between them. */
+const rangeOf = ([low, high]) => ({ low, high, at: (v) => Math.min(1, Math.max(0, (v - low) / (high - low))) });
 
 /** A strip of colours with round numbers under it. */
 function colourBar(place, { low, high }, unit, colours = RAMP) {
@@ -193,21 +175,21 @@ function colourBar(place, { low, high }, unit, colours = RAMP) {
     g.fillStyle = css(c);
     g.fillRect(i, 0, 1, 1);
   });
-  const { prefix, divisor } = unit === "" ? { prefix: "", divisor: 1 } : prefixOf(Math.max(Math.abs(low), Math.abs(high)));
+  const axis = axisUnit(unit, Math.max(Math.abs(low), Math.abs(high)));
   const marks = place.appendChild(document.createElement("div"));
   marks.className = "ticks";
-  for (const { at, text } of roundTicks(low / divisor, high / divisor, 5)) {
+  for (const { at, text } of roundTicks(low * axis.factor, high * axis.factor, 5)) {
     const mark = marks.appendChild(document.createElement("span"));
     mark.textContent = text;
-    mark.style.left = `${(100 * (at * divisor - low)) / (high - low)}%`;
+    mark.style.left = `${(100 * (at / axis.factor - low)) / (high - low)}%`;
   }
   const named = place.appendChild(document.createElement("div"));
   named.className = "unit";
-  named.textContent = `${prefix}${unit}`;
+  named.textContent = axis.unit;
 }
 
 function showField(map, field) {
-  const range = rangeOf(field.values);
+  const range = rangeOf(field.ends);
   map.show((pair) => RAMP[Math.round(255 * range.at(field.values[pair]))], (pair) => withPrefix(field.values[pair], field.unit, 4));
   colourBar(map.legend, range, field.unit);
 }
@@ -249,11 +231,11 @@ function drawLoop(place, loop) {
   };
   /** Scaled to one prefix: the numbers, their ends, and their ticks. */
   const axisOf = (values, unit, wanted) => {
-    const { prefix, divisor } = prefixOf(Math.max(...values.map(Math.abs)));
-    const own = values.map((v) => v / divisor), [least, most] = [Math.min(...own), Math.max(...own)];
+    const axis = axisUnit(unit, Math.max(...values.map(Math.abs)));
+    const own = values.map((v) => v * axis.factor), [least, most] = [Math.min(...own), Math.max(...own)];
     const room = most > least ? 0.05 * (most - least) : 1;
     const [low, high] = [least - room, most + room];
-    return { own, low, high, unit: `${prefix}${unit}`, ticks: roundTicks(low, high, wanted) };
+    return { own, low, high, unit: axis.unit, ticks: roundTicks(low, high, wanted) };
   };
   const across = axisOf(loop.displacement_m, "m", 4), upwards = axisOf(loop.force_n, "N", 5);
   const x = (v) => left + ((v - across.low) / (across.high - across.low)) * (width - left - right);
@@ -269,8 +251,8 @@ function drawLoop(place, loop) {
     add("text", { ...text, "text-anchor": "end", x: left - 6, y: y(at) + 4 }, label);
   }
   const path = across.own.map((v, i) => `${i ? "L" : "M"}${x(v).toFixed(1)} ${y(upwards.own[i]).toFixed(1)}`);
-  add("path", { d: `${path.join("")}Z`, fill: "var(--band)", stroke: "var(--own)", "stroke-width": 1.8, "stroke-linejoin": "round" });
-  add("text", { ...text, "text-anchor": "middle", x: (left + width - right) / 2, y: height - 8 }, `displacement, ${across.unit}`);
+  add("path", { d: `${path.join("")}Z`, fill: "var(--band)", stroke: "var(--response)", "stroke-width": 1.8, "stroke-linejoin": "round" });
+  add("text", { ...text, "text-anchor": "middle", x: (left + width - right) / 2, y: height - 8 }, `displacement (${across.unit})`);
   const beside = (above + height - below) / 2;
-  add("text", { ...text, "text-anchor": "middle", x: 12, y: beside, transform: `rotate(-90 12 ${beside})` }, `friction force, ${upwards.unit}`);
+  add("text", { ...text, "text-anchor": "middle", x: 12, y: beside, transform: `rotate(-90 12 ${beside})` }, `friction force (${upwards.unit})`);
 }

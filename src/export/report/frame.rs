@@ -4,6 +4,8 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
+use crate::export::colours;
+
 const STYLE: &str = include_str!("report.css");
 /// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.min.css` and
 /// `dist/uPlot.iife.min.js`.
@@ -37,7 +39,7 @@ pub fn frame(frame: &Frame<'_>) -> Markup {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (frame.title) " – dovetail" }
-                style { (PreEscaped(CHARTS_STYLE)) (PreEscaped(STYLE)) }
+                style { (PreEscaped(CHARTS_STYLE)) (PreEscaped(colours::style())) (PreEscaped(STYLE)) }
             }
             body {
                 header {
@@ -75,6 +77,24 @@ pub fn line(good: bool, text: &Markup) -> Markup {
         ("doubt", "look")
     };
     html! { li class=(class) { b { (word) } " " (text) } }
+}
+
+/// Heading of a column, and its cell of a row.
+pub type Column<'a, R> = (&'a str, &'a dyn Fn(&R) -> String);
+
+/// Table with a row for each of `rows`. In a table of the class `numbers` the columns but the first
+/// are flush right.
+pub fn table<R>(
+    class: &str,
+    rows: impl IntoIterator<Item = R>,
+    columns: &[Column<'_, R>],
+) -> Markup {
+    html! {
+        div.wide { table class=(class) {
+            tr { @for (heading, _) in columns { th { (heading) } } }
+            @for row in rows { tr { @for (_, cell) in columns { td { (cell(&row)) } } } }
+        } }
+    }
 }
 
 /// All warnings, in a section of their own.

@@ -6,23 +6,19 @@ const integers = (text) => new Uint32Array(unpack(text).buffer);
 const numbers = ({ low, step, u16 }) => Float32Array.from(new Uint16Array(unpack(u16).buffer), (i) => low + step * i);
 
 function curves(data) {
-  const state = { observation: 0, scale: null, measured: [] };
+  const state = { observation: 0, scale: null, measured: [] }, chosen = () => data.amplitudes[state.observation];
   const charts = [];
-  const add = (id, make) => {
-    if (!byId(id)) return;
-    charts.push(make(byId(id)));
+  const add = (id, chosen, state) => {
+    if (!byId(id) || !chosen()) return;
+    charts.push(curveChart(byId(id), chosen, data.peak_hz, state));
     drawn.push(id);
   };
-  const scale = byId("scale"), showScale = () => (scale.value = state.scale ?? bestScale(data.curves[state.observation]));
-  if (data.curves.length) {
-    add("amplitude", (place) => amplitudeChart(place, data.curves, state));
-    add("phase", (place) => phaseChart(place, data.curves, state, data.peak_hz));
-    showScale();
-  }
-  if (data.counts) {
-    add("counts", (place) => countsChart(place, data.counts, data.states, data.peak_hz));
-    add("powers", (place) => powersChart(place, data.counts, data.peak_hz));
-  }
+  const scale = byId("scale"), showScale = () => (scale.value = state.scale ?? bestScale(chosen()));
+  if (chosen()) showScale();
+  add("amplitude", chosen, state);
+  add("phase", () => data.phases[state.observation]);
+  add("counts", () => data.pairs);
+  add("powers", () => data.powers);
   const changed = (change) => (event) => {
     change(event.target);
     charts.forEach((chart) => chart.draw());
@@ -149,12 +145,12 @@ function colourings(data, mesh, moves, range, each) {
     mesh.flankPairs.forEach((pair, i) => (kinds[mesh.flankStart + i] = code(pair)));
     shown.push({ title: "flanks: what pairs do at the peak", kinds, code, pairs });
   }
-  for (const { title, unit, values } of data.fields) {
-    const range = rangeOf(values), at = new Float32Array(count).fill(-1);
+  for (const { title, unit, values, ends } of data.fields) {
+    const range = rangeOf(ends), at = new Float32Array(count).fill(-1);
     mesh.flankPairs.forEach((pair, i) => (at[mesh.flankStart + i] = range.at(values[pair])));
     shown.push({ title: `flanks: ${title}`, unit, range, values: at, colours: RAMP });
   }
-  if (moves) shown.push({ title: "displacement", unit: "m", range, values: each.map(range.at), colours: between(BODIES) });
+  if (moves) shown.push({ title: "displacement", unit: "m", range, values: each.map(range.at), colours: BODIES });
   return shown;
 }
 
@@ -169,7 +165,7 @@ function motion(data) {
     return;
   }
   const { mesh } = viewer, moves = mesh.harmonics.length > 0;
-  const { each, largest, phase } = amplitudes(viewer), range = rangeOf([largest]);
+  const { each, largest, phase } = amplitudes(viewer), range = rangeOf([0, largest || 1]);
   viewer.phase = phase;
   const showPhase = () => byId("phase-at") && (byId("phase-at").value = (viewer.phase * 180) / Math.PI);
   showPhase();
@@ -224,7 +220,6 @@ function motion(data) {
   playing(!window.matchMedia("(prefers-reduced-motion: reduce)").matches);
 }
 
-const data = JSON.parse(byId("data").textContent);
 data.fields.forEach((field) => (field.values = numbers(field.values)));
 curves(data);
 flanks(data);

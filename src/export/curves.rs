@@ -1,0 +1,353 @@
+//! Curves over frequency: what their picture and the chart of the report show.
+
+use serde::{Serialize, Serializer};
+
+use super::colours::{CurveKind, STATES};
+use crate::words::{counted, figure, quantity_beside, seven_digits, supported_digits};
+use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
+use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
+
+/// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
+/// the latter.
+const MUCH_HIGHER: f64 = 5.0;
+
+/// Curves over frequency with one axis of values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curves {
+    /// Quantity of the values: `amplitude of tip`.
+    pub quantity: String,
+    /// SI unit of the values; empty if they have none.
+    pub unit: &'static str,
+    /// Curves, the most important last.
+    pub curves: Vec<Curve>,
+    /// Largest value that an axis must show: that of all curves, or that of the curves with
+    /// friction if these would otherwise be flat at the bottom of the axis.
+    pub highest: f64,
+}
+
+impl Curves {
+    fn of(quantity: String, unit: &'static str, curves: Vec<Curve>) -> Self {
+        let highest = |is_counted: &dyn Fn(&Curve) -> bool| {
+            let counted = curves.iter().filter(|curve| is_counted(curve));
+            counted.map(Curve::highest).fold(0.0, f64::max)
+        };
+        let all = highest(&|_| true);
+        let with_friction = highest(&|curve| curve.kind != CurveKind::Linear);
+        let much_higher = with_friction > 0.0 && all > MUCH_HIGHER * with_friction;
+        Self {
+            highest: seven_digits(if much_higher { with_friction } else { all }),
+            quantity,
+            unit,
+            curves,
+        }
+    }
+
+    /// Values of all curves.
+    pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+        let points = self.curves.iter().flat_map(|c| &c.points);
+        points.filter_map(|p| p.value)
+    }
+}
+
+/// Curve, or the part of one that is drawn in one style.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curve {
+    /// Words in the legend.
+    pub label: String,
+    pub kind: CurveKind,
+    pub dashed: bool,
+    /// Points along the curve, whose frequencies need not rise.
+    #[serde(serialize_with = "columns")]
+    pub points: Vec<Point>,
+    /// Highest point of a curve of amplitudes.
+    #[serde(serialize_with = "in_words")]
+    pub peak: Option<PeakMark>,
+}
+
+/// Point of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    pub frequency_hz: f64,
+    /// `None` if the point did not converge: the curve breaks there.
+    pub value: Option<f64>,
+    /// Estimated relative error of the value, if it is known.
+    pub error: Option<f64>,
+    /// False if the requested accuracy was not reached.
+    pub is_accurate: bool,
+}
+
+impl Point {
+    /// Returns `true` if there is a value whose requested accuracy was not reached.
+    pub(super) fn is_inaccurate(&self) -> bool {
+        self.value.is_some() && !self.is_accurate
+    }
+
+    /// Point with the value of an orbit that has a motion.
+    fn of(orbit: &Orbit, value: impl FnOnce(&Orbit) -> Option<f64>) -> Self {
+        let value = value(orbit).filter(|v| orbit.outcome.has_motion() && v.is_finite());
+        Self {
+            is_accurate: orbit.outcome != Outcome::AccuracyNotReached,
+            ..Self::exact(orbit.frequency_hz, value)
+        }
+    }
+
+    /// Point of a linear curve.
+    fn exact(frequency_hz: f64, value: Option<f64>) -> Self {
+        Self {
+            frequency_hz,
+            value,
+            error: None,
+            is_accurate: true,
+        }
+    }
+}
+
+/// Highest point of a curve of amplitudes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakMark {
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    /// Number of digits of the amplitude that its estimated error supports.
+    pub digits: usize,
+}
+
+impl PeakMark {
+    /// Mark of a peak with the estimated relative error of its amplitude, if known. `None` if
+    /// nothing moves.
+    fn of(peak: Peak, error: Option<f64>) -> Option<Self> {
+        (peak.amplitude_m > 0.0).then(|| Self {
+            frequency_hz: peak.frequency_hz,
+            amplitude_m: peak.amplitude_m,
+            digits: supported_digits(peak.amplitude_m, error),
+        })
+    }
+
+    /// Label of the peak, such as `6.5 mm at 450.085 Hz`, in the unit of an axis up to this
+    /// amplitude.
+    pub fn words(&self, largest_m: f64) -> String {
+        format!(
+            "{} at {} Hz",
+            quantity_beside(self.amplitude_m, largest_m, "m", self.digits),
+            figure(self.frequency_hz, 6)
+        )
+    }
+}
+
+/// Response and the one that it is compared with.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep<'a> {
+    pub response: &'a Response,
+    /// The response with another number of harmonics.
+    pub compared: Option<&'a Response>,
+}
+
+impl Sweep<'_> {
+    /// Motion at the peak of the first observation.
+    pub(super) fn at_peak(&self) -> Option<&Orbit> {
+        let peak = peak(self.response, 0)?;
+        self.response.orbits.get(peak.index)
+    }
+
+    /// Amplitude of observation `i` of this name: linear, compared, and the result.
+    pub fn amplitude(&self, name: &str, i: usize) -> Curves {
+        let at = |point: &LinearPoint| {
+            let amplitude = point.observed_amplitude_m.get(i).copied();
+            Point::exact(point.frequency_hz, amplitude.filter(|a| a.is_finite()))
+        };
+        let linear = Curve {
+            label: "linear".to_owned(),
+            kind: CurveKind::Linear,
+            dashed: true,
+            points: self.response.linear_curve.iter().map(at).collect(),
+            peak: linear_peak(self.response, i).and_then(|peak| PeakMark::of(peak, Some(0.0))),
+        };
+        let of_response = |kind, response: &Response| Curve {
+            peak: peak(response, i).and_then(|peak| {
+                let error = response.orbits[peak.index].amplitude_error(i);
+                PeakMark::of(peak, error)
+            }),
+            ..curve(harmonics_label(response), kind, response, |o| Point {
+                error: o.amplitude_error(i),
+                ..Point::of(o, |o| o.observed_amplitude_m.get(i).copied())
+            })
+        };
+        let quantity = format!("amplitude of {name}");
+        self.curves(quantity, "m", Some(linear), &of_response)
+    }
+
+    /// Lag of the first harmonic of observation `i` of this name behind the force.
+    pub fn phase(&self, name: &str, i: usize) -> Curves {
+        let phase = |orbit: &Orbit| {
+            let phasors = phasors(orbit.observed.get(i)?);
+            Some(phasors.first()?.phase_rad.to_degrees())
+        };
+        let of_response = |kind, response: &Response| {
+            curve(harmonics_label(response), kind, response, |o| Point {
+                is_accurate: true,
+                ..Point::of(o, phase)
+            })
+        };
+        let quantity = format!("phase lag of {name}");
+        self.curves(quantity, "°", None, &of_response)
+    }
+
+    fn curves(
+        &self,
+        quantity: String,
+        unit: &'static str,
+        linear: Option<Curve>,
+        of_response: &dyn Fn(CurveKind, &Response) -> Curve,
+    ) -> Curves {
+        let compared = self.compared.map(|r| of_response(CurveKind::Compared, r));
+        let own = of_response(CurveKind::Response, self.response);
+        let curves = linear.into_iter().chain(compared).chain([own]);
+        Curves::of(quantity, unit, curves.collect())
+    }
+
+    /// Number of pairs in each state. States that pairs have where they are open at rest are left
+    /// out if no pair is ever in them.
+    pub(super) fn pairs(&self) -> Curves {
+        type Status = CycleStatus;
+        let all = [
+            (Status::Stuck, true),
+            (Status::Slipping, true),
+            (Status::Opening, true),
+            (Status::Closing, false),
+            (Status::Open, false),
+        ];
+        let of_state = |status: Status| {
+            let count = |orbit: &Orbit| {
+                let cycles = orbit.cycles.iter();
+                Some(cycles.filter(|cycle| cycle.status == status).count() as f64)
+            };
+            let label = STATES[status as usize].many.to_owned();
+            let kind = CurveKind::State(status);
+            curve(label, kind, self.response, |o| Point::of(o, count))
+        };
+        let curves = all.map(|(status, always)| (of_state(status), always));
+        let curves = curves.into_iter();
+        let shown = curves.filter(|(curve, always)| *always || curve.highest() > 0.0);
+        let shown = shown.map(|(curve, _)| curve).collect();
+        Curves::of("pairs".to_owned(), "", shown)
+    }
+
+    /// Mean powers that friction and damping take.
+    pub(super) fn powers(&self) -> Curves {
+        let of = |label: &str, kind, power: fn(&Orbit) -> f64| {
+            let point = |o: &Orbit| Point::of(o, |o| Some(power(o)));
+            curve(label.to_owned(), kind, self.response, point)
+        };
+        let both = vec![
+            of("friction", CurveKind::Friction, friction_power_w),
+            of("damping", CurveKind::Damping, |o| o.viscous_power_w),
+        ];
+        Curves::of("power".to_owned(), "W", both)
+    }
+}
+
+/// Curve through the orbits of a response.
+fn curve(
+    label: String,
+    kind: CurveKind,
+    response: &Response,
+    point: impl Fn(&Orbit) -> Point,
+) -> Curve {
+    Curve {
+        label,
+        kind,
+        dashed: false,
+        points: response.orbits.iter().map(point).collect(),
+        peak: None,
+    }
+}
+
+/// Label such as `with 3 harmonics`, or `with 1 to 7 harmonics` if the frequencies have different
+/// numbers.
+fn harmonics_label(response: &Response) -> String {
+    let harmonics = || response.orbits.iter().map(|o| o.harmonics);
+    let least = harmonics().min().unwrap_or(0);
+    let most = harmonics().max().unwrap_or(0);
+    if least == most {
+        format!("with {}", counted(most, "harmonic", "harmonics"))
+    } else {
+        format!("with {least} to {most} harmonics")
+    }
+}
+
+impl Curve {
+    fn highest(&self) -> f64 {
+        let values = self.points.iter().filter_map(|p| p.value);
+        values.fold(0.0, f64::max)
+    }
+}
+
+/// Points as columns of numbers.
+fn columns<S: Serializer>(points: &[Point], serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Columns {
+        x: Vec<f64>,
+        y: Vec<Option<f64>>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        error: Vec<Option<f64>>,
+    }
+    let errors = points.iter().map(|p| p.error.map(seven_digits));
+    let columns = Columns {
+        x: points.iter().map(|p| p.frequency_hz).collect(),
+        y: points.iter().map(|p| p.value.map(seven_digits)).collect(),
+        error: if points.iter().any(|p| p.error.is_some()) {
+            errors.collect()
+        } else {
+            Vec::new()
+        },
+    };
+    columns.serialize(serializer)
+}
+
+/// Peak with its words.
+fn in_words<S: Serializer>(peak: &Option<PeakMark>, serializer: S) -> Result<S::Ok, S::Error> {
+    let with_words = peak.map(|p| (p.frequency_hz, p.amplitude_m, p.words(p.amplitude_m)));
+    with_words.serialize(serializer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_is_that_of_friction_where_the_linear_peak_is_much_higher() {
+        let curve = |kind, highest: f64| Curve {
+            label: String::new(),
+            kind,
+            dashed: false,
+            points: vec![
+                Point::exact(1.0, Some(0.1)),
+                Point::exact(2.0, Some(highest)),
+                Point::exact(3.0, None),
+            ],
+            peak: None,
+        };
+        let of = |curves: &[Curve]| Curves::of(String::new(), "m", curves.to_vec()).highest;
+        let linear = |highest| curve(CurveKind::Linear, highest);
+        let compared = |highest| curve(CurveKind::Compared, highest);
+        let own = |highest| curve(CurveKind::Response, highest);
+        assert_eq!(of(&[linear(16.8), compared(7.0), own(6.5)]), 16.8);
+        assert_eq!(of(&[linear(32.0), compared(1.3), own(1.2)]), 1.3);
+        assert_eq!(of(&[linear(3.0)]), 3.0);
+    }
+
+    #[test]
+    fn words_at_a_peak_are_in_the_unit_of_the_axis_and_of_the_digits_that_its_error_supports() {
+        let peak = |amplitude_m: f64, error: Option<f64>| {
+            let at = Peak {
+                index: 0,
+                frequency_hz: 287.6921,
+                amplitude_m,
+            };
+            PeakMark::of(at, error)
+        };
+        let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
+        assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");
+        assert_eq!(words(3.2361e-3, Some(0.0)), "3.236 mm at 287.692 Hz");
+        assert_eq!(peak(0.0, None), None);
+    }
+}

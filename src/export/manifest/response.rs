@@ -1,0 +1,235 @@
+//! Response in summary.json.
+
+use serde::{Deserialize, Serialize};
+
+use super::finite;
+use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, SecondMotion};
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
+    LocalPeak, cycle_fields, energy_balance_error, friction_power_w, largest_estimated_error,
+    largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
+    sweep_fields, with_motion,
+};
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResponseSummary {
+    /// Number of frequencies, including the frequencies added at peaks.
+    pub points: usize,
+    /// Number of frequencies added at peaks.
+    pub added_points: usize,
+    pub converged_points: usize,
+    /// Frequencies that have a motion and did not converge: the estimated error is above the
+    /// requested accuracy.
+    pub accuracy_not_reached_points: usize,
+    /// Largest estimated relative error of an observed amplitude due to the omitted harmonics;
+    /// `None` if no harmonic is omitted or nothing converged.
+    pub largest_estimated_error: Option<f64>,
+    /// Estimated relative error of the observed amplitude at the peak.
+    pub peak_estimated_error: Option<f64>,
+    pub unconverged: Vec<UnconvergedPoint>,
+    /// Name of the first observation; `None` without observations.
+    pub observation: Option<String>,
+    pub peak_amplitude_m: Option<f64>,
+    pub peak_frequency_hz: Option<f64>,
+    /// Row of response.csv, 0 = first.
+    pub peak_row: Option<usize>,
+    /// True if the largest amplitude is at an end of the range: the curve may rise further outside.
+    pub peak_at_end_of_range: bool,
+    /// Height of the curve through the peak and its neighbours above the peak, relative; `None` at
+    /// an end of the range or beside a frequency without a result.
+    pub peak_rise: Option<f64>,
+    /// Ranges in which another motion was found beside that of response.csv, rising.
+    pub second_motion: Vec<SecondMotion>,
+    /// All local maxima inside the range, rising in frequency.
+    pub peaks: Vec<PeakSummary>,
+    /// Peak of the linear reference, exact.
+    pub linear_peak_amplitude_m: Option<f64>,
+    pub linear_peak_frequency_hz: Option<f64>,
+    /// Peak amplitude over linear peak amplitude.
+    pub peak_ratio: Option<f64>,
+    /// Counts of the states of the pairs in a period at the peak. The five counts add up to the
+    /// number of pairs.
+    #[serde(default)]
+    pub peak_stuck_pairs: Option<usize>,
+    pub peak_slipping_pairs: Option<usize>,
+    pub peak_opening_pairs: Option<usize>,
+    #[serde(default)]
+    pub peak_closing_pairs: Option<usize>,
+    #[serde(default)]
+    pub peak_open_pairs: Option<usize>,
+    /// Counts of the states of the pairs of each contact at the peak.
+    #[serde(default)]
+    pub peak_contacts: Vec<ContactCounts>,
+    /// Mean power of friction at the peak. It is 0 if friction takes no power beyond rounding.
+    pub peak_friction_power_w: Option<f64>,
+    /// Mean power of viscous damping at the peak.
+    pub peak_damping_power_w: Option<f64>,
+    /// Energy that friction dissipates in a period per area at the peak, the largest over the
+    /// pairs; `None` if the area of a pair is unknown.
+    #[serde(default)]
+    pub peak_largest_friction_energy_j_m2: Option<f64>,
+    /// Distance slid in a period at the peak, the largest over the pairs.
+    #[serde(default)]
+    pub peak_largest_slid_m: Option<f64>,
+    /// Number of pairs, closed in the static state, that separate at any converged frequency.
+    pub pairs_that_open: usize,
+    /// Share of these pairs in the area of the flanks; `None` if the area of a pair is unknown.
+    pub area_share_that_opens: Option<f64>,
+    /// Largest |input - friction - viscous| over the largest of the three powers.
+    pub worst_energy_balance_error: Option<f64>,
+    pub slip_threshold_m: Option<f64>,
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+}
+
+impl ResponseSummary {
+    /// Counts of the states of the pairs at the peak; `None` without a peak.
+    pub fn peak_counts(&self) -> Option<CycleCounts> {
+        Some(CycleCounts {
+            stuck: self.peak_stuck_pairs?,
+            slipping: self.peak_slipping_pairs?,
+            opening: self.peak_opening_pairs?,
+            closing: self.peak_closing_pairs?,
+            open: self.peak_open_pairs?,
+        })
+    }
+}
+
+/// Counts of the states of the pairs of a contact in a period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactCounts {
+    pub name: String,
+    #[serde(flatten)]
+    pub counts: CycleCounts,
+}
+
+/// Counts of the states of the pairs of each contact in the period of an orbit.
+pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let of_contact = |(c, name): (usize, &String)| {
+        let own = pairs.rows.iter().zip(&orbit.cycles);
+        let own = own.filter(|(row, _)| row.contact == c);
+        ContactCounts {
+            name: name.clone(),
+            counts: own.map(|(_, cycle)| cycle.status).collect(),
+        }
+    };
+    contacts.map(of_contact).collect()
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeakSummary {
+    pub row: usize,
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    /// Energy dissipated in a period over 2 pi times the stored energy: twice the equivalent
+    /// damping ratio.
+    pub loss_factor: Option<f64>,
+    /// Inverse of the loss factor.
+    pub quality_factor: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct UnconvergedPoint {
+    pub row: usize,
+    pub frequency_hz: f64,
+    pub outcome: Outcome,
+    pub residual: Option<f64>,
+}
+
+fn peak_summary(peak: &LocalPeak) -> PeakSummary {
+    let loss_factor = peak.loss_factor.and_then(finite);
+    PeakSummary {
+        row: peak.at.index,
+        frequency_hz: peak.at.frequency_hz,
+        amplitude_m: peak.at.amplitude_m,
+        loss_factor,
+        quality_factor: loss_factor.map(f64::recip).and_then(finite),
+    }
+}
+
+/// Main figures of a response. `observation` is the name of the first observation.
+pub fn response_summary(
+    pairs: &PairTable,
+    observation: Option<&str>,
+    response: &Response,
+) -> ResponseSummary {
+    let top = peak(response, 0);
+    let at_peak = top.map(|p| &response.orbits[p.index]);
+    let counts = at_peak.map(Orbit::counts);
+    let linear = linear_peak(response, 0);
+    let separates = sweep_fields(response, pairs.rows.len()).separates;
+    let cycles = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
+    let friction_works = at_peak.is_some_and(|orbit| friction_power_w(orbit) > 0.0);
+    let energies = cycles.as_ref().map(|c| &c.friction_energy_j_m2);
+    let largest_energy = energies.and_then(|energies| largest_of_pairs(energies));
+    let unconverged = response
+        .orbits
+        .iter()
+        .enumerate()
+        .filter(|(_, o)| !o.outcome.is_converged())
+        .map(|(row, o)| UnconvergedPoint {
+            row,
+            frequency_hz: o.frequency_hz,
+            outcome: o.outcome,
+            residual: finite(o.residual),
+        });
+    let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
+    let inaccurate = response.orbits.iter().filter(inaccurate);
+    ResponseSummary {
+        points: response.orbits.len(),
+        added_points: response
+            .orbits
+            .iter()
+            .filter(|o| response.is_added(o))
+            .count(),
+        converged_points: response
+            .orbits
+            .iter()
+            .filter(|o| o.outcome.is_converged())
+            .count(),
+        accuracy_not_reached_points: inaccurate.count(),
+        largest_estimated_error: largest_estimated_error(response),
+        peak_estimated_error: at_peak.and_then(|o| o.estimated_error),
+        unconverged: unconverged.collect(),
+        observation: observation.map(str::to_owned),
+        peak_amplitude_m: top.map(|p| p.amplitude_m),
+        peak_frequency_hz: top.map(|p| p.frequency_hz),
+        peak_row: top.map(|p| p.index),
+        peak_at_end_of_range: peak_is_at_an_end(response, 0),
+        peak_rise: peak_rise(response, 0),
+        second_motion: response.second_motions.clone(),
+        peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
+        linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
+        linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
+        peak_ratio: peak_ratio(response, 0),
+        peak_stuck_pairs: counts.map(|c| c.stuck),
+        peak_slipping_pairs: counts.map(|c| c.slipping),
+        peak_opening_pairs: counts.map(|c| c.opening),
+        peak_closing_pairs: counts.map(|c| c.closing),
+        peak_open_pairs: counts.map(|c| c.open),
+        peak_contacts: at_peak.map_or_else(Vec::new, |o| contact_counts(pairs, o)),
+        peak_friction_power_w: at_peak.map(friction_power_w).and_then(finite),
+        peak_damping_power_w: at_peak.and_then(|o| finite(o.viscous_power_w)),
+        peak_largest_friction_energy_j_m2: largest_energy
+            .map(|energy| if friction_works { energy } else { 0.0 }),
+        peak_largest_slid_m: cycles.and_then(|c| largest_of_pairs(&c.slid_m)),
+        pairs_that_open: separates.iter().filter(|separates| **separates).count(),
+        area_share_that_opens: opening_share(pairs, &separates),
+        worst_energy_balance_error: with_motion(response)
+            .filter_map(energy_balance_error)
+            .reduce(f64::max),
+        slip_threshold_m: finite(response.slip_threshold_m),
+        newton_iterations: response.orbits.iter().map(|o| o.newton_iterations).sum(),
+        krylov_iterations: response.orbits.iter().map(|o| o.krylov_iterations).sum(),
+    }
+}
+
+/// Area of the pairs that open at some frequency over that of all pairs.
+fn opening_share(pairs: &PairTable, separates: &[bool]) -> Option<f64> {
+    let areas: Option<Vec<f64>> = pairs.rows.iter().map(|p| p.area_m2).collect();
+    let areas = areas?;
+    let open = areas.iter().zip(separates).filter(|(_, opens)| **opens);
+    let total: f64 = areas.iter().sum();
+    (total > 0.0).then(|| open.map(|(a, _)| a).sum::<f64>() / total)
+}

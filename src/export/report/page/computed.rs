@@ -1,0 +1,271 @@
+//! What was computed: bodies, contacts, loads and the method, in the words of a report.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+
+use super::super::Contents;
+use super::super::frame::table;
+use crate::export::manifest::BodySummary;
+use crate::words::{counted, figure, or_dash, percent, quantity, vector};
+use dovetail_mesh::ElementType;
+use dovetail_solver::description::Subject;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::model::{
+    Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
+    FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
+};
+use dovetail_solver::reduction::damping::DampingSpec;
+
+pub(super) fn computed(contents: &Contents<'_>) -> Markup {
+    html! {
+        section #computed {
+            h2 { "What was computed" }
+            @match &contents.scene.subject {
+                Subject::Assembly(assembly) => (assembly_words(contents, assembly)),
+                Subject::ReducedModel(spec) => {
+                    p {
+                        "A reduced model was read from " code { (spec.folder.display()) } ": "
+                        (contents.pairs.rows.len()) " pairs, friction " (figure(spec.law.friction, 3)) ", clearance "
+                        (quantity(spec.law.gap_m, "m", 3))
+                        @if let Some(stiffness) = spec.law.stiffness {
+                            ", on springs of " (figure(stiffness.normal_n_m, 3)) " N/m against penetration and "
+                            (figure(stiffness.tangential_n_m, 3)) " N/m against shear"
+                        }
+                        ", excitation " (quantity(spec.force_n, "N", 3)) "."
+                    }
+                }
+            }
+            (solution_words(contents))
+            (origin(contents))
+        }
+    }
+}
+
+/// Hash of the inputs, by which the figures can be told from those of another scene.
+fn origin(contents: &Contents<'_>) -> Markup {
+    let Some(hash) = contents.summary.scene.blake3.as_deref() else {
+        return html! {};
+    };
+    html! {
+        p.quiet {
+            "The scene as it was read and the files that it names have the hash " code { (short_hash(hash)) }
+            ". summary.json has the hashes whole."
+        }
+    }
+}
+
+/// First digits of a hash, which suffice to distinguish two files.
+fn short_hash(hash: &str) -> &str {
+    hash.get(..12).unwrap_or(hash)
+}
+
+fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
+    let mesh = contents.summary.mesh.as_ref();
+    let of = |body: &BodySpec, words: fn(&BodySummary) -> String| {
+        let bodies = mesh.iter().flat_map(|mesh| &mesh.bodies);
+        or_dash(bodies.into_iter().find(|b| b.name == body.name), words)
+    };
+    html! {
+        (table(
+            "",
+            &assembly.bodies,
+            &[
+                ("body", &|body| body.name.clone()),
+                ("Young's modulus", &|body| of(body, |b| quantity(b.young_pa, "Pa", 4))),
+                ("Poisson's ratio", &|body| of(body, |b| figure(b.poisson, 3))),
+                ("density", &|body| of(body, |b| format!("{} kg/m³", figure(b.density_kg_m3, 4)))),
+                ("mass", &|body| of(body, |b| format!("{} kg", figure(b.mass_kg, 4)))),
+                ("nodes", &|body| of(body, |b| b.nodes.to_string())),
+                ("elements", &|body| of(body, |b| b.elements.to_string())),
+                ("held by", &|body| held(body, contents.model)),
+            ],
+        ))
+        @if let Some(mesh) = mesh {
+            p {
+                "The mesh is " code { (mesh.origin.source.file_name().unwrap_or(mesh.origin.source.as_os_str()).display()) }
+                @if let Some(hash) = mesh.origin.blake3.as_deref() { " (hash " code { (short_hash(hash)) } ")" }
+                ": " (elements(&mesh.element_types)) ", "
+                (mesh.free_dofs) " free degrees of freedom."
+            }
+        }
+        @if let Some(rotation) = &assembly.rotation {
+            p {
+                "Rotor speed " (figure(rotation.speed_rpm(), 5)) " rpm about the axis "
+                (vector(rotation.axis, 3)) ". "
+                @if rotation.bodies.len() < assembly.bodies.len() {
+                    "Only " (rotation.bodies.join(", ")) " of the bodies rotate. "
+                }
+                @match rotation.prestress {
+                    Prestress::HeldFlanks => "The stiffness includes stress stiffening, computed with the contact nodes of each body held, and spin softening.",
+                    Prestress::Contact => "The stiffness includes stress stiffening, computed from the static state with contact and friction, and spin softening.",
+                    Prestress::None => "The stiffness includes neither stress stiffening nor spin softening.",
+                }
+            }
+        }
+        ul {
+            @for contact in &assembly.contacts { li { (contact_words(contact)) } }
+            @for spring in &assembly.springs { li { (spring_words(spring)) } }
+            @for load in &assembly.loads {
+                li {
+                    "A steady load on " code { (load.on) } ": "
+                    @match load.load {
+                        LoadKind::Force { vector_n } => { "a force of " (vector(vector_n, 4)) " N." },
+                        LoadKind::Traction { vector_pa } => { "a traction of " (vector(vector_pa, 4)) " Pa." },
+                        LoadKind::Pressure { pressure_pa } => { "a pressure of " (quantity(pressure_pa, "Pa", 4)) "." },
+                    }
+                }
+            }
+            @for cause in &assembly.excitations {
+                li {
+                    "Excitation: " (excitation_words(cause))
+                    @if cause.harmonic > 1 { " with " (cause.harmonic) " times the frequency" }
+                    @if cause.phase_rad != 0.0 { ", " (figure(cause.phase_rad.to_degrees(), 3)) "° behind" }
+                    "."
+                }
+            }
+            @for probe in &assembly.observations {
+                li {
+                    (probe.name) " is the displacement of " code { (probe.points) } " along "
+                    (vector(probe.direction, 3)) "."
+                }
+            }
+        }
+    }
+}
+
+/// Number of elements of each type: `6739 tetrahedra of 10 nodes`.
+fn elements(types: &BTreeMap<String, usize>) -> String {
+    let all = ElementType::ALL.iter();
+    let named = all.filter_map(|element| Some((types.get(&element.name())?, element)));
+    let words = named.map(|(n, e)| format!("{n} {} of {} nodes", e.shape.plural(), e.nodes()));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// Supports and springs of a body or, if it has none, `contacts`.
+fn held(body: &BodySpec, model: Option<&Model>) -> String {
+    let along = body.fixed_along.iter().zip(["x", "y", "z"]);
+    let along =
+        along.flat_map(|(groups, axis)| groups.iter().map(move |g| format!("{g} along {axis}")));
+    let bodies = model.iter().flat_map(|model| &model.bodies);
+    let own = bodies.filter(|b| b.name == body.name && !b.springs.is_empty());
+    let springs = own.map(|_| "springs".to_owned());
+    let all: Vec<String> = body
+        .fixed
+        .iter()
+        .cloned()
+        .chain(along)
+        .chain(springs)
+        .collect();
+    if all.is_empty() {
+        "contacts".to_owned()
+    } else {
+        all.join(", ")
+    }
+}
+
+/// Kind, amplitude and place of an excitation.
+fn excitation_words(cause: &ExcitationSpec) -> Markup {
+    let amplitude = quantity(cause.amplitude, cause.kind.unit(), 3);
+    html! {
+        @match &cause.kind {
+            ExcitationKind::Load(LoadSpec { on, load }) => {
+                @match load {
+                    LoadKind::Force { vector_n } => {
+                        "A force of " (amplitude) " on " code { (on) } " along " (vector(*vector_n, 3))
+                    },
+                    LoadKind::Traction { vector_pa } => {
+                        "A traction of " (amplitude) " on " code { (on) } " along " (vector(*vector_pa, 3))
+                    },
+                    LoadKind::Pressure { .. } => { "A pressure of " (amplitude) " on " code { (on) } },
+                }
+            },
+            ExcitationKind::Field { on, field } => {
+                @match field {
+                    FieldSource::File(path) => { "The field of " code { (path.display()) } },
+                    FieldSource::Points(_) => { "A field" },
+                }
+                " on " code { (on) }
+                @if cause.amplitude != 1.0 { ", times " (figure(cause.amplitude, 3)) "," }
+            },
+            ExcitationKind::Base { direction, motion } => {
+                @match motion {
+                    BaseMotion::Acceleration => { "An acceleration" },
+                    BaseMotion::Displacement => { "A displacement" },
+                }
+                " of the base of " (amplitude) " along " (vector(*direction, 3))
+            },
+        }
+    }
+}
+
+fn spring_words(spring: &SpringSpec) -> Markup {
+    html! {
+        "The spring " code { (spring.name) } " of " (quantity(spring.stiffness_n_m, "N/m", 4)) " joins "
+        code { (spring.first) } " to "
+        @match &spring.second {
+            Some(second) => { code { (second) } },
+            None => { "ground" },
+        }
+        @if let Some(direction) = spring.direction { ", along " (vector(direction, 3)) }
+        "."
+    }
+}
+
+fn contact_words(contact: &ContactSpec) -> Markup {
+    let second = contact.second.as_deref().unwrap_or("rigid ground");
+    html! {
+        "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
+        @match contact.law {
+            ContactLaw::Bonded => "bonded.",
+            ContactLaw::UnilateralCoulomb => {
+                "it opens, and slides with dry friction of " (figure(contact.friction, 3))
+                @if let Some(stiffness) = contact.stiffness {
+                    ", on springs of " (figure(stiffness.normal_n_m3, 3)) " N/m3 against penetration and "
+                    (figure(stiffness.tangential_n_m3, 3)) " N/m3 against shear"
+                }
+                @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
+                @if contact.gap_m < 0.0 { ", interference " (quantity(-contact.gap_m, "m", 3)) }
+                @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
+                @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
+                "."
+            },
+        }
+    }
+}
+
+fn solution_words(contents: &Contents<'_>) -> Markup {
+    let (scene, summary) = (contents.scene, contents.summary);
+    let spec = &scene.response;
+    html! {
+        p {
+            @match scene.damping {
+                DampingSpec::Ratio { ratio, linear_mode } => {
+                    "Damping is " (percent(ratio, 3)) " of critical on linear mode " (linear_mode) "."
+                }
+                DampingSpec::Rayleigh { stiffness_s, mass_per_s } => {
+                    "Damping is " (figure(stiffness_s, 3)) " s times the stiffness and " (figure(mass_per_s, 3)) "/s times the mass."
+                }
+            }
+            @if contents.sweep.is_some() {
+                " The periodic motion was sought at " (spec.points) " frequencies by harmonic balance with "
+                @match spec.resolution {
+                    Resolution::Fixed { harmonics, samples } => {
+                        (counted(harmonics, "harmonic", "harmonics")) " and " (samples) " samples of a period."
+                    }
+                    Resolution::Accuracy(accuracy) => {
+                        "as many harmonics as an accuracy of " (percent(accuracy, 2)) " asks for."
+                    }
+                }
+                @if let Some(added) = summary.response.as_ref().map(|r| r.added_points).filter(|n| *n > 0) {
+                    " " (counted(added, "frequency was", "frequencies were")) " added at peaks."
+                }
+            }
+        }
+        p.quiet {
+            "Assumptions: small displacements, linear elasticity, no other bodies than those of the table, pairs that stay "
+            "opposite each other, the same coefficient of friction at rest and in motion, no wear, no Coriolis force, and motion "
+            "with the period of the excitation."
+        }
+    }
+}
