@@ -25,10 +25,9 @@ use std::time::Instant;
 use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::{Modes, arpack, blocks};
-use dovetail_numerics::factor::Symbolic;
-use dovetail_numerics::inertia::negative_eigenvalues;
-use dovetail_numerics::order::nested_dissection;
-use dovetail_numerics::sparse::{submatrix, sum, symbolic_view, times, view};
+use dovetail_numerics::sparse::{
+    Symbolic, negative_eigenvalues, nested_dissection, submatrix, sum, symbolic_view, times, view,
+};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};

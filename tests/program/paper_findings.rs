@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use dovetail::mesh_files;
 use dovetail::scene;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::Resolution;

@@ -15,8 +15,7 @@ use nalgebra_sparse::CscMatrix;
 
 use super::sturm::{SPARE, certified_of_tries};
 use super::{EigenError, Modes};
-use crate::factor::Cholesky;
-use crate::sparse;
+use crate::sparse::{self, Cholesky};
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 

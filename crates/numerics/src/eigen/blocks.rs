@@ -18,9 +18,9 @@ use super::arpack::start_entry;
 use super::dense::largest_first;
 use super::sturm::{TRIES, certified_of_tries};
 use super::{EigenError, Modes};
-use crate::factor::Cholesky;
+use crate::dense::parallel::product;
 use crate::memory::ask_for;
-use crate::sparse::{product, symmetric_product};
+use crate::sparse::{Cholesky, symmetric_product};
 
 /// Number of columns of a block.
 const BLOCK: usize = 8;

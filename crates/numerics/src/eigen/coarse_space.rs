@@ -9,8 +9,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
 use crate::dense;
-use crate::fronts::in_rows;
-use crate::sparse::product;
+use crate::dense::parallel::{in_rows, product};
 
 /// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be
 /// singular or slightly indefinite (rigid motion, spin softening).

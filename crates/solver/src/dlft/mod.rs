@@ -322,7 +322,7 @@ mod two_level;
 
 pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};
 
-use dovetail_numerics::newton::NewtonStatus;
+use dovetail_numerics::nonlinear::NewtonStatus;
 
 impl From<NewtonStatus> for Outcome {
     fn from(status: NewtonStatus) -> Self {

@@ -208,7 +208,7 @@ mod tests {
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
     use crate::problem::dovetail72::dovetail72;
-    use dovetail_numerics::newton::NewtonOptions;
+    use dovetail_numerics::nonlinear::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]

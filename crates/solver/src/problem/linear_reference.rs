@@ -15,8 +15,8 @@ use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Problem};
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
-use dovetail_numerics::sparse::product;
 
 /// Linear reference, which small vibrations about a static state obey.
 #[derive(Debug, Clone)]

@@ -32,10 +32,11 @@ use super::{
     Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError, StuckModes,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
-use dovetail_numerics::condense::condense;
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
-use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
-use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
+use dovetail_numerics::sparse::{
+    Cholesky, FactorError, Symbolic, condense, submatrix, symmetric_product, times,
+};
 
 /// Largest number of stuck modes, and how far above the highest frequency they reach, where the
 /// scene gives no number.

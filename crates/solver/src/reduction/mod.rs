@@ -19,8 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
-use dovetail_numerics::factor::FactorError;
-use dovetail_numerics::stored;
+use dovetail_numerics::sparse::{FactorError, stored};
 
 pub use assembly::{reduce, stuck_displacement, stuck_modes};
 pub use recovery::Recovery;

@@ -11,9 +11,10 @@
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::eigen::Modes;
-use dovetail_numerics::sparse::{product, symmetric_product};
+use dovetail_numerics::sparse::symmetric_product;
 
 /// Fraction of a load's static energy below which its residual counts as rounding.
 const RESIDUAL: f64 = 1e-10;

@@ -27,7 +27,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{Load, ObservedDisplacement, ReducedModel};
-use dovetail_numerics::eigen::dense;
+use dovetail_numerics::dense;
 
 /// Contents of the folder.
 #[derive(Debug, Clone)]

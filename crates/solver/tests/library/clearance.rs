@@ -2,7 +2,7 @@
 //! interference adds to it, and moving the bodies apart changes no motion.
 
 use dovetail_mesh::{ElementType, Mesh};
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};

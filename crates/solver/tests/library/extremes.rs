@@ -1,7 +1,7 @@
 //! Ends of the input on the 72-pair reference model: each converges, with figures that must result.
 //! The whole table: `make extremes`, docs/extremes.md.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;

@@ -3,7 +3,7 @@
 //! matched meshes.
 
 use dovetail_mesh::{ElementType, Mesh};
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Model, Side, bind};

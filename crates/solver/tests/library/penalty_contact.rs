@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};

@@ -2,7 +2,7 @@
 //! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8, friction work
 //! to 0.1 % (the reference summed it over samples).
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::pair_signals::Periods;

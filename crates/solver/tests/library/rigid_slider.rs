@@ -2,7 +2,7 @@
 //! unknowns. It is solved at any frequency, from its neighbour or cold, within few iterations, and
 //! its error is estimated.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;

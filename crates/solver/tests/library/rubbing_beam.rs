@@ -3,7 +3,7 @@
 //! and where the parameter eps of DLFT matters most: the condensed stiffness of the harmonics is up
 //! to thousands of times the static one.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};

@@ -1,7 +1,7 @@
 //! Rigid body on a spring, pressed onto rigid ground and excited at its base, and its motion by
 //! steps in time.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::integration::steady::{Until, integrate};

@@ -1,7 +1,7 @@
 //! Comparison of the time integration with closed forms, and of harmonic balance with the time
 //! integration.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;

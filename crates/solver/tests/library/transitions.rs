@@ -2,7 +2,7 @@
 //! cold starts, four forces and four choices of harmonics and samples, on the 72-pair reference
 //! model. Every point converges, its mean near the static state.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;

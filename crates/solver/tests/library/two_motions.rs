@@ -1,7 +1,7 @@
 //! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both
 //! are named.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;

@@ -421,8 +421,7 @@ impl<'a> Rows<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::factor::Symbolic;
-    use crate::sparse::times;
+    use crate::sparse::{Symbolic, times};
     use dovetail_testkit::lattice::{Lattice, scattered};
     use faer::Mat;
 

@@ -21,7 +21,7 @@ pub struct Order {
 
 impl Order {
     /// Order of a list; `None` where the list is no permutation.
-    pub fn of(new_to_old: Vec<usize>) -> Option<Self> {
+    pub(super) fn of(new_to_old: Vec<usize>) -> Option<Self> {
         let mut seen = vec![false; new_to_old.len()];
         for &old in &new_to_old {
             if std::mem::replace(seen.get_mut(old)?, true) {
@@ -41,7 +41,7 @@ impl Order {
 
     /// Returns `true` if the unknowns below another one in the elimination tree of `pattern`
     /// directly precede it.
-    pub fn is_postorder(&self, pattern: &SparsityPattern) -> bool {
+    pub(super) fn is_postorder(&self, pattern: &SparsityPattern) -> bool {
         postorder(&elimination_tree(pattern, self))
             .into_iter()
             .eq(0..self.new_to_old.len())

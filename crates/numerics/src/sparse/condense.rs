@@ -25,7 +25,8 @@
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::{Cholesky, FactorError, Symbolic};
+use super::factor::Cholesky;
+use super::symbolic::{FactorError, Symbolic};
 
 /// Factor of K_ii = L L^T, and the matrices condensed on the boundary.
 #[derive(Debug)]

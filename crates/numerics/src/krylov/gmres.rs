@@ -3,7 +3,7 @@
 //!
 //! Right preconditioning ensures that the minimised residual is the true one.
 
-use super::vector::{axpy, dot, norm};
+use crate::vector::{axpy, dot, norm};
 
 /// One pass of Gram-Schmidt suffices where more than this fraction of the length is left.
 const KEPT_LENGTH: f64 = 0.7;

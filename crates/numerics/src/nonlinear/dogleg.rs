@@ -1,8 +1,8 @@
 //! Powell's dogleg step in a trust region, for dense systems.
 
-use super::dense::Lu;
 use super::newton::{NewtonEnd, NewtonOptions, NewtonStatus};
-use super::vector::{axpy, dot, norm};
+use crate::dense::Lu;
+use crate::vector::{axpy, dot, norm};
 use faer::Mat;
 
 /// Square system with a dense Jacobian.

@@ -6,9 +6,9 @@ use faer::MatMut;
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::{FactorError, Symbolic};
 use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
-use super::sparse::sum;
+use super::operations::sum;
+use super::symbolic::{FactorError, Symbolic};
 
 /// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of
 /// K. If it belongs to another matrix, or M has entries that K has not, the matrix is analysed
@@ -85,7 +85,7 @@ fn eliminate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::factor::Ldlt;
+    use crate::sparse::Ldlt;
     use dovetail_testkit::lattice::Lattice;
 
     #[test]
