@@ -63,7 +63,7 @@ fn bound(more: &[&str]) -> Model {
         unreachable!("mesh.file displaces the geometry");
     };
     let mesh = mesh_files::read(path, source.units).unwrap();
-    model::bind(assembly, &mesh).unwrap()
+    model::bind(assembly, &mesh, None).unwrap()
 }
 
 /// Times the steps from the bound mesh to the matrices of the contact solver.

@@ -266,7 +266,7 @@ fn bound(mesh: &str) -> Model {
     let scene = scene::load(&here.join("scenes/paper.toml"), &overrides).unwrap();
     let assembly = scene.assembly().unwrap();
     let mesh = mesh_files::read(&file, assembly.mesh.as_ref().unwrap().units).unwrap();
-    model::bind(assembly, &mesh).unwrap()
+    model::bind(assembly, &mesh, None).unwrap()
 }
 
 /// Processor time of the process so far, s; 0 if the system does not provide it.

@@ -55,7 +55,7 @@ fn joint() -> &'static Joint {
             panic!("the ready mesh was asked for");
         };
         let mesh = mesh_files::read(path, source.units).unwrap();
-        let model = bind(assembly, &mesh).unwrap();
+        let model = bind(assembly, &mesh, None).unwrap();
         let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];
         for (i, f) in structure.bodies[0].load_n.iter().enumerate() {

@@ -318,7 +318,7 @@ pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
 /// Source of a field on a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldSource {
-    /// File, which is read for [`bind_with_fields`](super::bind_with_fields).
+    /// File, whose contents [`bind`](super::bind()) takes.
     File(PathBuf),
     /// Points and values themselves.
     Points(SurfaceField),

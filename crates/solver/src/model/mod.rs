@@ -1,7 +1,7 @@
 //! Conversion of an [`Assembly`] and a [`Mesh`](dovetail_mesh::Mesh) to a [`Model`]: names become
 //! indices here and only here.
 //!
-//! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the
+//! [`bind()`] does it: groups are looked up, each body gets a numbering of its own, the
 //! flanks are paired node by node and given their frames, and each node gets its possible motion.
 
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ mod mortar;
 mod neighbours;
 mod springs;
 
-pub use bind::{bind, bind_with_fields};
+pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
     ExcitationSpec, FieldSource, FlankStiffness, LoadKind, LoadSpec, Material, MaterialSpec,

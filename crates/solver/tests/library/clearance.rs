@@ -416,7 +416,7 @@ fn of_quarters(
             vec![format!("{name}_x_max")],
         ];
     }
-    let model = bind(&assembly, &mesh).unwrap();
+    let model = bind(&assembly, &mesh, None).unwrap();
     let structure = assemble(&model).unwrap();
     let wanted = StuckModes {
         count: Some(4),

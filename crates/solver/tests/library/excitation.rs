@@ -32,7 +32,7 @@ fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> Excitation
 }
 
 fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
-    let model = bind(assembly, mesh).unwrap();
+    let model = bind(assembly, mesh, None).unwrap();
     let wanted = StuckModes {
         count: Some(30),
         excited: Highest::RadS(0.0),
@@ -259,7 +259,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     let bound = |kind: ExcitationKind| {
         let mut assembly = assembly.clone();
         assembly.excitations = vec![shaken_by(kind, 1.0, 0.0)];
-        bind(&assembly, &mesh)
+        bind(&assembly, &mesh, None)
     };
     let error = bound(traction([0.0, 1.0, 0.0])).unwrap_err();
     assert!(matches!(error, ModelError::NodesHeld { .. }), "{error}");

@@ -65,7 +65,7 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
 }
 
 fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
-    let model = bind(assembly, mesh).unwrap();
+    let model = bind(assembly, mesh, None).unwrap();
     let structure = assemble(&model).unwrap();
     let wanted = StuckModes {
         count: Some(4),

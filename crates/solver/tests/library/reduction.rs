@@ -32,7 +32,7 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
         rotation.speed_rad_s = 2e5;
         rotation.point_m = [0.0, 0.3e-3, -1e-3];
     }
-    let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let model = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
     let structure = assemble(&model).unwrap();
     (model, structure)
 }
