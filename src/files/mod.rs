@@ -763,13 +763,9 @@ impl Files {
         }
         let (out, names) = (&self.out, reduced.observations());
         csv::write_response(&out.file(&table_of(None))?, &names, response)?;
-        if let Some(Compared {
-            harmonics,
-            response,
-        }) = compared
-        {
-            let file = table_of(Some(*harmonics));
-            csv::write_response(&out.file(&file)?, &names, response)?;
+        if let Some(compared) = compared {
+            let file = table_of(Some(compared.harmonics));
+            csv::write_response(&out.file(&file)?, &names, &compared.response)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, response, compared)?;

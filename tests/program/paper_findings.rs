@@ -110,15 +110,13 @@ fn respond_with(
     frequencies_hz: Vec<f64>,
 ) -> Response {
     let joint = joint();
-    let settings = SweepSettings {
-        eps: Eps {
-            choice: joint.scene.response.eps,
-            scale: joint.scene.response.eps_scale,
-        },
-        newton: NEWTON,
-        solver: joint.scene.response.solver,
-        ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples });
+    settings.eps = Eps {
+        choice: joint.scene.response.eps,
+        scale: joint.scene.response.eps_scale,
     };
+    settings.newton = NEWTON;
+    settings.solver = joint.scene.response.solver;
     let response = sweep(
         model,
         joint.damping,

@@ -16,6 +16,7 @@ pub const SLIVER_SHAPE: f64 = 1e-3;
 
 /// Quality of the elements of a usable mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Quality {
     /// Smallest mean ratio 3 det(A)^(2/3) / |A|^2 over all corners. A maps the edges that meet
     /// there in an element of equal edges to those of this element. 1 for an element of equal
@@ -34,6 +35,7 @@ pub struct Quality {
 /// Error of elements that must not be used. Lists hold the first few tags, with the number of all.
 #[derive(Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum QualityError {
     #[error(
         "all {count} elements are inside out: the geometry is mirrored, or the nodes of the elements are in another program's order; in Gmsh, turn them with `ReverseMesh Volume {{:}};`"

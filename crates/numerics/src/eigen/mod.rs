@@ -64,6 +64,7 @@ impl Modes {
 /// Error of modes that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum EigenError {
     #[error(
         "the stiffness and the mass are {stiffness} x {stiffness} and {mass} x {mass}: they must be of one size"

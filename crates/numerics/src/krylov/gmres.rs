@@ -12,6 +12,7 @@ const INVARIANT: f64 = 1e-15;
 
 /// End of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct GmresEnd {
     /// Number of products with the matrix, at most as many as were allowed.
     pub iterations: usize,

@@ -30,6 +30,7 @@ use super::symbolic::{FactorError, Symbolic};
 
 /// Factor of K_ii = L L^T, and the matrices condensed on the boundary.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Condensed {
     /// Factor of the block that was eliminated.
     pub factor: Cholesky,

@@ -51,6 +51,7 @@ impl Order {
 /// Error of an order that was not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum OrderError {
     #[error("a pattern of {rows} rows and {columns} columns cannot be ordered: it must be square")]
     NotSquare { rows: usize, columns: usize },

@@ -23,6 +23,7 @@ use crate::memory::TooLittle;
 /// Error of a matrix that was not factored.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum FactorError {
     #[error("the matrix is {rows} x {columns}: only square matrices can be factored")]
     NotSquare { rows: usize, columns: usize },

@@ -149,6 +149,7 @@ impl Solution<'_> {
 }
 
 /// Distance of the motion of a finer balance from that of a coarser one.
+#[non_exhaustive]
 pub struct Truncation {
     /// Motion of the finer balance.
     pub u: Vec<f64>,

@@ -35,6 +35,7 @@ const STRETCH: usize = 20;
 
 /// Settings of a frequency response.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SweepSettings {
     /// Frequencies of the response, Hz, ascending.
     pub frequencies_hz: Vec<f64>,

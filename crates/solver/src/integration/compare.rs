@@ -10,6 +10,7 @@ use dovetail_numerics::spectrum::Spectrum;
 
 /// Results of one method over one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Figures {
     /// Largest departure of the observed point from its mean, m; `None` where nothing is observed.
     pub amplitude_m: Option<f64>,
@@ -27,6 +28,7 @@ pub struct Figures {
 
 /// Results of both methods at one frequency.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Frequency of the excitation's harmonic 1.
     pub frequency_hz: f64,

@@ -391,6 +391,7 @@ impl ContactPair {
 
 /// Report of how the two flanks of a contact lie on each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FlankMatch {
     /// Name of the contact.
     pub name: String,
@@ -416,6 +417,7 @@ pub struct FlankMatch {
 /// nodes move with the mean of their corners. In a rotation of the body this motion is free of
 /// strain only on straight edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StraightenedEdges {
     /// Name of the body.
     pub body: String,

@@ -20,6 +20,7 @@ use dovetail_numerics::eigen::{EigenError, Modes, dense};
 
 /// Linear reference, which small vibrations about a static state obey.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct LinearReference {
     /// Squared angular frequencies of its modes, rad2/s2, ascending.
     pub omega2: Vec<f64>,

@@ -32,6 +32,7 @@ pub struct Rayleigh {
 /// Error of a damping without coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum DampingError {
     #[error(
         "damping.linear_mode = {asked}, but the linear assembly has {available} modes: choose 1 to {available}, or keep more response.stuck_modes"

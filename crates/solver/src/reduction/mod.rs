@@ -100,6 +100,7 @@ impl Highest {
 
 /// Reduced model of an assembly, estimates of its errors, and the recovery of the bodies.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Reduction {
     /// Assembly on the relative displacements of its pairs and on its stuck modes.
     pub model: ReducedModel,
@@ -115,6 +116,7 @@ pub struct Reduction {
 /// Error of an assembly that was not reduced.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum ReductionError {
     #[error("body `{body}`: {what} has {found} rows, its stiffness {expected}")]
     Size {

@@ -35,6 +35,7 @@ pub(super) struct ResidualVectors {
 /// Error of residual vectors that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum ResidualError {
     #[error(
         "the work of load {load} on its static answer is {energy_j:e} J (load 1 is the steady one, excitations and observed points follow)"

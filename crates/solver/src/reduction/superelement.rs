@@ -71,6 +71,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 /// Error of a folder that was not read or written.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum SuperelementError {
     #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
     Read { path: PathBuf, message: String },

@@ -26,6 +26,7 @@ const MOST_ITERATIONS: usize = 100;
 
 /// Estimated errors by the modes left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Truncation {
     /// Relative error of the amplitudes of observed points at the highest frequency asked for;
     /// `None` where the modes kept do not reach beyond it.

@@ -37,15 +37,13 @@ fn respond(resolution: Resolution) -> Response {
     };
     let statics = static_state(model, 10, newton);
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
-    let settings = SweepSettings {
-        newton,
-        ..SweepSettings::new(
-            (0..13)
-                .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
-                .collect(),
-            resolution,
-        )
-    };
+    let mut settings = SweepSettings::new(
+        (0..13)
+            .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
+            .collect(),
+        resolution,
+    );
+    settings.newton = newton;
     sweep(model, damping, &statics, &settings, &[], &|_| ())
 }
 

@@ -37,17 +37,15 @@ fn respond(
     harmonics: usize,
     frequencies_hz: Vec<f64>,
 ) -> Response {
-    let settings = SweepSettings {
-        eps: Eps::new(EpsChoice::Pair),
-        newton: NEWTON,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 128,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(
+        frequencies_hz,
+        Resolution::Fixed {
+            harmonics,
+            samples: 128,
+        },
+    );
+    settings.eps = Eps::new(EpsChoice::Pair);
+    settings.newton = NEWTON;
     let response = sweep(model, damping, statics, &settings, &[], &|_| ());
     assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
     response

@@ -89,11 +89,9 @@ impl Mass {
             harmonics,
             samples: 1024,
         };
-        let settings = SweepSettings {
-            newton: NEWTON,
-            solver,
-            ..SweepSettings::new(vec![omega / TAU], resolution)
-        };
+        let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
+        settings.newton = NEWTON;
+        settings.solver = solver;
         let response = sweep(&model, self.damping(), &state, &settings, &[], &|_| ());
         let orbit = response.orbits.into_iter().next().unwrap();
         assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
@@ -270,10 +268,8 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
         };
         // Below the first stuck frequency, where nothing is resonant.
         let hz = 0.98 * model.reduced.omega2[0].sqrt() / TAU;
-        let settings = SweepSettings {
-            newton: NEWTON,
-            ..SweepSettings::new(vec![hz], resolution)
-        };
+        let mut settings = SweepSettings::new(vec![hz], resolution);
+        settings.newton = NEWTON;
         let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];
         assert!(
@@ -424,10 +420,8 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         harmonics: 31,
         samples: 512,
     };
-    let settings = SweepSettings {
-        newton: NEWTON,
-        ..SweepSettings::new(vec![omega / TAU], resolution)
-    };
+    let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
+    settings.newton = NEWTON;
     let damping = Rayleigh {
         stiffness_s: 0.0,
         mass_per_s: 0.0,

@@ -52,20 +52,18 @@ fn respond(
     frequencies_hz: Vec<f64>,
     solver: Solver,
 ) -> Response {
-    let settings = SweepSettings {
-        eps: Eps::new(eps),
-        newton: NEWTON,
-        // The reference evaluated three periods, whether the forces were periodic by then or not.
-        periods: Periods::Exactly(3),
-        solver,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 256,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(
+        frequencies_hz,
+        Resolution::Fixed {
+            harmonics,
+            samples: 256,
+        },
+    );
+    settings.eps = Eps::new(eps);
+    settings.newton = NEWTON;
+    // The reference evaluated three periods, whether the forces were periodic by then or not.
+    settings.periods = Periods::Exactly(3);
+    settings.solver = solver;
     sweep(
         model,
         damping(model),
@@ -240,17 +238,15 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     let statics = statics(&model);
     model.laws.iter_mut().for_each(|p| p.friction = 1e6);
     let f1 = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
-    let settings = SweepSettings {
-        eps: Eps::new(EpsChoice::Pair),
-        newton: NEWTON,
-        ..SweepSettings::new(
-            [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
-            Resolution::Fixed {
-                harmonics: 3,
-                samples: 64,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(
+        [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
+        Resolution::Fixed {
+            harmonics: 3,
+            samples: 64,
+        },
+    );
+    settings.eps = Eps::new(EpsChoice::Pair);
+    settings.newton = NEWTON;
     let response = sweep(&model, damping(&model), &statics, &settings, &[], &|_| ());
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
         let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];

@@ -74,11 +74,9 @@ fn respond(friction: f64, frequencies_hz: Vec<f64>, harmonics: usize) -> Vec<Orb
         harmonics,
         samples: 16 * harmonics,
     };
-    let settings = SweepSettings {
-        slip_threshold_m: Some(1e-9),
-        newton: NEWTON,
-        ..SweepSettings::new(frequencies_hz, resolution)
-    };
+    let mut settings = SweepSettings::new(frequencies_hz, resolution);
+    settings.slip_threshold_m = Some(1e-9);
+    settings.newton = NEWTON;
     let state: StaticState = static_state(&model, 10, NEWTON);
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ()).orbits
 }

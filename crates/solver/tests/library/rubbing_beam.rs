@@ -100,15 +100,13 @@ fn beam(friction: f64) -> Problem {
 fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -> Orbit {
     let model = beam(friction);
     let state = static_state(&model, 10, NEWTON);
-    let settings = SweepSettings {
-        eps: Eps {
-            choice: EpsChoice::Dynamic,
-            scale,
-        },
-        newton: NEWTON,
-        slip_threshold_m: Some(1e-9),
-        ..SweepSettings::new(vec![frequency_hz], resolution)
+    let mut settings = SweepSettings::new(vec![frequency_hz], resolution);
+    settings.eps = Eps {
+        choice: EpsChoice::Dynamic,
+        scale,
     };
+    settings.newton = NEWTON;
+    settings.slip_threshold_m = Some(1e-9);
     let mut response = sweep(&model, DAMPING, &state, &settings, &[], &|_| ());
     response.orbits.remove(0)
 }

@@ -300,16 +300,14 @@ fn balanced(
     frequencies_hz: Vec<f64>,
 ) -> (StaticState, Response) {
     let state = static_state(model, 10, SETTLE);
-    let settings = SweepSettings {
-        newton: SETTLE,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 256,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(
+        frequencies_hz,
+        Resolution::Fixed {
+            harmonics,
+            samples: 256,
+        },
+    );
+    settings.newton = SETTLE;
     let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
     (state, response)
 }

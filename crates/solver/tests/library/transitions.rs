@@ -41,10 +41,9 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
             .collect();
         let cold = frequencies.map(|f| vec![f]);
         for frequencies_hz in cold.into_iter().chain([warm]) {
-            let settings = SweepSettings {
-                newton: NEWTON,
-                ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
-            };
+            let mut settings =
+                SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples });
+            settings.newton = NEWTON;
             let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {
                 count += 1;

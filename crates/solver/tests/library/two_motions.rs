@@ -75,12 +75,10 @@ fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
         harmonics: 7,
         samples: 256,
     };
-    let settings = SweepSettings {
-        newton,
-        slip_threshold_m: Some(1e-9),
-        most_added: 12,
-        ..SweepSettings::new(frequencies_hz.collect(), resolution)
-    };
+    let mut settings = SweepSettings::new(frequencies_hz.collect(), resolution);
+    settings.newton = newton;
+    settings.slip_threshold_m = Some(1e-9);
+    settings.most_added = 12;
     let state = static_state(&model, 10, newton);
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
 }
