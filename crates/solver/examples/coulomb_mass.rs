@@ -72,19 +72,10 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
             growth: Growth::Constant,
         }],
     };
-    let undamped = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.0,
-    };
-    let newton = NewtonOptions {
-        tolerance: 1e-10,
-        max_iterations: 60,
-    };
+    let undamped = Rayleigh::NONE;
+    let newton = NewtonOptions::new(1e-10, 60);
     let state = static_state(&model, 10, newton);
-    let resolution = Resolution::Fixed {
-        harmonics,
-        samples: 512,
-    };
+    let resolution = Resolution::fixed(harmonics, 512);
     let settings = SweepSettings::new(vec![RATIO / TAU], resolution);
     let response = sweep(&model, undamped, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];

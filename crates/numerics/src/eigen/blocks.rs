@@ -339,12 +339,7 @@ mod tests {
     use dovetail_testkit::lattice::Lattice;
 
     fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
-        let lattice = Lattice {
-            shape,
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity,
-        };
+        let lattice = Lattice::new(shape, 4e7, 0.1, irregularity);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let none = Modes::none(k.nrows());
@@ -371,12 +366,7 @@ mod tests {
     fn modes_that_are_known_are_not_iterated_for_again() {
         // With and without pairs of equal modes, of which the known ones may hold one.
         for irregularity in [0.6, 0.0] {
-            let lattice = Lattice {
-                shape: [12, 6, 6],
-                stiffness: 4e7,
-                mass: 0.1,
-                irregularity,
-            };
+            let lattice = Lattice::new([12, 6, 6], 4e7, 0.1, irregularity);
             let (k, m) = lattice.cantilever();
             let factor = Cholesky::factor(&k).unwrap();
             let none = Modes::none(k.nrows());
@@ -425,12 +415,7 @@ mod tests {
     /// Products of these masses leave the range of f64: no direction has a length.
     #[test]
     fn masses_that_are_next_to_nothing_end_in_an_error() {
-        let lattice = Lattice {
-            shape: [9, 4, 4],
-            stiffness: 4e7,
-            mass: 1e-200,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([9, 4, 4], 4e7, 1e-200, 0.6);
         let (k, m) = lattice.cantilever();
         let (send, receive) = std::sync::mpsc::channel();
         std::thread::spawn(move || {
@@ -445,12 +430,7 @@ mod tests {
 
     #[test]
     fn threads_change_no_bit() {
-        let lattice = Lattice {
-            shape: [30, 14, 12],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([30, 14, 12], 4e7, 0.1, 0.6);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let run = |threads: usize| {

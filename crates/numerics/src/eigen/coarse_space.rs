@@ -124,12 +124,7 @@ mod tests {
 
     #[test]
     fn they_are_those_of_the_dense_eigenproblem() {
-        let lattice = Lattice {
-            shape: [9, 7, 6],
-            stiffness: 3e7,
-            mass: 1.0,
-            irregularity: 0.4,
-        };
+        let lattice = Lattice::new([9, 7, 6], 3e7, 1.0, 0.4);
         let (k, _) = lattice.cantilever();
         let k = dense(&k);
         let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();

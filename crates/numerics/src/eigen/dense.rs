@@ -163,12 +163,7 @@ mod tests {
 
     #[test]
     fn modes_diagonalise_both_matrices() {
-        let lattice = Lattice {
-            shape: [5, 3, 3],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.0,
-        };
+        let lattice = Lattice::new([5, 3, 3], 4e7, 0.1, 0.0);
         let (k, m) = lattice.cantilever();
         let (k, m) = (dense(&k), dense(&m));
         let modes = modes(k.as_ref(), m.as_ref()).unwrap();

@@ -233,12 +233,7 @@ mod tests {
     /// condensed out.
     #[test]
     fn unknowns_without_mass_follow_the_others() {
-        let lattice = Lattice {
-            shape: [12, 5, 4],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.3,
-        };
+        let lattice = Lattice::new([12, 5, 4], 4e7, 0.1, 0.3);
         let (k, mut m) = lattice.cantilever();
         let n = k.nrows();
         let without = |i: usize| i % 3 == 1;

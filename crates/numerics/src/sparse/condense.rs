@@ -70,13 +70,7 @@ mod tests {
 
     /// A cantilever whose last unknowns will be the boundary.
     fn matrices(shape: [usize; 3]) -> (CscMatrix<f64>, CscMatrix<f64>) {
-        Lattice {
-            shape,
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        }
-        .cantilever()
+        Lattice::new(shape, 3e7, 0.2, 0.4).cantilever()
     }
 
     fn condensed(

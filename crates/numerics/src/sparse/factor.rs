@@ -258,12 +258,7 @@ mod tests {
     use faer::Mat;
 
     fn block() -> Lattice {
-        Lattice {
-            shape: [7, 5, 4],
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        }
+        Lattice::new([7, 5, 4], 3e7, 0.2, 0.4)
     }
 
     fn right_hand_sides(n: usize, columns: usize) -> Mat<f64> {

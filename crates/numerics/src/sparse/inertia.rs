@@ -92,12 +92,7 @@ mod tests {
     fn the_count_is_that_of_the_factor_with_its_pivots() {
         // The second one has fronts of several blocks.
         for shape in [[7, 5, 4], [12, 18, 18]] {
-            let lattice = Lattice {
-                shape,
-                stiffness: 3e7,
-                mass: 0.2,
-                irregularity: 0.4,
-            };
+            let lattice = Lattice::new(shape, 3e7, 0.2, 0.4);
             let (k, m) = lattice.cantilever();
             let symbolic = Symbolic::analyse(&k).unwrap();
             let mut seen = Vec::new();

@@ -183,12 +183,7 @@ mod tests {
     use dovetail_testkit::lattice::{Lattice, scattered};
 
     fn matrices() -> (CscMatrix<f64>, CscMatrix<f64>) {
-        let lattice = Lattice {
-            shape: [4, 3, 3],
-            stiffness: 2.0,
-            mass: 0.3,
-            irregularity: 0.5,
-        };
+        let lattice = Lattice::new([4, 3, 3], 2.0, 0.3, 0.5);
         lattice.cantilever()
     }
 

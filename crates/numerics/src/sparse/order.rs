@@ -228,12 +228,7 @@ mod tests {
 
     /// A box of nodes with three unknowns each, neighbours coupled.
     fn grid(shape: [usize; 3]) -> SparsityPattern {
-        let lattice = Lattice {
-            shape,
-            stiffness: 1.0,
-            mass: 1.0,
-            irregularity: 0.0,
-        };
+        let lattice = Lattice::new(shape, 1.0, 1.0, 0.0);
         let number: Vec<_> = (0..lattice.nodes()).map(Some).collect();
         lattice
             .matrices(&number, lattice.nodes())

@@ -429,12 +429,7 @@ mod tests {
     fn branches_and_what_is_above_them_solve_and_threads_change_no_bit() {
         // The second one has supernodes of several chunks of rows, below and above the branches.
         for shape in [[9, 5, 4], [12, 18, 18]] {
-            let lattice = Lattice {
-                shape,
-                stiffness: 3e7,
-                mass: 0.2,
-                irregularity: 0.4,
-            };
+            let lattice = Lattice::new(shape, 3e7, 0.2, 0.4);
             let (k, _) = lattice.cantilever();
             let n = k.nrows();
             let factor = Symbolic::analyse(&k).unwrap().cholesky(&k).unwrap();

@@ -216,24 +216,15 @@ mod tests {
     #[test]
     fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
         let problem = dovetail72(3.0);
-        let damping = Rayleigh {
-            stiffness_s: 0.002 / problem.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        };
-        let newton = NewtonOptions {
-            tolerance: 1e-10,
-            max_iterations: 60,
-        };
+        let damping = Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt());
+        let newton = NewtonOptions::new(1e-10, 60);
         let rest = static_state(&problem, 10, newton);
         let settings = SweepSettings {
             eps: Eps::new(EpsChoice::Pair),
             newton,
             ..SweepSettings::new(
                 vec![0.9995 * problem.reduced.omega2[0].sqrt() / std::f64::consts::TAU],
-                Resolution::Fixed {
-                    harmonics: 1,
-                    samples: 128,
-                },
+                Resolution::fixed(1, 128),
             )
         };
         let response = sweep(&problem, damping, &rest, &settings, &[], &|_| ());

@@ -51,6 +51,16 @@ pub struct Until {
     pub tolerance: f64,
 }
 
+impl Until {
+    /// Criterion of so many periods at most, and of this rest of the transient.
+    pub const fn new(most_periods: usize, tolerance: f64) -> Self {
+        Self {
+            most_periods,
+            tolerance,
+        }
+    }
+}
+
 /// Result of an integration.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -473,10 +473,7 @@ mod tests {
             // Sticks with a coefficient above 1e5.
             problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
             problem.reduced.static_load.on_modes.fill(0.0);
-            let damping = Rayleigh {
-                stiffness_s: 0.0,
-                mass_per_s: 0.0,
-            };
+            let damping = Rayleigh::NONE;
             let mut stepper = Stepper::new(&problem, damping, 0.1, 100).unwrap();
             let mut state = State::at_rest(&problem, &[0.0; 3], &[0.0; 3]);
             stepper.prepare(&state);

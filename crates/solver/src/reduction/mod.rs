@@ -49,6 +49,15 @@ pub struct StuckModes {
 }
 
 impl StuckModes {
+    /// Modes for a response whose harmonics are all excited, up to the frequency `highest`.
+    pub const fn new(count: Option<usize>, highest: Highest) -> Self {
+        Self {
+            count,
+            excited: highest,
+            kept: highest,
+        }
+    }
+
     /// Least number kept where no number is given.
     pub const LEAST: usize = 12;
     /// Most modes that harmonics above the excited ones require.

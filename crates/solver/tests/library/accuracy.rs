@@ -27,14 +27,8 @@ fn model() -> &'static Problem {
 /// Response from where few pairs slip, across the peak, where some open.
 fn respond(resolution: Resolution) -> Response {
     let model = model();
-    let damping = Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    };
-    let newton = NewtonOptions {
-        tolerance: 1e-8,
-        max_iterations: 60,
-    };
+    let damping = Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt());
+    let newton = NewtonOptions::new(1e-8, 60);
     let statics = static_state(model, 10, newton);
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
     let mut settings = SweepSettings::new(
@@ -49,12 +43,7 @@ fn respond(resolution: Resolution) -> Response {
 
 fn fine() -> &'static Response {
     static FINE: OnceLock<Response> = OnceLock::new();
-    FINE.get_or_init(|| {
-        respond(Resolution::Fixed {
-            harmonics: 11,
-            samples: 128,
-        })
-    })
+    FINE.get_or_init(|| respond(Resolution::fixed(11, 128)))
 }
 
 fn errors(response: &Response) -> Vec<f64> {
@@ -96,10 +85,7 @@ fn the_accuracy_asked_for_is_kept_with_fewer_harmonics_where_little_slips() {
 
 #[test]
 fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
-    let one = respond(Resolution::Fixed {
-        harmonics: 1,
-        samples: 128,
-    });
+    let one = respond(Resolution::fixed(1, 128));
     let worst = |response: &Response| errors(response).into_iter().fold(0.0, f64::max);
     assert!(worst(&one) > 0.06);
     // Without an accuracy the estimate is there, too, and changes no count of iterations.
@@ -115,10 +101,7 @@ fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
 #[test]
 fn the_estimate_is_of_the_size_of_the_error() {
     // Of motions of one harmonic, whose errors are far above those of the fine response.
-    let response = respond(Resolution::Fixed {
-        harmonics: 1,
-        samples: 128,
-    });
+    let response = respond(Resolution::fixed(1, 128));
     let estimates = response.orbits.iter().zip(errors(&response));
     let ratios: Vec<f64> = estimates
         .map(|(orbit, error)| orbit.estimated_error.unwrap() / error)

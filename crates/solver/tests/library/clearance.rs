@@ -25,10 +25,7 @@ use std::f64::consts::TAU;
 
 use crate::shared_scenes::{blocks_assembly, two_blocks};
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn respond(
     model: &Problem,
@@ -37,13 +34,7 @@ fn respond(
     harmonics: usize,
     frequencies_hz: Vec<f64>,
 ) -> Response {
-    let mut settings = SweepSettings::new(
-        frequencies_hz,
-        Resolution::Fixed {
-            harmonics,
-            samples: 128,
-        },
-    );
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 128));
     settings.eps = Eps::new(EpsChoice::Pair);
     settings.newton = NEWTON;
     let response = sweep(model, damping, statics, &settings, &[], &|_| ());
@@ -70,10 +61,7 @@ fn compression_n(gap_m: f64) -> f64 {
     PRESS_N - NORMAL_STIFFNESS_N_M * gap_m
 }
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.1,
-    mass_per_s: 0.0,
-};
+const DAMPING: Rayleigh = Rayleigh::of_stiffness(0.1);
 
 /// A mass on a spring, pressed over a clearance against a floor and excited across it, too weakly
 /// to leave it.
@@ -141,10 +129,7 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
         let model = one_pair(gap_m);
         let mut stepper = Stepper::new(&model, DAMPING, 0.1, 200).unwrap();
         let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
-        let until = Until {
-            most_periods: 4,
-            tolerance: 0.0,
-        };
+        let until = Until::new(4, 0.0);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         assert_near(state.x[0], -gap_m);
         assert_eq!(settled.cycle.open_fraction, [0.0]);
@@ -259,10 +244,7 @@ fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
 }
 
 fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
+    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
 }
 
 /// Largest difference of `a` and `b` minus `shift`, over the largest of `a`.
@@ -310,10 +292,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
             let places = state.x.iter_mut().zip(&shift_m);
             places.for_each(|(x, shift)| *x -= shift);
         }
-        let until = Until {
-            most_periods: 2,
-            tolerance: 0.0,
-        };
+        let until = Until::new(2, 0.0);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         let open = settled.cycle.open_fraction;
         assert!(open.iter().any(|o| *o > 0.0) && open.iter().any(|o| *o < 1.0));
@@ -416,11 +395,7 @@ fn of_quarters(
     }
     let model = bind(&assembly, &mesh, None).unwrap();
     let structure = assemble(&model).unwrap();
-    let wanted = StuckModes {
-        count: Some(4),
-        excited: Highest::OfFirstStuckMode(1.0),
-        kept: Highest::OfFirstStuckMode(1.0),
-    };
+    let wanted = StuckModes::new(Some(4), Highest::OfFirstStuckMode(1.0));
     let reduction = reduce(&structure, wanted).unwrap();
     let state = statics(&Problem::new(reduction.model, &model));
     (model, state)

@@ -17,10 +17,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_testkit::block::block;
 
-const UNDAMPED: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.0,
-};
+const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
 fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> ExcitationSpec {
     ExcitationSpec {
@@ -33,11 +30,7 @@ fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> Excitation
 
 fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
     let model = bind(assembly, mesh, None).unwrap();
-    let wanted = StuckModes {
-        count: Some(30),
-        excited: Highest::RadS(0.0),
-        kept: Highest::RadS(0.0),
-    };
+    let wanted = StuckModes::new(Some(30), Highest::RadS(0.0));
     let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
     Problem::new(reduction.model, &model)
 }

@@ -13,10 +13,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 100,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 100);
 
 fn model(friction: f64, force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
@@ -36,15 +33,9 @@ fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usiz
             .iter()
             .map(|r| r * first / std::f64::consts::TAU)
             .collect(),
-        Resolution::Fixed {
-            harmonics,
-            samples: (2 * harmonics + 2).max(64),
-        },
+        Resolution::fixed(harmonics, (2 * harmonics + 2).max(64)),
     );
-    let damping = Rayleigh {
-        stiffness_s: 0.002 / first,
-        mass_per_s: 0.0,
-    };
+    let damping = Rayleigh::of_ratio(0.001, first);
     sweep(model, damping, state, &settings, &[], &|_| ())
 }
 

@@ -66,7 +66,7 @@ fn with_enough_harmonics_few_samples_do_as_well_as_many() {
     for harmonics in [3, 9, 21] {
         let of_few: Vec<f64> = [96, 256, 4096]
             .map(|samples| {
-                let resolution = Resolution::Fixed { harmonics, samples };
+                let resolution = Resolution::fixed(harmonics, samples);
                 let errors = FREQUENCIES_HZ.map(|hz| {
                     let orbit = solve(hz, resolution, 1.0);
                     assert_eq!(

@@ -13,10 +13,7 @@ use dovetail_testkit::block::{block, map_nodes, side_by_side, straighten};
 
 use crate::shared_scenes::{blocks_assembly, body, contact, two_blocks};
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-12,
-    max_iterations: 100,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-12, 100);
 const SIZE: [f64; 3] = [12e-3, 8e-3, 5e-3];
 
 /// A block whose lines across the flank are graded and bent inside; its base is the plane `z_m`.
@@ -67,11 +64,7 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
 fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
     let model = bind(assembly, mesh, None).unwrap();
     let structure = assemble(&model).unwrap();
-    let wanted = StuckModes {
-        count: Some(4),
-        excited: Highest::OfFirstStuckMode(1.0),
-        kept: Highest::OfFirstStuckMode(1.0),
-    };
+    let wanted = StuckModes::new(Some(4), Highest::OfFirstStuckMode(1.0));
     let reduction = reduce(&structure, wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     (model, problem)

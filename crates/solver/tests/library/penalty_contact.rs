@@ -20,10 +20,7 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, super
 use dovetail_testkit::folder::root;
 use faer::Mat;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 /// A mass of 1 kg on springs of 1 N/m, pressed on the ground and excited; its pair has springs.
 struct Mass {
@@ -74,10 +71,7 @@ impl Mass {
     }
 
     fn damping(&self) -> Rayleigh {
-        Rayleigh {
-            stiffness_s: 0.0,
-            mass_per_s: self.damping_per_s,
-        }
+        Rayleigh::of_mass(self.damping_per_s)
     }
 
     /// Orbit by harmonic balance at an angular frequency.
@@ -85,10 +79,7 @@ impl Mass {
         let model = self.model();
         let state = static_state(&model, 10, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
-        let resolution = Resolution::Fixed {
-            harmonics,
-            samples: 1024,
-        };
+        let resolution = Resolution::fixed(harmonics, 1024);
         let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
         settings.newton = NEWTON;
         settings.solver = solver;
@@ -103,10 +94,7 @@ impl Mass {
         let model = self.model();
         let mut stepper = Stepper::new(&model, self.damping(), omega / TAU, steps).unwrap();
         let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
-        let until = Until {
-            most_periods: 400,
-            tolerance: 1e-9,
-        };
+        let until = Until::new(400, 1e-9);
         integrate(&mut stepper, &mut state, until).unwrap()
     }
 }
@@ -116,10 +104,7 @@ impl Mass {
 #[test]
 fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let jenkins = Mass {
-        springs: PairStiffness {
-            normal_n_m: 3.0,
-            tangential_n_m: 0.5,
-        },
+        springs: PairStiffness::new(3.0, 0.5),
         friction: 0.5,
         gap_m: 0.0,
         // A quarter of it is carried by the spring of 1 N/m beside that of 3 N/m.
@@ -155,10 +140,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
 #[test]
 fn a_pair_that_sticks_is_a_spring() {
     let stuck = Mass {
-        springs: PairStiffness {
-            normal_n_m: 3.0,
-            tangential_n_m: 0.5,
-        },
+        springs: PairStiffness::new(3.0, 0.5),
         friction: 0.5,
         gap_m: -0.1,
         press_n: 8.0,
@@ -201,10 +183,7 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
         ("slides around", around, false),
     ] {
         let mass = Mass {
-            springs: PairStiffness {
-                normal_n_m: 8.0,
-                tangential_n_m: 4.0,
-            },
+            springs: PairStiffness::new(8.0, 4.0),
             friction: 0.4,
             gap_m: 0.0,
             press_n: 1.0,
@@ -250,22 +229,13 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
         let law = PairLaw {
             friction: 0.3,
             gap_m: 0.0,
-            stiffness: stiffness.map(|n_m| PairStiffness {
-                normal_n_m: n_m,
-                tangential_n_m: n_m,
-            }),
+            stiffness: stiffness.map(|n_m| PairStiffness::new(n_m, n_m)),
         };
         let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0);
-        let damping = Rayleigh {
-            stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt());
         let state = static_state(&model, 10, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
-        let resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples: 128,
-        };
+        let resolution = Resolution::fixed(3, 128);
         // Below the first stuck frequency, where nothing is resonant.
         let hz = 0.98 * model.reduced.omega2[0].sqrt() / TAU;
         let mut settings = SweepSettings::new(vec![hz], resolution);
@@ -400,10 +370,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             PairLaw {
                 friction: HERTZ_FRICTION,
                 gap_m: 0.0,
-                stiffness: Some(PairStiffness {
-                    normal_n_m: 1.0,
-                    tangential_n_m: own,
-                }),
+                stiffness: Some(PairStiffness::new(1.0, own)),
             };
             HERTZ_PAIRS
         ],
@@ -416,16 +383,10 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
     };
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::Converged);
-    let resolution = Resolution::Fixed {
-        harmonics: 31,
-        samples: 512,
-    };
+    let resolution = Resolution::fixed(31, 512);
     let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
     settings.newton = NEWTON;
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.0,
-    };
+    let damping = Rayleigh::NONE;
     let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];
     assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
@@ -508,10 +469,7 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
         laws: vec![PairLaw {
             friction: 0.0,
             gap_m: 10.0,
-            stiffness: Some(PairStiffness {
-                normal_n_m: 1000.0,
-                tangential_n_m: 1.0,
-            }),
+            stiffness: Some(PairStiffness::new(1000.0, 1.0)),
         }],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
@@ -520,14 +478,8 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
             growth: Growth::Constant,
         }],
     };
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.1 * 40.0_f64.sqrt(),
-    };
-    let resolution = Resolution::Fixed {
-        harmonics: 7,
-        samples: 1024,
-    };
+    let damping = Rayleigh::of_mass(0.1 * 40.0_f64.sqrt());
+    let resolution = Resolution::fixed(7, 1024);
     let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
     let settings = SweepSettings::new(frequencies_hz, resolution);
     let state = static_state(&problem, 10, settings.newton);

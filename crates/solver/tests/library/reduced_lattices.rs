@@ -17,11 +17,7 @@ use nalgebra_sparse::CscMatrix;
 const ALL: usize = 1000;
 
 fn wanted(count: usize) -> StuckModes {
-    StuckModes {
-        count: Some(count),
-        excited: Highest::RadS(1e3),
-        kept: Highest::RadS(1e3),
-    }
+    StuckModes::new(Some(count), Highest::RadS(1e3))
 }
 
 const A: f64 = 3e-7;
@@ -347,11 +343,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     let all = reduce(&structure, wanted(ALL)).unwrap();
     let exact = first_yielding(&all.model);
     for count in [4, 8, 16, 32] {
-        let wanted = StuckModes {
-            count: Some(count),
-            excited: Highest::RadS(exact.sqrt()),
-            kept: Highest::RadS(exact.sqrt()),
-        };
+        let wanted = StuckModes::new(Some(count), Highest::RadS(exact.sqrt()));
         let few = reduce(&structure, wanted).unwrap();
         let estimate = few.truncation.amplitude.unwrap();
         let error = first_yielding(&few.model) / exact - 1.0;
@@ -417,11 +409,7 @@ fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
 fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_are() {
     let (_, structure) = assembly([None, None]);
     let reached = |highest_rad_s: f64| {
-        let wanted = StuckModes {
-            count: None,
-            excited: Highest::RadS(highest_rad_s),
-            kept: Highest::RadS(highest_rad_s),
-        };
+        let wanted = StuckModes::new(None, Highest::RadS(highest_rad_s));
         reduce(&structure, wanted).unwrap()
     };
     let all = reached(1e9);
@@ -436,11 +424,7 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
         (unknowns, unknowns)
     );
     let few = reached(0.2 * all.model.omega2[0].sqrt());
-    let same = StuckModes {
-        count: None,
-        excited: Highest::OfFirstStuckMode(0.2),
-        kept: Highest::OfFirstStuckMode(0.2),
-    };
+    let same = StuckModes::new(None, Highest::OfFirstStuckMode(0.2));
     let same = reduce(&structure, same).unwrap();
     assert_eq!(same.model.stuck_modes, few.model.stuck_modes);
     assert!(few.model.stuck_modes >= 12 && few.model.stuck_modes < unknowns);

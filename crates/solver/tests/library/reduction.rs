@@ -38,11 +38,7 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
 }
 
 fn reduced(structure: &Structure) -> Reduction {
-    let wanted = StuckModes {
-        count: Some(ALL),
-        excited: Highest::RadS(0.0),
-        kept: Highest::RadS(0.0),
-    };
+    let wanted = StuckModes::new(Some(ALL), Highest::RadS(0.0));
     reduce(structure, wanted).unwrap()
 }
 

@@ -15,10 +15,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn model(force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
@@ -35,10 +32,7 @@ fn expected() -> serde_json::Value {
 }
 
 fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
+    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
 }
 
 fn statics(model: &Problem) -> StaticState {
@@ -52,13 +46,7 @@ fn respond(
     frequencies_hz: Vec<f64>,
     solver: Solver,
 ) -> Response {
-    let mut settings = SweepSettings::new(
-        frequencies_hz,
-        Resolution::Fixed {
-            harmonics,
-            samples: 256,
-        },
-    );
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
     settings.eps = Eps::new(eps);
     settings.newton = NEWTON;
     // The reference evaluated three periods, whether the forces were periodic by then or not.
@@ -240,10 +228,7 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     let f1 = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
     let mut settings = SweepSettings::new(
         [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
-        Resolution::Fixed {
-            harmonics: 3,
-            samples: 64,
-        },
+        Resolution::fixed(3, 64),
     );
     settings.eps = Eps::new(EpsChoice::Pair);
     settings.newton = NEWTON;

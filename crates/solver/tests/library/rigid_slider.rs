@@ -17,14 +17,8 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::time::Instant;
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.02,
-};
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+const DAMPING: Rayleigh = Rayleigh::of_mass(0.02);
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 
 /// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which presses on the ground with 1 N;
 /// another joins the second to it. A force of 1 N excites the second, whose motion is observed.
@@ -70,10 +64,7 @@ const OF_INTEGRATION: f64 = 3e-3;
 
 fn respond(friction: f64, frequencies_hz: Vec<f64>, harmonics: usize) -> Vec<Orbit> {
     let model = two_masses(friction);
-    let resolution = Resolution::Fixed {
-        harmonics,
-        samples: 16 * harmonics,
-    };
+    let resolution = Resolution::fixed(harmonics, 16 * harmonics);
     let mut settings = SweepSettings::new(frequencies_hz, resolution);
     settings.slip_threshold_m = Some(1e-9);
     settings.newton = NEWTON;
@@ -144,10 +135,7 @@ fn two_masses_with_rigid_friction_move_as_by_steps_in_time() {
         let mut stepper = Stepper::new(&model, DAMPING, hz, 2000).unwrap();
         let rest = static_state(&model, 10, NEWTON);
         let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-        let until = Until {
-            most_periods: 3000,
-            tolerance: 1e-6,
-        };
+        let until = Until::new(3000, 1e-6);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         let exact_m = settled.cycle.observed[0].amplitude_m;
         let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();

@@ -23,10 +23,7 @@ const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 1e-4,
     mass_per_s: 0.05,
 };
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 
 /// Roots of tan b = tanh b: the beam clamped at one end and pinned at the other has w = b^2.
 const ROOTS: [f64; 5] = [
@@ -118,10 +115,7 @@ fn integrated_m(friction: f64, frequency_hz: f64) -> f64 {
     let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, steps).unwrap();
     let rest = static_state(&model, 10, NEWTON);
     let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-    let until = Until {
-        most_periods: 2000,
-        tolerance: 1e-5,
-    };
+    let until = Until::new(2000, 1e-5);
     let settled = integrate(&mut stepper, &mut state, until).unwrap();
     println!(
         "{} periods, {:.1e} left",
@@ -139,10 +133,7 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
         let mut spreads = vec![];
         for harmonics in [3, 13, 33] {
             let amplitudes = [0.3, 1.0, 3.0].map(|scale| {
-                let resolution = Resolution::Fixed {
-                    harmonics,
-                    samples: 512,
-                };
+                let resolution = Resolution::fixed(harmonics, 512);
                 let orbit = solve(friction, hz, resolution, scale);
                 assert_eq!(
                     orbit.outcome,

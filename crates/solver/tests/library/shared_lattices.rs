@@ -13,18 +13,8 @@ use dovetail_testkit::lattice::{Lattice, scattered};
 /// has an observed point at its tip and two tied nodes besides; the block an observed point and its
 /// face x = 0 held.
 pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
-    let bar = Lattice {
-        shape: [4, 3, 3],
-        stiffness: 3e7,
-        mass: 0.05,
-        irregularity: 0.3,
-    };
-    let block = Lattice {
-        shape: [3, 3, 3],
-        stiffness: 8e7,
-        mass: 0.08,
-        irregularity: 0.5,
-    };
+    let bar = Lattice::new([4, 3, 3], 3e7, 0.05, 0.3);
+    let block = Lattice::new([3, 3, 3], 8e7, 0.08, 0.5);
     let spots = [[0, 0], [2, 1], [1, 2], [0, 2], [1, 1]];
     let flanks = [
         spots.map(|[j, k]| bar.node([0, j, k])),

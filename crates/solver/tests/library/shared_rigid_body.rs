@@ -13,14 +13,8 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-pub const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 20.0,
-};
-pub const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+pub const DAMPING: Rayleigh = Rayleigh::of_mass(20.0);
+pub const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 pub const SPRING_HZ: f64 = 100.0;
 pub const BASE_M_S2: f64 = 76.9;
 
@@ -66,10 +60,7 @@ pub fn amplitude_in_time_m(mass_kg: f64, friction_n: f64, frequency_hz: f64) -> 
     let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, 8000).unwrap();
     let rest = static_state(&model, 10, NEWTON);
     let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-    let until = Until {
-        most_periods: 2000,
-        tolerance: 1e-7,
-    };
+    let until = Until::new(2000, 1e-7);
     let settled = integrate(&mut stepper, &mut state, until).unwrap();
     assert!(settled.transient_left < 1e-4, "{settled:?}");
     settled.cycle.observed[0].amplitude_m

@@ -18,10 +18,7 @@ use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
 
-const UNDAMPED: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.0,
-};
+const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
 /// One pair with diagonal K and M and at most one mode, pressed together by `press_n`. The
 /// vibrating load acts along `axis` and on the mode, and the displacement along `axis` (and of the
@@ -91,10 +88,7 @@ fn settle(
     let mut stepper = Stepper::new(model, damping, omega_rad_s / TAU, steps).unwrap();
     let n = model.reduced.stiffness.nrows();
     let mut state = State::at_rest(model, &vec![0.0; n], &vec![0.0; n]);
-    let until = Until {
-        most_periods,
-        tolerance: 1e-9,
-    };
+    let until = Until::new(most_periods, 1e-9);
     integrate(&mut stepper, &mut state, until).unwrap()
 }
 
@@ -193,10 +187,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     }
     .model();
     // M is the oscillator's mass alone, so b M is its dashpot.
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.02,
-    };
+    let damping = Rayleigh::of_mass(0.02);
     let settled = settle(&model, damping, 1.05, 2000, 300);
     let (amplitude, work) = (
         settled.cycle.observed[0].amplitude_m,
@@ -276,10 +267,7 @@ fn a_pair_lifts_off_flies_and_lands() {
     }
 }
 
-const SETTLE: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const SETTLE: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn dovetail72() -> Problem {
     let folder = root().join("tests/data/dovetail72");
@@ -288,10 +276,7 @@ fn dovetail72() -> Problem {
 }
 
 fn damping_of(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
+    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
 }
 
 fn balanced(
@@ -300,13 +285,7 @@ fn balanced(
     frequencies_hz: Vec<f64>,
 ) -> (StaticState, Response) {
     let state = static_state(model, 10, SETTLE);
-    let mut settings = SweepSettings::new(
-        frequencies_hz,
-        Resolution::Fixed {
-            harmonics,
-            samples: 256,
-        },
-    );
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
     settings.newton = SETTLE;
     let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
     (state, response)
@@ -331,10 +310,7 @@ fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Unti
 #[test]
 fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     let model = dovetail72();
-    let until = Until {
-        most_periods: 6,
-        tolerance: 0.0,
-    };
+    let until = Until::new(6, 0.0);
     let c = against(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
     // Found: 3e-5, 9e-5, 1.4e-3 and 2.3e-4 of amplitude, harmonic 1, contact work and input.
@@ -361,10 +337,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
             all.for_each(|f| *f /= size);
         }
     }
-    let until = Until {
-        most_periods: 1,
-        tolerance: 0.0,
-    };
+    let until = Until::new(1, 0.0);
     let [constant, growing] =
         [&constant, &growing].map(|model| against(model, 2, FREQUENCY_HZ, 64, until));
     let figures = |c: &Comparison| [c.balance, c.integration];
@@ -384,10 +357,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
 #[ignore = "slow: make verify"]
 fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
     let model = dovetail72();
-    let until = Until {
-        most_periods: 600,
-        tolerance: 1e-4,
-    };
+    let until = Until::new(600, 1e-4);
     let integrated = against(&model, 7, 699.5, 500, until);
     println!("{integrated:#?}");
     assert!(integrated.steady);

@@ -12,10 +12,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-9,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-9, 60);
 const RATIOS: [f64; 6] = [0.985, 0.995, 0.998, 0.9995, 1.0005, 1.003];
 
 /// Solves the six frequencies one after the other (warm) and each alone (cold) for every force and
@@ -27,10 +24,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         let law = PairLaw::rigid(0.3, 0.0);
         let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n);
         let first = model.reduced.omega2[0].sqrt();
-        let damping = Rayleigh {
-            stiffness_s: 0.002 / first,
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::of_ratio(0.001, first);
         let state = static_state(&model, 10, NEWTON);
         let frequencies = RATIOS.map(|r| r * first / std::f64::consts::TAU);
         // The upper half of a sweep starts from its end: six frequencies beyond keep these in
@@ -42,7 +36,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         let cold = frequencies.map(|f| vec![f]);
         for frequencies_hz in cold.into_iter().chain([warm]) {
             let mut settings =
-                SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples });
+                SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, samples));
             settings.newton = NEWTON;
             let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {

@@ -14,10 +14,7 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.03,
-};
+const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);
 const FORCE_N: f64 = 0.1;
 const GAP_M: f64 = 1.0;
 const STOP_N_M: f64 = 5.0;
@@ -65,16 +62,10 @@ fn oscillator() -> Problem {
 
 fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
     let model = oscillator();
-    let newton = NewtonOptions {
-        tolerance: 1e-8,
-        max_iterations: 60,
-    };
+    let newton = NewtonOptions::new(1e-8, 60);
     let spacing_hz = (to_hz - from_hz) / f64::from(points - 1);
     let frequencies_hz = (0..points).map(|i| from_hz + spacing_hz * f64::from(i));
-    let resolution = Resolution::Fixed {
-        harmonics: 7,
-        samples: 256,
-    };
+    let resolution = Resolution::fixed(7, 256);
     let mut settings = SweepSettings::new(frequencies_hz.collect(), resolution);
     settings.newton = newton;
     settings.slip_threshold_m = Some(1e-9);
