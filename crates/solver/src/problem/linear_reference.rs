@@ -88,20 +88,19 @@ impl LinearReference {
     /// Displacements count from the static state.
     pub fn problem(&self, problem: &Problem) -> Problem {
         let reduced = &problem.reduced;
-        let load = |load: &Load| Load {
-            on_x: Vec::new(),
-            on_modes: self.shares(&load.on_x, &load.on_modes),
-        };
+        let load = |load: &Load| Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes));
         let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
             harmonic: excitation.harmonic,
             cosine: load(&excitation.cosine),
             sine: load(&excitation.sine),
             growth: excitation.growth,
         };
-        let observed = |observed: &ObservedDisplacement| ObservedDisplacement {
-            name: observed.name.clone(),
-            on_x: Vec::new(),
-            on_modes: self.shares(&observed.on_x, &observed.on_modes),
+        let observed = |observed: &ObservedDisplacement| {
+            ObservedDisplacement::new(
+                observed.name.clone(),
+                Vec::new(),
+                self.shares(&observed.on_x, &observed.on_modes),
+            )
         };
         let observations = reduced.observations.iter().map(observed);
         let on_modes = ReducedModel {

@@ -411,20 +411,13 @@ impl<'a> Joined<'a> {
         self.factor.solve_in_place(followed.as_mut());
         let coupling = times(&self.m_xg, vectors.as_ref()) - times(&self.k_xg, followed.as_ref());
         let on_modes = product(vectors.transpose(), on_g.as_ref());
-        let load = |j: usize| Load {
-            on_x: on_x[j].clone(),
-            on_modes: on_modes.col_as_slice(j).to_vec(),
-        };
+        let load = |j: usize| Load::new(on_x[j].clone(), on_modes.col_as_slice(j).to_vec());
         let first_observed = 1 + structure.excitations.len();
         let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
         let observations = structure.observations.iter().enumerate();
         let observations = observations.map(|(o, (name, _))| {
             let Load { on_x, on_modes } = load(first_observed + o);
-            ObservedDisplacement {
-                name: name.clone(),
-                on_x,
-                on_modes,
-            }
+            ObservedDisplacement::new(name.clone(), on_x, on_modes)
         });
         let reduced = ReducedModel {
             stiffness,

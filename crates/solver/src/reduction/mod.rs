@@ -207,6 +207,29 @@ pub struct ReducedModel {
 }
 
 impl ReducedModel {
+    /// Model without loads and observations, all of whose modes are stuck modes: stiffness, N/m,
+    /// and mass, kg, n x n, the coupling, n x m, and `omega2`, rad2/s2, m.
+    pub fn new(stiffness: Mat<f64>, mass: Mat<f64>, coupling: Mat<f64>, omega2: Vec<f64>) -> Self {
+        let (n, m) = (coupling.nrows(), coupling.ncols());
+        Self {
+            stiffness,
+            mass,
+            coupling,
+            omega2,
+            stuck_modes: m,
+            static_load: Load::zeros(n, m),
+            unit_loads: Vec::new(),
+            observations: Vec::new(),
+        }
+    }
+
+    /// Model of bodies that do not move while all pairs stick: no modes, otherwise like
+    /// [`ReducedModel::new`].
+    pub fn of_pairs(stiffness: Mat<f64>, mass: Mat<f64>) -> Self {
+        let coupling = Mat::zeros(stiffness.nrows(), 0);
+        Self::new(stiffness, mass, coupling, Vec::new())
+    }
+
     /// Number of contact pairs.
     pub fn pairs(&self) -> usize {
         self.stiffness.nrows() / 3
@@ -266,6 +289,18 @@ pub struct Load {
     pub on_modes: Vec<f64>,
 }
 
+impl Load {
+    /// Load of these forces on X, n, and on the modes, m.
+    pub const fn new(on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
+        Self { on_x, on_modes }
+    }
+
+    /// No force on n displacements and m modes.
+    pub fn zeros(n: usize, m: usize) -> Self {
+        Self::new(vec![0.0; n], vec![0.0; m])
+    }
+}
+
 /// Observed displacement `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservedDisplacement {
@@ -275,4 +310,15 @@ pub struct ObservedDisplacement {
     pub on_x: Vec<f64>,
     /// Weights of the modal amplitudes, m.
     pub on_modes: Vec<f64>,
+}
+
+impl ObservedDisplacement {
+    /// Displacement of these weights, n of X and m of the modal amplitudes.
+    pub fn new(name: impl Into<String>, on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            on_x,
+            on_modes,
+        }
+    }
 }

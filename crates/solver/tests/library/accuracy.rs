@@ -1,44 +1,35 @@
 //! An accuracy in place of settings: its error, relative to a response with many harmonics.
 
-use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
-use dovetail_testkit::folder::root;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
+
+use crate::shared_problems::{damping_of, dovetail72};
 
 const FORCE_N: f64 = 1.5;
 
 fn model() -> &'static Problem {
     static MODEL: OnceLock<Problem> = OnceLock::new();
-    MODEL.get_or_init(|| {
-        let folder = root().join("tests/data/dovetail72");
-        let law = PairLaw::rigid(0.3, 0.0);
-        Problem::of_one_law(superelement::read(&folder).unwrap().model, law, FORCE_N)
-    })
+    MODEL.get_or_init(|| dovetail72(PairLaw::rigid(0.3, 0.0), FORCE_N))
 }
 
 /// Response from where few pairs slip, across the peak, where some open.
 fn respond(resolution: Resolution) -> Response {
     let model = model();
-    let damping = Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt());
-    let newton = NewtonOptions::new(1e-8, 60);
-    let statics = static_state(model, 10, newton);
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
-    let mut settings = SweepSettings::new(
+    let settings = SweepSettings::new(
         (0..13)
             .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
             .collect(),
         resolution,
     );
-    settings.newton = newton;
-    sweep(model, damping, &statics, &settings, &[], &|_| ())
+    let statics = static_state(model, 10, settings.newton);
+    sweep(model, damping_of(model), &statics, &settings, &[], &|_| ())
 }
 
 fn fine() -> &'static Response {

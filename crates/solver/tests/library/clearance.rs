@@ -14,15 +14,15 @@ use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 
-use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};
+use dovetail_solver::model::{Material, Model, Prestress, RotationSpec, bind};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce, superelement};
+use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce};
 use dovetail_testkit::block::{block, map_nodes};
-use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
 
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
 use crate::shared_scenes::{blocks_assembly, two_blocks};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
@@ -66,32 +66,17 @@ const DAMPING: Rayleigh = Rayleigh::of_stiffness(0.1);
 /// A mass on a spring, pressed over a clearance against a floor and excited across it, too weakly
 /// to leave it.
 fn one_pair(gap_m: f64) -> Problem {
-    let load = |normal: f64| Load {
-        on_x: vec![normal, 0.0, 0.0],
-        on_modes: vec![],
-    };
+    let load = |normal: f64| Load::new(vec![normal, 0.0, 0.0], vec![]);
     Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
-                (0, 0) => NORMAL_STIFFNESS_N_M,
-                (i, j) if i == j => 1.0,
-                _ => 0.0,
-            }),
-            mass: Mat::identity(3, 3),
-            coupling: Mat::zeros(3, 0),
-            omega2: vec![],
-            stuck_modes: 0,
             static_load: load(-PRESS_N),
-            unit_loads: Vec::new(),
-            observations: vec![],
+            ..ReducedModel::of_pairs(
+                diagonal([NORMAL_STIFFNESS_N_M, 1.0, 1.0]),
+                Mat::identity(3, 3),
+            )
         },
         laws: vec![PairLaw::rigid(0.5, gap_m)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(SHAKE_N),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(SHAKE_N))],
     }
 }
 
@@ -148,7 +133,7 @@ fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
         let mut model = one_pair(0.25);
         model.reduced.static_load.on_x[0] = -press_n;
         let (mass_kg, shake_n) = (0.5, 0.01);
-        model.reduced.mass = Mat::from_fn(3, 3, |i, j| if i == j { mass_kg } else { 0.0 });
+        model.reduced.mass = diagonal([mass_kg; 3]);
         model.excitations[0].cosine.on_x[0] = shake_n;
         let state = statics(&model);
         assert_eq!(state.status, [PairStatus::Open]);
@@ -219,9 +204,7 @@ fn an_interference_grows_with_the_load_that_opposes_it() {
 // ----------------------------------------------------------------------- 72 pairs, moved apart
 
 fn dovetail(force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(0.3, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+    dovetail72(PairLaw::rigid(0.3, 0.0), force_n)
 }
 
 /// Joint with its flanks apart by clearances that differ from pair to pair, with the load that
@@ -243,10 +226,6 @@ fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
     (moved, shift_m)
 }
 
-fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
-}
-
 /// Largest difference of `a` and `b` minus `shift`, over the largest of `a`.
 fn apart(a: &[f64], b: &[f64], shift: &[f64]) -> f64 {
     let shift = shift.iter().chain(std::iter::repeat(&0.0));
@@ -265,7 +244,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     places.for_each(|(x, shift)| *x -= shift);
 
     let first_hz = touching.reduced.omega2[0].sqrt() / TAU;
-    let damping = damping(&touching);
+    let damping = damping_of(&touching);
     let frequencies_hz = [0.99, 0.9995, 1.002].map(|r| r * first_hz).to_vec();
     let a = respond(&touching, damping, &state, 3, frequencies_hz.clone());
     let b = respond(&apart_model, damping, &moved_state, 3, frequencies_hz);

@@ -9,16 +9,13 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
-use dovetail_testkit::folder::root;
+
+use crate::shared_problems::{damping_of, dovetail72};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 100);
 
 fn model(friction: f64, force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(friction, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+    dovetail72(PairLaw::rigid(friction, 0.0), force_n)
 }
 
 fn statics(model: &Problem) -> StaticState {
@@ -35,8 +32,7 @@ fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usiz
             .collect(),
         Resolution::fixed(harmonics, (2 * harmonics + 2).max(64)),
     );
-    let damping = Rayleigh::of_ratio(0.001, first);
-    sweep(model, damping, state, &settings, &[], &|_| ())
+    sweep(model, damping_of(model), state, &settings, &[], &|_| ())
 }
 
 fn largest(v: impl Iterator<Item = f64>) -> f64 {

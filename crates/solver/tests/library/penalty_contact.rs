@@ -16,9 +16,10 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
-use dovetail_testkit::folder::root;
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
+
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -35,26 +36,20 @@ struct Mass {
 
 impl Mass {
     fn model(&self) -> Problem {
-        let identity = || Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.0 });
-        let load = |on_x: [f64; 3]| Load {
-            on_x: on_x.to_vec(),
-            on_modes: vec![],
-        };
-        let along = |axis: usize| ObservedDisplacement {
-            name: axis.to_string(),
-            on_x: (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
-            on_modes: vec![],
+        let identity = || diagonal([1.0; 3]);
+        let load = |on_x: [f64; 3]| Load::new(on_x.to_vec(), vec![]);
+        let along = |axis: usize| {
+            ObservedDisplacement::new(
+                axis.to_string(),
+                (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
+                vec![],
+            )
         };
         Problem {
             reduced: ReducedModel {
-                stiffness: identity(),
-                mass: identity(),
-                coupling: Mat::zeros(3, 0),
-                omega2: vec![],
-                stuck_modes: 0,
                 static_load: load([-self.press_n, 0.0, 0.0]),
-                unit_loads: Vec::new(),
                 observations: (0..3).map(along).collect(),
+                ..ReducedModel::of_pairs(identity(), identity())
             },
             laws: vec![PairLaw {
                 friction: self.friction,
@@ -224,15 +219,14 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
 /// contact falls as 1 / kappa.
 #[test]
 fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
-    let folder = root().join("tests/data/dovetail72");
     let amplitude_m = |stiffness: Option<f64>| {
         let law = PairLaw {
             friction: 0.3,
             gap_m: 0.0,
             stiffness: stiffness.map(|n_m| PairStiffness::new(n_m, n_m)),
         };
-        let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0);
-        let damping = Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt());
+        let model = dovetail72(law, 1.0);
+        let damping = damping_of(&model);
         let state = static_state(&model, 10, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
         let resolution = Resolution::fixed(3, 128);
@@ -327,9 +321,11 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         .collect();
     let amplitude = 0.7;
     let [in_phase, ahead] = masing(amplitude, first_loading);
-    let excited = |on: f64| Load {
-        on_x: psi.iter().map(|psi| psi * on).collect(),
-        on_modes: vec![on / f64::sqrt(mass)],
+    let excited = |on: f64| {
+        Load::new(
+            psi.iter().map(|psi| psi * on).collect(),
+            vec![on / f64::sqrt(mass)],
+        )
     };
     let observed = excited(1.0);
     let model = Problem {
@@ -360,11 +356,11 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
                 on_modes: vec![0.0],
             },
             unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "body".into(),
-                on_x: observed.on_x,
-                on_modes: observed.on_modes,
-            }],
+            observations: vec![ObservedDisplacement::new(
+                "body",
+                observed.on_x,
+                observed.on_modes,
+            )],
         },
         laws: vec![
             PairLaw {
@@ -374,12 +370,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             };
             HERTZ_PAIRS
         ],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: excited(in_phase.hypot(ahead)),
-            sine: excited(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, excited(in_phase.hypot(ahead)))],
     };
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::Converged);
@@ -444,39 +435,19 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
 #[test]
 fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let along = |v: f64| vec![-v, 0.0, 0.0];
-    let load = |v: f64| Load {
-        on_x: along(v),
-        on_modes: Vec::new(),
-    };
+    let load = |v: f64| Load::new(along(v), vec![]);
     let problem = Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
-                (0, 0) => 40.0,
-                _ => f64::from(u8::from(i == j)),
-            }),
-            mass: Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j))),
-            coupling: Mat::zeros(3, 0),
-            omega2: Vec::new(),
-            stuck_modes: 0,
             static_load: load(0.0),
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "mass".into(),
-                on_x: along(1.0),
-                on_modes: Vec::new(),
-            }],
+            observations: vec![ObservedDisplacement::new("mass", along(1.0), vec![])],
+            ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
         },
         laws: vec![PairLaw {
             friction: 0.0,
             gap_m: 10.0,
             stiffness: Some(PairStiffness::new(1000.0, 1.0)),
         }],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(100.0),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
     };
     let damping = Rayleigh::of_mass(0.1 * 40.0_f64.sqrt());
     let resolution = Resolution::fixed(7, 1024);

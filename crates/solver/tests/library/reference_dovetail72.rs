@@ -11,28 +11,19 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
+
+use crate::shared_problems::{damping_of, dovetail72};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn model(force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    Problem::of_one_law(
-        superelement::read(&folder).unwrap().model,
-        PairLaw::rigid(0.3, 0.0),
-        force_n,
-    )
+    dovetail72(PairLaw::rigid(0.3, 0.0), force_n)
 }
 
 fn expected() -> serde_json::Value {
     let path = root().join("tests/data/dovetail72/expected.json");
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
 }
 
 fn statics(model: &Problem) -> StaticState {
@@ -54,7 +45,7 @@ fn respond(
     settings.solver = solver;
     sweep(
         model,
-        damping(model),
+        damping_of(model),
         &statics(model),
         &settings,
         &[],
@@ -232,7 +223,14 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     );
     settings.eps = Eps::new(EpsChoice::Pair);
     settings.newton = NEWTON;
-    let response = sweep(&model, damping(&model), &statics, &settings, &[], &|_| ());
+    let response = sweep(
+        &model,
+        damping_of(&model),
+        &statics,
+        &settings,
+        &[],
+        &|_| (),
+    );
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
         let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
         assert!(

@@ -10,13 +10,14 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
-use dovetail_solver::integration::steady::{Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
+use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
+
+use crate::shared_problems::diagonal;
+use crate::shared_rigid_body::settled_from_rest;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
 const DAMPING: Rayleigh = Rayleigh {
@@ -61,36 +62,30 @@ fn beam(friction: f64) -> Problem {
     let along = |v: f64| vec![0.0, v, 0.0];
     let at_middle: Vec<f64> = ROOTS.iter().map(|b| mode(*b, 0.5)).collect();
     let coupling = ROOTS.map(|b| integral(|x| mode(b, x) * bent(x)));
-    let load = |force_n: f64| Load {
-        on_x: along(force_n * bent(0.5)),
-        on_modes: at_middle.iter().map(|v| force_n * v).collect(),
+    let load = |force_n: f64| {
+        Load::new(
+            along(force_n * bent(0.5)),
+            at_middle.iter().map(|v| force_n * v).collect(),
+        )
     };
     let mass = integral(|x| bent(x).powi(2));
     Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.0 }),
-            mass: Mat::from_fn(3, 3, |i, j| if i > 0 && i == j { mass } else { 0.0 }),
-            coupling: Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
-            omega2: ROOTS.map(|b| b.powi(4)).to_vec(),
-            stuck_modes: ROOTS.len(),
-            static_load: Load {
-                on_x: vec![-1.0, 0.0, 0.0],
-                on_modes: vec![0.0; ROOTS.len()],
-            },
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "middle".to_owned(),
-                on_x: along(bent(0.5)),
-                on_modes: at_middle.clone(),
-            }],
+            static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0; ROOTS.len()]),
+            observations: vec![ObservedDisplacement::new(
+                "middle",
+                along(bent(0.5)),
+                at_middle.clone(),
+            )],
+            ..ReducedModel::new(
+                diagonal([3.0; 3]),
+                diagonal([0.0, mass, mass]),
+                Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
+                ROOTS.map(|b| b.powi(4)).to_vec(),
+            )
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(1.0),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
     }
 }
 
@@ -110,13 +105,8 @@ fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -
 
 /// Amplitude by integration in time, from the static state.
 fn integrated_m(friction: f64, frequency_hz: f64) -> f64 {
-    let model = beam(friction);
-    let steps = 1000;
-    let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, steps).unwrap();
-    let rest = static_state(&model, 10, NEWTON);
-    let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
     let until = Until::new(2000, 1e-5);
-    let settled = integrate(&mut stepper, &mut state, until).unwrap();
+    let settled = settled_from_rest(&beam(friction), DAMPING, frequency_hz, 1000, until);
     println!(
         "{} periods, {:.1e} left",
         settled.periods, settled.transient_left

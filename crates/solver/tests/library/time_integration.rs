@@ -13,10 +13,11 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
-use dovetail_testkit::folder::root;
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
+
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
 
 const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
@@ -45,35 +46,24 @@ impl OnePair {
             v[self.axis] = value;
             v
         };
-        let load = |force: f64| Load {
-            on_x: along(force * self.share),
-            on_modes: vec![force; modes],
-        };
+        let load = |force: f64| Load::new(along(force * self.share), vec![force; modes]);
         Problem {
             reduced: ReducedModel {
-                stiffness: Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 }),
-                mass: Mat::from_fn(3, 3, |i, j| if i == j { self.mass[i] } else { 0.0 }),
-                coupling: Mat::from_fn(3, modes, |i, _| along(p)[i]),
-                omega2: vec![w2; modes],
-                stuck_modes: 1,
-                static_load: Load {
-                    on_x: vec![-self.press_n, 0.0, 0.0],
-                    on_modes: vec![0.0; modes],
-                },
-                unit_loads: Vec::new(),
-                observations: vec![ObservedDisplacement {
-                    name: "u".to_owned(),
-                    on_x: along(self.share),
-                    on_modes: vec![1.0; modes],
-                }],
+                static_load: Load::new(vec![-self.press_n, 0.0, 0.0], vec![0.0; modes]),
+                observations: vec![ObservedDisplacement::new(
+                    "u",
+                    along(self.share),
+                    vec![1.0; modes],
+                )],
+                ..ReducedModel::new(
+                    diagonal(self.stiffness),
+                    diagonal(self.mass),
+                    Mat::from_fn(3, modes, |i, _| along(p)[i]),
+                    vec![w2; modes],
+                )
             },
             laws: vec![PairLaw::rigid(self.friction, 0.0)],
-            excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(self.force_n),
-                sine: load(0.0),
-                growth: Growth::Constant,
-            }],
+            excitations: vec![HarmonicLoad::cosine(1, load(self.force_n))],
         }
     }
 }
@@ -269,16 +259,6 @@ fn a_pair_lifts_off_flies_and_lands() {
 
 const SETTLE: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
-fn dovetail72() -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(0.3, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0)
-}
-
-fn damping_of(model: &Problem) -> Rayleigh {
-    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
-}
-
 fn balanced(
     model: &Problem,
     harmonics: usize,
@@ -309,7 +289,7 @@ fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Unti
 /// A few periods from the motion of harmonic balance: it stays where it is.
 #[test]
 fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
-    let model = dovetail72();
+    let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let until = Until::new(6, 0.0);
     let c = against(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
@@ -324,7 +304,7 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
 #[test]
 fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
     const FREQUENCY_HZ: f64 = 699.5;
-    let mut constant = dovetail72();
+    let mut constant = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let mut twice = constant.excitations[0].clone();
     twice.harmonic = 2;
     constant.excitations.push(twice);
@@ -356,7 +336,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
 #[test]
 #[ignore = "slow: make verify"]
 fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
-    let model = dovetail72();
+    let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let until = Until::new(600, 1e-4);
     let integrated = against(&model, 7, 699.5, 500, until);
     println!("{integrated:#?}");
