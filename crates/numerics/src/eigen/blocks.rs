@@ -337,6 +337,7 @@ mod tests {
     use super::*;
     use crate::eigen::assert_like_dense;
     use dovetail_testkit::lattice::Lattice;
+    use dovetail_testkit::threads::on_threads;
 
     fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
         let lattice = Lattice::new(shape, 4e7, 0.1, irregularity);
@@ -434,11 +435,9 @@ mod tests {
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap())
+            on_threads(threads, || {
+                lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap()
+            })
         };
         let (one, three) = (run(1), run(3));
         assert!(k.nrows() > ROWS);

@@ -66,6 +66,7 @@ mod tests {
     use super::*;
     use crate::sparse::{dense, submatrix, sum};
     use dovetail_testkit::lattice::Lattice;
+    use dovetail_testkit::threads::on_threads;
     use faer::linalg::solvers::Solve;
 
     /// A cantilever whose last unknowns will be the boundary.
@@ -124,13 +125,8 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let (k, m) = matrices([9, 14, 14]);
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| condensed(&k, &m, k.nrows() - 1176).unwrap())
-        };
+        let run =
+            |threads: usize| on_threads(threads, || condensed(&k, &m, k.nrows() - 1176).unwrap());
         let (one, three) = (run(1), run(3));
         assert_eq!(one.stiffness, three.stiffness);
         assert_eq!(one.mass, three.mass);

@@ -423,6 +423,7 @@ impl<'a> Rows<'a> {
 mod tests {
     use crate::sparse::{Symbolic, times};
     use dovetail_testkit::lattice::{Lattice, scattered};
+    use dovetail_testkit::threads::on_threads;
     use faer::Mat;
 
     #[test]
@@ -436,12 +437,8 @@ mod tests {
             for columns in [1, 7, 130] {
                 let b = Mat::from_fn(n, columns, |i, j| scattered(i + n * j));
                 let solved = |threads: usize| {
-                    let pool = rayon::ThreadPoolBuilder::new()
-                        .num_threads(threads)
-                        .build()
-                        .unwrap();
                     let mut x = b.clone();
-                    pool.install(|| factor.solve_in_place(x.as_mut()));
+                    on_threads(threads, || factor.solve_in_place(x.as_mut()));
                     x
                 };
                 let x = solved(1);

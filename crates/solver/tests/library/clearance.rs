@@ -9,21 +9,20 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Outcome, PairCycle, PairStatus, Response, StaticState};
-use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 
-use dovetail_solver::model::{Material, Model, Prestress, RotationSpec, bind};
+use dovetail_solver::model::{Material, Model, Prestress, RotationSpec};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce};
+use dovetail_solver::reduction::{Load, ReducedModel};
 use dovetail_testkit::block::{block, map_nodes};
 use faer::Mat;
 use std::f64::consts::TAU;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72};
-use crate::shared_scenes::{blocks_assembly, two_blocks};
+use crate::shared_scenes::{FEW_MODES, blocks_assembly, reduced, two_blocks};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -337,6 +336,17 @@ fn in_plane_strain(material: Material) -> (f64, f64) {
     )
 }
 
+const HUB: Material = Material {
+    young_pa: 1e11,
+    poisson: 0.3,
+    density_kg_m3: 7800.0,
+};
+const SHAFT: Material = Material {
+    young_pa: 2.1e11,
+    poisson: 0.25,
+    ..HUB
+};
+
 /// Static state of quarters of a hub and of the shaft in it, apart by `gap_m`, rotating about their
 /// axis.
 fn of_quarters(
@@ -372,11 +382,8 @@ fn of_quarters(
             vec![format!("{name}_x_max")],
         ];
     }
-    let model = bind(&assembly, &mesh, None).unwrap();
-    let structure = assemble(&model).unwrap();
-    let wanted = StuckModes::new(Some(4), Highest::OfFirstStuckMode(1.0));
-    let reduction = reduce(&structure, wanted).unwrap();
-    let state = statics(&Problem::new(reduction.model, &model));
+    let (model, problem) = reduced(&assembly, &mesh, FEW_MODES);
+    let state = statics(&problem);
     (model, state)
 }
 
@@ -391,25 +398,19 @@ fn growth_m(material: Material, edge_m: f64, other_m: f64, speed_rad_s: f64) -> 
 /// The hub grows away from the shaft. All pairs are open, and the planes of symmetry hold both.
 #[test]
 fn a_press_fit_that_rotation_opens_is_a_static_state() {
-    let of = |young_pa, poisson| Material {
-        young_pa,
-        poisson,
-        density_kg_m3: 7800.0,
-    };
-    let [hub, shaft] = [of(1e11, 0.3), of(2.1e11, 0.25)];
     let [inner, fit, outer] = RADII_M;
     let (interference_m, speed_rad_s) = (10e-6, 3000.0);
     let elements = [ElementType::HEX20; 2];
     let (_, state) = of_quarters(
         elements,
         [12, 12],
-        [hub, shaft],
+        [HUB, SHAFT],
         -interference_m,
         speed_rad_s,
     );
     assert!(state.all_open());
     assert!(state.lambda.iter().all(|force| *force == 0.0));
-    let grown_m = growth_m(hub, fit, outer, speed_rad_s) - growth_m(shaft, fit, inner, speed_rad_s);
+    let grown_m = growth_m(HUB, fit, outer, speed_rad_s) - growth_m(SHAFT, fit, inner, speed_rad_s);
     for x in state.x.iter().step_by(3) {
         let off = x / grown_m - 1.0;
         assert!(off.abs() < 0.01, "{x:e} m, {grown_m:e} m: {off:e}");
@@ -422,13 +423,7 @@ fn a_press_fit_that_rotation_opens_is_a_static_state() {
 fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
     let [inner, fit, outer] = RADII_M;
     let interference_m = 10e-6;
-    let of = |young_pa, poisson| Material {
-        young_pa,
-        poisson,
-        density_kg_m3: 7800.0,
-    };
-    let [hub, shaft] = [of(1e11, 0.3), of(2.1e11, 0.25)];
-    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [hub, shaft].map(in_plane_strain);
+    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [HUB, SHAFT].map(in_plane_strain);
     let ratio = |a: f64, b: f64| (b * b + a * a) / (b * b - a * a);
     let gives =
         fit * ((ratio(fit, outer) + hub_nu) / hub_e + (ratio(inner, fit) - shaft_nu) / shaft_e);
@@ -439,7 +434,7 @@ fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
         (ElementType::HEX8, ElementType::HEX8, [24, 24]),
     ] {
         let (model, state) =
-            of_quarters([upper, lower], around, [hub, shaft], -interference_m, 0.0);
+            of_quarters([upper, lower], around, [HUB, SHAFT], -interference_m, 0.0);
         for (p, pair) in model.pairs.iter().enumerate() {
             let pressure = -state.lambda[3 * p] / pair.area_m2;
             let off = pressure / expected - 1.0;

@@ -9,6 +9,7 @@ use dovetail_solver::reduction::{
     Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, reduce, stuck_modes,
 };
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
+use dovetail_testkit::threads::on_threads;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use nalgebra_sparse::CscMatrix;
@@ -625,13 +626,7 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
 #[test]
 fn threads_change_no_bit() {
     let (_, structure) = assembly([None, Some(7)]);
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| reduce(&structure, wanted(6)).unwrap().model)
-    };
+    let run = |threads: usize| on_threads(threads, || reduce(&structure, wanted(6)).unwrap().model);
     let (one, four) = (run(1), run(4));
     assert_eq!(one.stiffness, four.stiffness);
     assert_eq!(one.mass, four.mass);

@@ -9,7 +9,7 @@ use dovetail_solver::dlft::pair_signals::Periods;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::problem::Problem;
 use dovetail_testkit::folder::root;
 
@@ -155,6 +155,11 @@ fn the_hybrid_powell_solver_finds_the_same_motion() {
     compare("H1_epspair", 1, EpsChoice::Pair, Solver::Powell);
 }
 
+fn assert_linear(orbit: &Orbit, linear: &LinearPoint, tolerance: f64) {
+    let off = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0] - 1.0;
+    assert!(off.abs() < tolerance, "{} Hz: {off:e}", orbit.frequency_hz);
+}
+
 #[test]
 fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     let model = model(0.01);
@@ -169,13 +174,7 @@ fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     );
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
         assert!(orbit.outcome.is_converged());
-        let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-        assert!(
-            (ratio - 1.0).abs() < 1e-10,
-            "{} Hz: {:e}",
-            orbit.frequency_hz,
-            ratio - 1.0
-        );
+        assert_linear(orbit, linear, 1e-10);
         assert_eq!(orbit.counts().slipping, 0);
     }
 }
@@ -200,8 +199,7 @@ fn a_small_force_where_pairs_are_open_at_rest_gives_the_linear_curve() {
         let response = respond(&model, eps, 1, frequencies, Solver::NewtonKrylov);
         for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
             assert!(orbit.outcome.is_converged());
-            let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-            assert!((ratio - 1.0).abs() < 1e-9, "{:e}", ratio - 1.0);
+            assert_linear(orbit, linear, 1e-9);
             for (cycle, status) in orbit.cycles.iter().zip(&state.status) {
                 let is_open = *status == PairStatus::Open;
                 assert_eq!(cycle.status.is_open_at_rest(), is_open);
@@ -232,13 +230,7 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
         &|_| (),
     );
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
-        let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-        assert!(
-            (ratio - 1.0).abs() < 1e-10,
-            "{} Hz: {:e}",
-            orbit.frequency_hz,
-            ratio - 1.0
-        );
+        assert_linear(orbit, linear, 1e-10);
         // Stuck pairs stay where the static state has them, and keep its friction.
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = statics.x.len();

@@ -1,13 +1,15 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
-use dovetail_mesh::Connectivity;
+use dovetail_mesh::Mesh;
 use dovetail_solver::fem::join;
 use dovetail_solver::model::{
-    AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Material, Model,
-    NodeMotion, Observation, Side, Slave,
+    AppliedLoad, Body, BodyNode, ContactPair, Excitation, Growth, Model, NodeMotion, Observation,
+    Side, Slave,
 };
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
+
+use crate::elements::bodies::{STEEL, body_of};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
 /// has an observed point at its tip and two tied nodes besides; the block an observed point and its
@@ -119,28 +121,15 @@ fn body(
         .map(|n| n.map_or(NodeMotion::Fixed, |n| NodeMotion::Free(n as u32)))
         .collect();
     nodes.push(NodeMotion::Tied([flank[0] as u32, flank[1] as u32]));
+    let mesh = Mesh {
+        nodes_m: vec![[0.0; 3]; nodes.len()],
+        node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
+        ..Mesh::default()
+    };
     let body = Body {
         name: name.into(),
-        material: Material {
-            young_pa: 1e11,
-            poisson: 0.3,
-            density_kg_m3: 4000.0,
-        },
-        rotates: true,
         fixed_interface_modes: modes,
-        nodes_m: vec![[0.0; 3]; nodes.len()],
-        mesh_nodes: (0..nodes.len() as u32).collect(),
-        node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
-        elements: Connectivity::default(),
-        held_dofs: Vec::new(),
-        loads: Vec::new(),
-        springs: Vec::new(),
-        dofs: DofMap {
-            nodes,
-            auxiliary: Vec::new(),
-            interior_nodes: interior.len(),
-            contact_nodes: flank.len(),
-        },
+        ..body_of(&mesh, STEEL, nodes, flank.len())
     };
     let load_n = (0..3 * free.len())
         .map(|i| 100.0 * scattered(seed + i))

@@ -1,5 +1,6 @@
 //! Small algebra on the matrices of a body, and fields at its nodes.
 
+pub use dovetail_numerics::space::cross;
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::model::Material;
@@ -81,14 +82,6 @@ pub fn field(body: &Body, value: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
 
 pub fn apply(h: [[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
     h.map(|row| dot(&row, &x))
-}
-
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }
 
 /// Hooke's law written out: sigma = lambda tr(e) I + 2 mu e.
