@@ -1,5 +1,5 @@
-//! Natural modes: the lowest solutions of K phi = omega^2 M phi, with K symmetric positive definite,
-//! and M too except for unknowns without mass.
+//! Natural modes: the lowest solutions of K phi = omega^2 M phi, with K symmetric positive
+//! definite, and M too except for unknowns without mass.
 //!
 //! [`lowest_modes`] chooses the method: [`dense`] for small problems, otherwise Lanczos iteration
 //! with K factored, one vector at a time ([`arpack`]) or in blocks where the factor is large

@@ -8,14 +8,14 @@
 //!
 //! The factorisation is multifrontal (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325): it
 //! eliminates groups of unknowns in small dense matrices, the fronts, from the leaves of a tree to
-//! its root (`fronts.rs`, `elimination.rs`). [`condense()`] stops before the boundary and keeps what
-//! is left on it, [`negative_eigenvalues`] counts the negative pivots and keeps nothing. `solve.rs`
-//! applies a factor to right-hand sides.
+//! its root (`fronts.rs`, `elimination.rs`). [`condense()`] stops before the boundary and keeps the
+//! matrices that are left on it, [`negative_eigenvalues`] counts the negative pivots and keeps
+//! nothing. `solve.rs` applies a factor to right-hand sides.
 //!
 //! Matrices have both triangles stored. The order in which numbers are added is part of the
 //! results: fronts, panels and branches have fixed sizes, and a change of one changes the last bits
-//! of every result, but the number of threads never does. [`stored`] serialises matrices and factors
-//! so that they read back to the last bit.
+//! of every result, but the number of threads never does. [`stored`] serialises matrices and
+//! factors so that they read back to the last bit.
 
 mod condense;
 mod elimination;

@@ -1,8 +1,15 @@
 //! Conversion of an [`Assembly`] and a [`Mesh`](dovetail_mesh::Mesh) to a [`Model`]: names become
 //! indices here and only here.
 //!
-//! [`bind()`] does it: groups are looked up, each body gets a numbering of its own, the
-//! flanks are paired node by node and given their frames, and each node gets its possible motion.
+//! [`bind()`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
+//! paired and given their frames, and each node gets its possible motion. The opposite point of a
+//! slave node is a weighted mean of nodes of the other flank, by dual mortar functions (sources in
+//! `mortar.rs`).
+//!
+//! A user describes an [`Assembly`], with names; the finite elements read a [`Model`], with
+//! numbers. A new kind of load or contact has a type in `description.rs` and one here. Two orders
+//! are fixed, because results and files count on them: that of the pairs, contact by contact, and
+//! that of the unknowns of a body, its interior before its contact nodes (`dofs.rs`).
 
 use std::collections::BTreeMap;
 

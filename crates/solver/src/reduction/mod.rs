@@ -1,6 +1,16 @@
 //! Reduction of a [`Structure`](crate::structure::Structure) to a [`Reduction`]: the bodies joined
-//! by their contacts, on the relative displacements of the pairs and the modes of the stuck
-//! assembly.
+//! by their contacts, on the relative displacements X of the pairs and the amplitudes q of the
+//! modes of the stuck assembly (X = 0), a Craig-Bampton reduction of the assembly with X for its
+//! interface (AIAA J. 6 (1968) 1313-1319).
+//!
+//! The coordinates of all bodies are u = T (g, X) (`transformation.rs`), and g = Psi X + Phi q,
+//! which leads to the equations of a [`ReducedModel`] (`assembly.rs`). Residual vectors follow the
+//! modes (`residual.rs`), the modes that are left out have an estimate (`truncation.rs`), and the
+//! motion of the bodies is recovered (`recovery.rs`). Meshes and elements are not known here: the
+//! matrices may come from another program.
+//!
+//! The signs are those of [`crate::contact`]. Folders of reduced models (`superelement.rs`) hold
+//! the matrices for other programs: their layout and the order of their entries stay as they are.
 
 mod assembly;
 pub mod craig_bampton;
