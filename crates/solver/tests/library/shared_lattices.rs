@@ -8,6 +8,7 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
+use faer::{Mat, c64};
 
 use crate::elements::bodies::{STEEL, body_of};
 
@@ -145,4 +146,37 @@ fn body(
         node_tags: body.free_node_tags(),
     };
     (body, matrices)
+}
+
+/// Complex amplitudes of the forces of one harmonic on the free degrees of freedom (`cos - i sin`).
+pub fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
+    let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
+    for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
+        let phase = c64::new(0.0, -force.phase_rad).exp();
+        for (body, load) in &force.loads {
+            let AppliedLoad::Point { node, vector_n } = load else {
+                panic!("the excitations are forces on nodes");
+            };
+            for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
+                for axis in 0..3 {
+                    f[*body][(3 * free + axis, 0)] +=
+                        phase * weight * force.amplitude * vector_n[axis];
+                }
+            }
+        }
+    }
+    f
+}
+
+/// Displacement of an observed point, given those of the free degrees of freedom of each body.
+pub fn observed(model: &Model, observation: usize, at: impl Fn(usize, usize) -> c64) -> c64 {
+    let mut sum = c64::new(0.0, 0.0);
+    for &(BodyNode { body, node }, direction) in &model.observations[observation].terms {
+        for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+            for (axis, along) in direction.iter().enumerate() {
+                sum += at(body, 3 * free + axis) * weight * along;
+            }
+        }
+    }
+    sum
 }

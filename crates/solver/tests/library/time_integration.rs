@@ -37,6 +37,18 @@ struct OnePair {
     force_n: f64,
 }
 
+/// Unit masses on unit springs that are pressed together by 1 N and shaken by 1 N along t1.
+const PLAIN: OnePair = OnePair {
+    stiffness: [1.0; 3],
+    mass: [1.0; 3],
+    friction: 0.5,
+    press_n: 1.0,
+    axis: 1,
+    share: 1.0,
+    mode: None,
+    force_n: 1.0,
+};
+
 impl OnePair {
     fn model(&self) -> Problem {
         let modes = usize::from(self.mode.is_some());
@@ -87,14 +99,10 @@ fn settle(
 fn a_stuck_joint_is_the_linear_oscillator_whatever_the_step() {
     let b: f64 = 1.02;
     let model = OnePair {
-        stiffness: [1.0; 3],
-        mass: [1.0; 3],
-        friction: 0.5,
         press_n: 1e3,
-        axis: 1,
         share: 0.0,
         mode: Some((0.3, 1.0)),
-        force_n: 1.0,
+        ..PLAIN
     }
     .model();
     for (a, c) in [(0.05, 0.0), (0.0, 0.05), (0.02, 0.03)] {
@@ -130,14 +138,8 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
         (1.5, 0.6, 0.400000),
     ] {
         let model = OnePair {
-            stiffness: [1.0; 3],
-            mass: [1.0; 3],
-            friction: 0.5,
             press_n: 2.0 * friction_n,
-            axis: 1,
-            share: 1.0,
-            mode: None,
-            force_n: 1.0,
+            ..PLAIN
         }
         .model();
         let coarse = settle(&model, UNDAMPED, b, 500, 400);
@@ -168,12 +170,11 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let model = OnePair {
         stiffness: [1.0, kd - kd * share, 1.0],
         mass: [1.0, share * share, 1.0],
-        friction: 0.5,
         press_n: fc / 0.5,
-        axis: 1,
         share,
         mode: Some((share, k + kd)),
         force_n: 0.25,
+        ..PLAIN
     }
     .model();
     // M is the oscillator's mass alone, so b M is its dashpot.
@@ -220,13 +221,10 @@ fn a_pair_lifts_off_flies_and_lands() {
         .fold(0.0, f64::max);
     let model = OnePair {
         stiffness: [0.0, 1.0, 1.0],
-        mass: [1.0; 3],
-        friction: 0.5,
         press_n: press,
         axis: 0,
-        share: 1.0,
-        mode: None,
         force_n: p,
+        ..PLAIN
     }
     .model();
     let mut last = f64::INFINITY;

@@ -60,9 +60,14 @@ pub fn dense(a: &CscMatrix<f64>, n: usize) -> Mat<f64> {
 
 /// Ascending eigenvalues of K x = w2 M x on the first `n` unknowns.
 pub fn eigenvalues(k: &CscMatrix<f64>, m: &CscMatrix<f64>, n: usize) -> Vec<f64> {
+    dense_omega2(&dense(k, n), &dense(m, n))
+}
+
+/// Ascending eigenvalues of K x = w2 M x, by faer alone.
+pub fn dense_omega2(k: &Mat<f64>, m: &Mat<f64>) -> Vec<f64> {
     use faer::linalg::triangular_solve::solve_lower_triangular_in_place as divide_by;
-    let factor = dense(m, n).llt(Side::Lower).unwrap();
-    let mut half = dense(k, n);
+    let factor = m.llt(Side::Lower).unwrap();
+    let mut half = k.clone();
     divide_by(factor.L(), half.as_mut(), Par::Seq);
     let mut whole = half.transpose().to_owned();
     divide_by(factor.L(), whole.as_mut(), Par::Seq);

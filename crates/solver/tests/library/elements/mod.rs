@@ -1,6 +1,6 @@
 //! Properties of the finite elements on any mesh: theorems and closed forms.
 
-mod algebra;
+pub mod algebra;
 pub mod bodies;
 mod mass;
 mod orders;
