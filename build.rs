@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program is made from.
+/// Files and folders that the program is made from.
 const SOURCES: [&str; 7] = [
     "Cargo.lock",
     "Cargo.toml",
@@ -61,7 +61,7 @@ pub fn watched(root: &Path) -> Vec<PathBuf> {
     sources.chain(of_git).filter(|path| path.exists()).collect()
 }
 
-/// What git says, without the last line break; `None` where it fails or is not there.
+/// Answer of git, without the last line break; `None` where it fails or is not there.
 fn git(root: &Path, words: &[&str]) -> Option<String> {
     let output = Command::new("git")
         .arg("-C")

@@ -11,10 +11,9 @@ use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::lowest_modes;
-use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
-use dovetail_numerics::sparse::submatrix;
+use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
+use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
@@ -40,14 +39,8 @@ const FORCE_N: f64 = 1.0;
 /// Ratio of the frequency to that of the first stuck mode. It is near the peak of the response,
 /// where both solvers find the same motion from the static state.
 const FREQUENCY_RATIO: f64 = 0.9985;
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 200,
-};
-const STATIC_NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 100,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 200);
+const STATIC_NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 100);
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -64,7 +57,7 @@ fn bound(more: &[&str]) -> Model {
         unreachable!("mesh.file displaces the geometry");
     };
     let mesh = mesh_files::read(path, source.units).unwrap();
-    model::bind(assembly, &mesh).unwrap()
+    model::bind(assembly, &mesh, None).unwrap()
 }
 
 /// Times the steps from the bound mesh to the matrices of the contact solver.
@@ -103,11 +96,7 @@ fn structure(c: &mut Criterion) {
     group.finish();
 }
 
-const WANTED: StuckModes = StuckModes {
-    count: None,
-    excited: Highest::OfFirstStuckMode(1.05),
-    kept: Highest::OfFirstStuckMode(1.05),
-};
+const WANTED: StuckModes = StuckModes::new(None, Highest::OfFirstStuckMode(1.05));
 
 fn reduced_dovetail() -> Problem {
     let law = PairLaw::rigid(0.3, 0.0);
@@ -155,10 +144,7 @@ fn dlft(c: &mut Criterion) {
     assert!(statics.outcome.is_converged());
     let first = model.reduced.omega2[0].sqrt();
     let omega = FREQUENCY_RATIO * first;
-    let damping = Rayleigh {
-        stiffness_s: 2.0 * 0.001 / first,
-        mass_per_s: 0.0,
-    };
+    let damping = Rayleigh::of_stiffness(2.0 * 0.001 / first);
     let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
     let eps = Eps::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);

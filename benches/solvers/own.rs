@@ -25,10 +25,9 @@ use std::time::Instant;
 use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::{Modes, arpack, blocks};
-use dovetail_numerics::factor::Symbolic;
-use dovetail_numerics::inertia::negative_eigenvalues;
-use dovetail_numerics::order::nested_dissection;
-use dovetail_numerics::sparse::{submatrix, sum, symbolic_view, times, view};
+use dovetail_numerics::sparse::{
+    Symbolic, negative_eigenvalues, nested_dissection, submatrix, sum, symbolic_view, times, view,
+};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
@@ -267,7 +266,7 @@ fn bound(mesh: &str) -> Model {
     let scene = scene::load(&here.join("scenes/paper.toml"), &overrides).unwrap();
     let assembly = scene.assembly().unwrap();
     let mesh = mesh_files::read(&file, assembly.mesh.as_ref().unwrap().units).unwrap();
-    model::bind(assembly, &mesh).unwrap()
+    model::bind(assembly, &mesh, None).unwrap()
 }
 
 /// Processor time of the process so far, s; 0 if the system does not provide it.

@@ -1,4 +1,4 @@
-//! What holds of every mesh that a reader gives, shared by the targets.
+//! Checks of every mesh that a reader gives, shared by the targets.
 
 use dovetail_mesh::formats::Content;
 use dovetail_mesh::text;

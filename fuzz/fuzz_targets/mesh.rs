@@ -45,7 +45,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         quality.volume_m3 > 0.0 && quality.volume_m3.is_finite(),
         "{quality:?}"
     );
-    match model::bind(assembly, &mesh) {
+    match model::bind(assembly, &mesh, None) {
         Ok(model) => {
             for pair in &model.pairs {
                 assert!(pair.area_m2 > 0.0 && pair.area_m2.is_finite(), "{pair:?}");

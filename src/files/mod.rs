@@ -39,7 +39,7 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
-    Bodies, Campbell, Compared, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run,
+    Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run,
     StaticResult, Verification, Verified,
 };
 
@@ -763,13 +763,9 @@ impl Files {
         }
         let (out, names) = (&self.out, reduced.observations());
         csv::write_response(&out.file(&table_of(None))?, &names, response)?;
-        if let Some(Compared {
-            harmonics,
-            response,
-        }) = &found.compared
-        {
-            let file = table_of(Some(*harmonics));
-            csv::write_response(&out.file(&file)?, &names, response)?;
+        if let Some(compared) = &found.compared {
+            let file = table_of(Some(compared.harmonics));
+            csv::write_response(&out.file(&file)?, &names, &compared.response)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, &sweep(found))?;

@@ -164,13 +164,8 @@ impl StageGuard<'_, '_> {
 
 impl Drop for StageGuard<'_, '_> {
     fn drop(&mut self) {
-        self.reporter.inner().end(&StageEnd {
-            stage: self.stage,
-            title: self.stage.title().to_owned(),
-            from_store: self.from_cache,
-            took: None,
-            unknowns: Vec::new(),
-        });
+        let end = StageEnd::of_caller(self.stage, self.from_cache);
+        self.reporter.inner().end(&end);
     }
 }
 
@@ -315,16 +310,9 @@ impl Inner<'_> {
     }
 
     fn write_in_stage(&mut self, stage: Stage, event: &Event<'_>) -> Result<(), RunError> {
-        let title = stage.title();
-        self.begin(title);
+        self.begin(stage.title());
         let written = self.write(event);
-        self.end(&StageEnd {
-            stage,
-            title: title.to_owned(),
-            from_store: false,
-            took: None,
-            unknowns: Vec::new(),
-        });
+        self.end(&StageEnd::of_caller(stage, false));
         written
     }
 }
@@ -343,13 +331,9 @@ mod tests {
             inner.from_cache();
             std::thread::sleep(Duration::from_millis(5));
         }
-        let kept = StageEnd {
-            stage: Stage::Reduction,
-            title: "reduction".to_owned(),
-            from_store: true,
-            took: Some(Duration::from_secs(2)),
-            unknowns: vec![7, 3],
-        };
+        let mut kept = StageEnd::of_caller(Stage::Reduction, true);
+        kept.took = Some(Duration::from_secs(2));
+        kept.unknowns = vec![7, 3];
         reporter.inner().begin("reduction");
         reporter.inner().end(&kept);
         let taken = reporter.taken();

@@ -45,7 +45,7 @@ fn model(mesh: &str, overrides: &[String]) -> Model {
         panic!("the ready mesh was asked for");
     };
     let mesh = mesh_files::read(path, source.units).unwrap();
-    bind(assembly, &mesh).unwrap()
+    bind(assembly, &mesh, None).unwrap()
 }
 
 #[test]

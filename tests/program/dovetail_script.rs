@@ -40,7 +40,7 @@ fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
 fn the_script_meshes_into_what_the_ready_mesh_is() {
     let (mesh, version) = meshed("default", &[]);
     let ready = ready("dovetail.msh");
-    check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), 4, 9);
+    check_dovetail(&bind(&dovetail_assembly(), &mesh, None).unwrap(), 4, 9);
     assert_eq!(
         mesh.elements.types().into_keys().collect::<Vec<_>>(),
         [ElementType::TET10]
@@ -73,7 +73,7 @@ fn other_flank_meshes_and_gradings_match_too() {
         let mut parameters = vec![("nu", nu as f64), ("nv", nv as f64)];
         parameters.extend(more);
         let (mesh, _) = meshed(name, &parameters);
-        check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), nu, nv);
+        check_dovetail(&bind(&dovetail_assembly(), &mesh, None).unwrap(), nu, nv);
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use dovetail::mesh_files;
 use dovetail::scene;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::Resolution;
@@ -21,10 +21,7 @@ use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 /// Ratios of the frequencies to that of the first stuck mode: two distant ones on either side, and
 /// the peaks of the linear and of the nonlinear curve between.
@@ -55,17 +52,13 @@ fn joint() -> &'static Joint {
             panic!("the ready mesh was asked for");
         };
         let mesh = mesh_files::read(path, source.units).unwrap();
-        let model = bind(assembly, &mesh).unwrap();
+        let model = bind(assembly, &mesh, None).unwrap();
         let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];
         for (i, f) in structure.bodies[0].load_n.iter().enumerate() {
             blade_load_n[i % 3] += f;
         }
-        let wanted = StuckModes {
-            count: None,
-            excited: Highest::OfFirstStuckMode(1.05),
-            kept: Highest::OfFirstStuckMode(1.05),
-        };
+        let wanted = StuckModes::new(None, Highest::OfFirstStuckMode(1.05));
         let problem = Problem::new(reduce(&structure, wanted).unwrap().model, &model);
         let damping = rayleigh(&scene.damping, &problem.reduced.omega2).unwrap();
         let statics = static_state(&problem, scene.static_state.load_steps, NEWTON);
@@ -110,15 +103,13 @@ fn respond_with(
     frequencies_hz: Vec<f64>,
 ) -> Response {
     let joint = joint();
-    let settings = SweepSettings {
-        eps: Eps {
-            choice: joint.scene.response.eps,
-            scale: joint.scene.response.eps_scale,
-        },
-        newton: NEWTON,
-        solver: joint.scene.response.solver,
-        ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, samples));
+    settings.eps = Eps {
+        choice: joint.scene.response.eps,
+        scale: joint.scene.response.eps_scale,
     };
+    settings.newton = NEWTON;
+    settings.solver = joint.scene.response.solver;
     let response = sweep(
         model,
         joint.damping,
@@ -370,11 +361,10 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
 fn truncation_explains_what_is_left_at_the_peak() {
     const INTEGRATED_MM: f64 = 6.27805;
     let structure = assemble(&joint().model).unwrap();
-    let wanted = StuckModes {
-        count: Some(StuckModes::OF_HARMONICS),
-        excited: Highest::OfFirstStuckMode(1.05),
-        kept: Highest::OfFirstStuckMode(1.05),
-    };
+    let wanted = StuckModes::new(
+        Some(StuckModes::OF_HARMONICS),
+        Highest::OfFirstStuckMode(1.05),
+    );
     let reduction = reduce(&structure, wanted).unwrap();
     let model = &Problem::new(reduction.model, &joint().model);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {

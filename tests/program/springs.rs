@@ -86,7 +86,7 @@ fn a_rigid_block_on_a_foundation_has_the_modes_of_a_rigid_body() {
         let mesh = block(element, [2, 2, 2], [a, b, h]);
         let k = 1e3;
         let springs = vec![spring("foot", "z_min", None, k)];
-        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh).unwrap();
+        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
         let found = frequencies_rad_s(&model, 6);
         let m = STEEL.density_kg_m3 * a * b * h;
         assert_has(&found, (k / m).sqrt(), 1e-6, "up and down");
@@ -154,7 +154,8 @@ fn a_spring_between_two_faces_of_a_body_is_its_dense_matrix() {
             let foot = spring("foot", "z_min", None, 1e9);
             let mut between = spring("tie", "x_max", Some("y_min"), 3e9);
             between.direction = direction;
-            let bound = |springs| bind(&on_springs(&["volume"], STEEL, springs), &mesh).unwrap();
+            let bound =
+                |springs| bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
             let (plain, tied) = (bound(vec![foot.clone()]), bound(vec![foot, between]));
             let stiffness =
                 |model: &Model| dense(&fem::assemble(model).unwrap().bodies[0].stiffness);
@@ -223,14 +224,14 @@ fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
         let mut tie = spring("tie", "upper_z_min", Some("lower_z_max"), k);
         tie.direction = direction;
         let mut described = on_springs(&["upper", "lower"], STEEL, feet());
-        let plain = bind(&described, &mesh).unwrap();
+        let plain = bind(&described, &mesh, None).unwrap();
         let directions = direction.map_or(DIRECTIONS.to_vec(), |d| vec![d]);
         let expected = dense_omega2(&mesh, &plain, k, &directions);
         described.springs.push(tie);
         for kept in [None, Some(300)] {
             let mut described = described.clone();
             described.bodies[0].fixed_interface_modes = kept;
-            let tied = bind(&described, &mesh).unwrap();
+            let tied = bind(&described, &mesh, None).unwrap();
             assert_eq!(tied.bonded.len(), 1);
             let structure = fem::assemble(&tied).unwrap();
             let found = stuck_modes(&structure, 20).unwrap();
@@ -257,7 +258,7 @@ fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     let axial = material.young_pa * width * width / length;
     for share in [0.1, 1.0, 10.0] {
         let springs = vec![spring("foot", "x_min", None, share * axial)];
-        let model = bind(&on_springs(&["volume"], material, springs), &mesh).unwrap();
+        let model = bind(&on_springs(&["volume"], material, springs), &mesh, None).unwrap();
         let (mut low, mut high) = (0.0, 0.5 * PI);
         for _ in 0..100 {
             let x = 0.5 * (low + high);
@@ -285,7 +286,7 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
     let mut without = None;
     for k in [1e2, 1e3, 1e4, 1e5] {
         let springs = vec![spring("soft", "z_min", None, k)];
-        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh).unwrap();
+        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
         let structure = fem::assemble(&model).unwrap();
         let omega2 = stuck_modes(&structure, 8).unwrap();
         let rigid = k / (STEEL.density_kg_m3 * length * width * width);
@@ -335,7 +336,7 @@ fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     let scene =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/verification/spring_blocks.toml");
     let scene = scene::load(&scene, &[]).unwrap();
-    let model = bind(scene.assembly().unwrap(), &ready("blocks_order1.msh")).unwrap();
+    let model = bind(scene.assembly().unwrap(), &ready("blocks_order1.msh"), None).unwrap();
     let against = ((soft + 2.0 * tie) / mass_kg).sqrt();
     assert_has(
         &frequencies_rad_s(&model, 12),
@@ -358,7 +359,7 @@ fn a_rigid_bar_that_a_spring_alone_holds_flaps_as_its_prestress_says() {
     rotation.axis = [0.0, 0.0, 1.0];
     rotation.speed_rad_s = speed_rad_s;
     rotation.point_m = [0.0, 0.5 * width, 0.5 * width];
-    let model = bind(&described, &mesh).unwrap();
+    let model = bind(&described, &mesh, None).unwrap();
     let found = frequencies_rad_s(&model, 6);
     let mass = STEEL.density_kg_m3 * length * width * width;
     let across = width * width / 12.0;
@@ -461,7 +462,12 @@ fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
 fn fields_have_the_nodes_of_the_mesh() {
     let mesh = two_blocks(ElementType::HEX8);
     let springs = vec![spring("tie", "upper_z_min", Some("lower_z_max"), 1.0)];
-    let model = bind(&on_springs(&["upper", "lower"], STEEL, springs), &mesh).unwrap();
+    let model = bind(
+        &on_springs(&["upper", "lower"], STEEL, springs),
+        &mesh,
+        None,
+    )
+    .unwrap();
     for body in &model.bodies {
         let free = body.dofs.free_nodes();
         let moving = body
@@ -501,7 +507,7 @@ fn refused(first: &str, second: Option<&str>, fixed: &[&str]) -> ModelError {
     let springs = vec![spring("tie", first, second, 1.0)];
     let mut described = on_springs(&["upper", "lower"], STEEL, springs);
     described.bodies[1].fixed = fixed.iter().map(|s| s.to_string()).collect();
-    bind(&described, &mesh).unwrap_err()
+    bind(&described, &mesh, None).unwrap_err()
 }
 
 #[test]

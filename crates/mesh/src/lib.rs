@@ -83,6 +83,7 @@ pub struct Mesh {
 
 /// Material of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MeshMaterial {
     /// Name in the file.
     pub name: String,

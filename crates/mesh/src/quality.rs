@@ -16,6 +16,7 @@ pub const SLIVER_SHAPE: f64 = 1e-3;
 
 /// Quality of the elements of a usable mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Quality {
     /// Smallest mean ratio 3 det(A)^(2/3) / |A|^2 over all corners. A maps the edges that meet
     /// there in an element of equal edges to those of this element. 1 for an element of equal
@@ -34,6 +35,7 @@ pub struct Quality {
 /// Error of elements that must not be used. Lists hold the first few tags, with the number of all.
 #[derive(Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum QualityError {
     #[error(
         "all {count} elements are inside out: the geometry is mirrored, or the nodes of the elements are in another program's order; in Gmsh, turn them with `ReverseMesh Volume {{:}};`"
@@ -81,8 +83,15 @@ fn list(tags: &[u64]) -> String {
     words.join(", ")
 }
 
-fn first_few(tags: &[u64]) -> (usize, Vec<u64>) {
-    (tags.len(), tags.iter().copied().take(10).collect())
+/// Error of elements or nodes with these tags; none where there are none.
+fn refuse(
+    tags: &[u64],
+    error: impl Fn(usize, Vec<u64>) -> QualityError,
+) -> Result<(), QualityError> {
+    match tags.len() {
+        0 => Ok(()),
+        count => Err(error(count, tags.iter().copied().take(10).collect())),
+    }
 }
 
 /// Checks every element and node.
@@ -116,21 +125,15 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
             }
         }
     }
-    let (count, tags) = first_few(&inside_out);
-    if count > 0 && count == mesh.elements.len() {
-        return Err(QualityError::AllInsideOut { count });
-    }
-    if count > 0 {
-        return Err(QualityError::InsideOut { count, tags });
-    }
-    let (count, tags) = first_few(&slivers);
-    if count > 0 {
-        return Err(QualityError::Sliver { count, tags });
-    }
-    let (count, tags) = first_few(&folded);
-    if count > 0 {
-        return Err(QualityError::Folded { count, tags });
-    }
+    refuse(&inside_out, |count, tags| {
+        if count == mesh.elements.len() {
+            QualityError::AllInsideOut { count }
+        } else {
+            QualityError::InsideOut { count, tags }
+        }
+    })?;
+    refuse(&slivers, |count, tags| QualityError::Sliver { count, tags })?;
+    refuse(&folded, |count, tags| QualityError::Folded { count, tags })?;
     check_doubled(mesh)?;
     check_orders(mesh)?;
     check_faces(mesh)?;
@@ -327,10 +330,10 @@ fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
             doubled.push(tag);
         }
     }
-    match first_few(&doubled) {
-        (0, _) => Ok(()),
-        (count, tags) => Err(QualityError::Doubled { count, tags }),
-    }
+    refuse(&doubled, |count, tags| QualityError::Doubled {
+        count,
+        tags,
+    })
 }
 
 /// Checks that the edges of elements, then of facets, have one node in the middle, or none, for all
@@ -370,10 +373,10 @@ fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
             tags.push(tag);
         }
     }
-    match first_few(&tags) {
-        (0, _) => Ok(()),
-        (count, tags) => Err(QualityError::MixedOrders { count, tags }),
-    }
+    refuse(&tags, |count, tags| QualityError::MixedOrders {
+        count,
+        tags,
+    })
 }
 
 /// Checks that no quadrilateral of one element lies on triangles of others.
@@ -408,10 +411,10 @@ fn check_faces(mesh: &Mesh) -> Result<(), QualityError> {
         .map(|(_, (_, tag))| *tag)
         .collect();
     tags.sort_unstable();
-    match first_few(&tags) {
-        (0, _) => Ok(()),
-        (count, tags) => Err(QualityError::NoPyramids { count, tags }),
-    }
+    refuse(&tags, |count, tags| QualityError::NoPyramids {
+        count,
+        tags,
+    })
 }
 
 fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
@@ -423,10 +426,7 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
         .filter(|&n| !used[n])
         .map(|n| mesh.node_tags[n])
         .collect();
-    match first_few(&orphans) {
-        (0, _) => Ok(()),
-        (count, tags) => Err(QualityError::Orphan { count, tags }),
-    }
+    refuse(&orphans, |count, tags| QualityError::Orphan { count, tags })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use dovetail_numerics::eigen::lowest_modes;
-//! use dovetail_numerics::factor::Cholesky;
+//! use dovetail_numerics::sparse::Cholesky;
 //! use nalgebra_sparse::{CooMatrix, CscMatrix};
 //!
 //! let sparse = |entries: &[(usize, usize, f64)]| {
@@ -22,26 +22,13 @@
 
 #![warn(missing_docs, clippy::missing_errors_doc)]
 
-pub mod condense;
 pub mod dense;
-pub mod dogleg;
 pub mod eigen;
-mod elimination;
-pub mod factor;
 pub mod fourier;
-mod fronts;
-pub mod gmres;
-pub mod inertia;
+pub mod krylov;
 pub mod memory;
-pub mod newton;
-pub mod order;
-pub mod packed;
-mod pattern;
-pub mod refresh;
-mod solve;
+pub mod nonlinear;
 pub mod space;
 pub mod sparse;
 pub mod spectrum;
-pub mod stored;
-mod symbolic;
 pub mod vector;

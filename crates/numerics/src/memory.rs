@@ -14,6 +14,7 @@ const LITTLE: u64 = 64 << 20;
     gib(*.needed),
     gib(*.available)
 )]
+#[non_exhaustive]
 pub struct TooLittle {
     /// Approximate number of bytes needed.
     pub needed: u64,

@@ -7,12 +7,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -43,48 +42,22 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
     // A pair has three relative displacements: the normal one, and two along the ground.
     let identity = || Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.0 });
     let along_ground = || vec![0.0, 1.0, 0.0];
-    let load = |on_x: Vec<f64>| Load {
-        on_x,
-        on_modes: Vec::new(),
-    };
+    let load = |on_x: Vec<f64>| Load::new(on_x, vec![]);
     let model = Problem {
         reduced: ReducedModel {
-            stiffness: identity(),
-            mass: identity(),
-            // Nothing moves while the pair sticks: there are no stuck modes.
-            coupling: Mat::zeros(3, 0),
-            omega2: Vec::new(),
-            stuck_modes: 0,
             // Compression is negative.
             static_load: load(vec![-1.0, 0.0, 0.0]),
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "mass".into(),
-                on_x: along_ground(),
-                on_modes: Vec::new(),
-            }],
+            observations: vec![ObservedDisplacement::new("mass", along_ground(), vec![])],
+            // Nothing moves while the pair sticks: there are no stuck modes.
+            ..ReducedModel::of_pairs(identity(), identity())
         },
         laws: vec![PairLaw::rigid(FRICTION, 0.0)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(along_ground()),
-            sine: load(vec![0.0; 3]),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(along_ground()))],
     };
-    let undamped = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.0,
-    };
-    let newton = NewtonOptions {
-        tolerance: 1e-10,
-        max_iterations: 60,
-    };
+    let undamped = Rayleigh::NONE;
+    let newton = NewtonOptions::new(1e-10, 60);
     let state = static_state(&model, 10, newton);
-    let resolution = Resolution::Fixed {
-        harmonics,
-        samples: 512,
-    };
+    let resolution = Resolution::fixed(harmonics, 512);
     let settings = SweepSettings::new(vec![RATIO / TAU], resolution);
     let response = sweep(&model, undamped, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];

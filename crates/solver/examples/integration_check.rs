@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
@@ -46,23 +46,14 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
         linear_mode: 1,
     };
     let damping = rayleigh(&ratio, &model.reduced.omega2)?;
-    let newton = NewtonOptions {
-        tolerance: 1e-10,
-        max_iterations: 60,
-    };
+    let newton = NewtonOptions::new(1e-10, 60);
     let state = static_state(&model, 10, newton);
-    let resolution = Resolution::Fixed {
-        harmonics: 7,
-        samples: 256,
-    };
+    let resolution = Resolution::fixed(7, 256);
     let settings = SweepSettings::new(vec![699.5], resolution);
     let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
     // Six periods from the motion of harmonic balance: a correct motion stays as it is.
     let steps_per_period = 300;
-    let until = Until {
-        most_periods: 6,
-        tolerance: 0.0,
-    };
+    let until = Until::new(6, 0.0);
     Ok(compare(
         &model,
         damping,

@@ -35,7 +35,7 @@ pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     // The mesh is in millimetres.
     let mesh = dovetail_mesh::parse(std::fs::read(&file)?, 1e-3)?;
-    let model = bind(&assembly(), &mesh)?;
+    let model = bind(&assembly(), &mesh, None)?;
     let structure = assemble(&model)?;
     let held = fixed_interface_modes(&structure.bodies[0], count)?;
     let hertz = |omega2: Vec<f64>| omega2.iter().map(|w2| w2.sqrt() / TAU).collect();

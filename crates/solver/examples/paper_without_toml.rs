@@ -57,10 +57,7 @@ fn scene(assembly: Assembly) -> Scene {
         from: 0.98,
         to: 1.02,
     };
-    let resolution = Resolution::Fixed {
-        harmonics: 3,
-        samples: 128,
-    };
+    let resolution = Resolution::fixed(3, 128);
     let ratio = 0.001;
     Scene {
         name: "paper".into(),

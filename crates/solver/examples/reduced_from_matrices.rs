@@ -10,7 +10,7 @@
 use std::error::Error;
 use std::f64::consts::TAU;
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
@@ -80,26 +80,13 @@ fn sparse(entries: &[(usize, usize, f64)]) -> CscMatrix<f64> {
 /// Amplitude of the mass at 1.05 rad/s.
 pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     let (spring, slider) = (1.0, 0.5);
-    let wanted = StuckModes {
-        count: Some(1),
-        excited: Highest::RadS(1.05),
-        kept: Highest::RadS(1.05),
-    };
+    let wanted = StuckModes::new(Some(1), Highest::RadS(1.05));
     let reduced = reduce(&oscillator(spring, slider), wanted)?.model;
     let model = Problem::of_one_law(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.02,
-    };
-    let newton = NewtonOptions {
-        tolerance: 1e-10,
-        max_iterations: 60,
-    };
+    let damping = Rayleigh::of_mass(0.02);
+    let newton = NewtonOptions::new(1e-10, 60);
     let state = static_state(&model, 10, newton);
-    let resolution = Resolution::Fixed {
-        harmonics,
-        samples: 8192,
-    };
+    let resolution = Resolution::fixed(harmonics, 8192);
     let mut settings = SweepSettings::new(vec![1.05 / TAU], resolution);
     // The parameter eps of the method represents the stiffness for the harmonics left out. They
     // leave the mass at rest: it is the slider's spring, where K of the pair has both in series.

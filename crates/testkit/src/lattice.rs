@@ -14,6 +14,17 @@ pub struct Lattice {
 }
 
 impl Lattice {
+    /// Lattice of `shape` nodes, with the stiffness and the mass of a spring, and how much the
+    /// springs differ.
+    pub const fn new(shape: [usize; 3], stiffness: f64, mass: f64, irregularity: f64) -> Self {
+        Self {
+            shape,
+            stiffness,
+            mass,
+            irregularity,
+        }
+    }
+
     pub fn nodes(&self) -> usize {
         self.shape.iter().product()
     }

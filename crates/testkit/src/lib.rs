@@ -1,6 +1,12 @@
-//! What the tests of several packages share. Packages name it under `[dev-dependencies]` alone.
+//! Fixtures that the tests of several packages share: meshes of boxes ([`block`]), lattices of
+//! springs ([`lattice`]), derivatives by differences ([`differences`]), folders ([`folder`]) and
+//! thread pools ([`threads`]).
+//! Packages name it under `[dev-dependencies]` alone.
+//!
+//! The numbers of a fixture are part of the tests: tolerances count on them.
 
 pub mod block;
 pub mod differences;
 pub mod folder;
 pub mod lattice;
+pub mod threads;

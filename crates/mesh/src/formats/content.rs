@@ -31,6 +31,7 @@ pub struct Content {
 
 /// Material of a file, in the units of the file.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FileMaterial {
     /// Name in the file.
     pub name: String,

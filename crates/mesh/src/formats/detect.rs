@@ -7,6 +7,7 @@ use crate::MeshError;
 
 /// Format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Gmsh's MSH 4.1, and the rest of that family, whose faults its reader reports.
     Msh4,

@@ -7,6 +7,7 @@ use thiserror::Error;
 /// Error of a mesh file that cannot be used.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum MeshError {
     #[error("cannot read the mesh {}: {source}", path.display())]
     Io {

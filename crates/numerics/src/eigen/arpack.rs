@@ -15,8 +15,7 @@ use nalgebra_sparse::CscMatrix;
 
 use super::sturm::{SPARE, certified_of_tries};
 use super::{EigenError, Modes};
-use crate::factor::Cholesky;
-use crate::sparse;
+use crate::sparse::{self, Cholesky};
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
@@ -283,12 +282,7 @@ mod tests {
 
     #[test]
     fn arpack_and_dense_agree() {
-        let lattice = Lattice {
-            shape: [9, 4, 3],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
         against_dense(lattice, 12);
     }
 
@@ -297,24 +291,14 @@ mod tests {
         // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
         // one.
         for count in [7, 12, 21] {
-            let lattice = Lattice {
-                shape: [9, 4, 4],
-                stiffness: 4e7,
-                mass: 0.1,
-                irregularity: 0.0,
-            };
+            let lattice = Lattice::new([9, 4, 4], 4e7, 0.1, 0.0);
             against_dense(lattice, count);
         }
     }
 
     #[test]
     fn runs_are_the_same_to_the_bit_even_side_by_side() {
-        let lattice = Lattice {
-            shape: [9, 4, 3],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
         let (k, m) = lattice.cantilever();
         let run = || lowest(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
         let first = run();
@@ -327,12 +311,7 @@ mod tests {
 
     #[test]
     fn none_all_and_too_many_modes() {
-        let lattice = Lattice {
-            shape: [3, 2, 2],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.1,
-        };
+        let lattice = Lattice::new([3, 2, 2], 4e7, 0.1, 0.1);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         for (asked, given) in [(0, 0), (1, 1), (24, 24), (99, 24)] {
@@ -347,12 +326,7 @@ mod tests {
 
     #[test]
     fn a_missing_mode_is_noticed() {
-        let lattice = Lattice {
-            shape: [9, 4, 3],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let all = lanczos(&m, &factor, 10, 24, 0).unwrap();

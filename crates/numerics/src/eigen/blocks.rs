@@ -18,9 +18,9 @@ use super::arpack::start_entry;
 use super::dense::largest_first;
 use super::sturm::{TRIES, certified_of_tries};
 use super::{EigenError, Modes};
-use crate::factor::Cholesky;
+use crate::dense::parallel::product;
 use crate::memory::ask_for;
-use crate::sparse::{product, symmetric_product};
+use crate::sparse::{Cholesky, symmetric_product};
 
 /// Number of columns of a block.
 const BLOCK: usize = 8;
@@ -337,14 +337,10 @@ mod tests {
     use super::*;
     use crate::eigen::assert_like_dense;
     use dovetail_testkit::lattice::Lattice;
+    use dovetail_testkit::threads::on_threads;
 
     fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
-        let lattice = Lattice {
-            shape,
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity,
-        };
+        let lattice = Lattice::new(shape, 4e7, 0.1, irregularity);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let none = Modes::none(k.nrows());
@@ -371,12 +367,7 @@ mod tests {
     fn modes_that_are_known_are_not_iterated_for_again() {
         // With and without pairs of equal modes, of which the known ones may hold one.
         for irregularity in [0.6, 0.0] {
-            let lattice = Lattice {
-                shape: [12, 6, 6],
-                stiffness: 4e7,
-                mass: 0.1,
-                irregularity,
-            };
+            let lattice = Lattice::new([12, 6, 6], 4e7, 0.1, irregularity);
             let (k, m) = lattice.cantilever();
             let factor = Cholesky::factor(&k).unwrap();
             let none = Modes::none(k.nrows());
@@ -425,12 +416,7 @@ mod tests {
     /// Products of these masses leave the range of f64: no direction has a length.
     #[test]
     fn masses_that_are_next_to_nothing_end_in_an_error() {
-        let lattice = Lattice {
-            shape: [9, 4, 4],
-            stiffness: 4e7,
-            mass: 1e-200,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([9, 4, 4], 4e7, 1e-200, 0.6);
         let (k, m) = lattice.cantilever();
         let (send, receive) = std::sync::mpsc::channel();
         std::thread::spawn(move || {
@@ -445,20 +431,13 @@ mod tests {
 
     #[test]
     fn threads_change_no_bit() {
-        let lattice = Lattice {
-            shape: [30, 14, 12],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.6,
-        };
+        let lattice = Lattice::new([30, 14, 12], 4e7, 0.1, 0.6);
         let (k, m) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap())
+            on_threads(threads, || {
+                lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap()
+            })
         };
         let (one, three) = (run(1), run(3));
         assert!(k.nrows() > ROWS);

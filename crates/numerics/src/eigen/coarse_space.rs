@@ -9,8 +9,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
 use crate::dense;
-use crate::fronts::in_rows;
-use crate::sparse::product;
+use crate::dense::parallel::{in_rows, product};
 
 /// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be
 /// singular or slightly indefinite (rigid motion, spin softening).
@@ -125,12 +124,7 @@ mod tests {
 
     #[test]
     fn they_are_those_of_the_dense_eigenproblem() {
-        let lattice = Lattice {
-            shape: [9, 7, 6],
-            stiffness: 3e7,
-            mass: 1.0,
-            irregularity: 0.4,
-        };
+        let lattice = Lattice::new([9, 7, 6], 3e7, 1.0, 0.4);
         let (k, _) = lattice.cantilever();
         let k = dense(&k);
         let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();

@@ -11,8 +11,8 @@ use faer::{Mat, MatMut, MatRef, Par, unzip, zip};
 use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
-use crate::dense::{self_adjoint_eigen, self_adjoint_eigenvalues};
-use crate::sparse::{product, symmetrised};
+use crate::dense::parallel::product;
+use crate::dense::{self_adjoint_eigen, symmetrised};
 
 /// All modes, ascending; the strict upper triangles are not read for K, and M is symmetrised.
 ///
@@ -26,7 +26,7 @@ pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes,
 ///
 /// # Errors
 /// The errors of [`modes`].
-pub fn lowest_modes(
+pub(super) fn lowest_modes(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
     count: usize,
@@ -123,12 +123,12 @@ pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Eig
 /// # Errors
 /// [`EigenError::StiffnessNotPositive`] on a negative pivot or one that is zero except for
 /// rounding.
-pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
+pub(super) fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     let n = a.nrows();
     let factor = crate::dense::cholesky(a.to_owned())
         .map_err(|pivot| EigenError::StiffnessNotPositive { pivot })?;
     for i in 0..n {
-        // A pivot this small is rounding (see `numerics::factor`).
+        // A pivot this small is rounding (see `sparse/factor.rs`).
         let is_stiffness = factor[(i, i)].powi(2) > 1e-12 * a[(i, i)];
         if !is_stiffness {
             return Err(EigenError::StiffnessNotPositive { pivot: i });
@@ -137,32 +137,8 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     Ok(factor)
 }
 
-/// Returns `true` if a symmetric matrix (lower triangle read) with `shift` added to its diagonal is
-/// positive definite, by one Cholesky factorisation.
-pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
-    for i in 0..a.nrows() {
-        a[(i, i)] += shift;
-    }
-    crate::dense::cholesky(a).is_ok()
-}
-
-/// Lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is not
-/// found.
-pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
-    let scale = a.norm_max();
-    if scale == 0.0 {
-        return 0.0;
-    }
-    let lowest = || {
-        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
-        self_adjoint_eigenvalues(scaled.as_ref())?.first().copied()
-    };
-    let lowest = if scale.is_finite() { lowest() } else { None };
-    lowest.map_or(f64::NEG_INFINITY, |value| scale * value)
-}
-
 /// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
-pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
+pub(super) fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
     rhs.par_col_chunks_mut(64)
         .for_each(|rhs| crate::dense::solve_in_place(factor, rhs));
 }
@@ -187,12 +163,7 @@ mod tests {
 
     #[test]
     fn modes_diagonalise_both_matrices() {
-        let lattice = Lattice {
-            shape: [5, 3, 3],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.0,
-        };
+        let lattice = Lattice::new([5, 3, 3], 4e7, 0.1, 0.0);
         let (k, m) = lattice.cantilever();
         let (k, m) = (dense(&k), dense(&m));
         let modes = modes(k.as_ref(), m.as_ref()).unwrap();
@@ -246,18 +217,6 @@ mod tests {
                 assert!((w2 / exact - 1.0).abs() < 1e-9, "{i}: {w2:e} {exact:e}");
             }
         }
-    }
-
-    #[test]
-    fn a_shift_decides_what_is_definite() {
-        // Eigenvalues 3 and -1.
-        let a = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
-        assert!(is_definite(a.clone(), 1.001) && !is_definite(a.clone(), 0.999));
-        for scale in [1e-300, 1.0, 1e300] {
-            let lowest = lowest_eigenvalue((faer::Scale(scale) * &a).as_ref());
-            assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
-        }
-        assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
     }
 
     /// Two masses on springs, and between them a point without any: under any static load the modes

@@ -1,18 +1,28 @@
-//! Lowest modes of K phi = omega^2 M phi, with K symmetric positive definite, and M too except for
-//! unknowns without mass.
+//! Natural modes: the lowest solutions of K phi = omega^2 M phi, with K symmetric positive
+//! definite, and M too except for unknowns without mass.
+//!
+//! [`lowest_modes`] chooses the method: [`dense`] for small problems, otherwise Lanczos iteration
+//! with K factored, one vector at a time ([`arpack`]) or in blocks where the factor is large
+//! ([`blocks`]). `sturm.rs` checks the modes and proves that none is missing. [`coarse_space()`] is
+//! something else: rough modes of a dense matrix, for a preconditioner.
+//!
+//! Start vectors, sizes of blocks and the sizes that choose the method decide the last bits of the
+//! modes. `arpack.rs` has the only `unsafe` code of the libraries, and a lock, because ARPACK keeps
+//! its state in static variables.
 
 pub mod arpack;
 pub mod blocks;
-pub mod coarse_space;
+mod coarse_space;
 pub mod dense;
 mod sturm;
+
+pub use coarse_space::coarse_space;
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::{Cholesky, FactorError};
-use super::memory::TooLittle;
-use super::sparse;
+use crate::memory::TooLittle;
+use crate::sparse::{self, Cholesky, FactorError};
 
 /// Number of entries of a factor (here 128 MB) that each pass reads from memory again.
 const LARGE_FACTOR: usize = 1 << 20;
@@ -24,7 +34,7 @@ pub struct Modes {
     /// Squared angular frequencies, rad2/s2.
     pub omega2: Vec<f64>,
     /// One mode per column.
-    #[serde(with = "crate::stored::matrix")]
+    #[serde(with = "crate::sparse::stored::matrix")]
     pub vectors: Mat<f64>,
 }
 
@@ -54,6 +64,7 @@ impl Modes {
 /// Error of modes that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum EigenError {
     #[error(
         "the stiffness and the mass are {stiffness} x {stiffness} and {mass} x {mass}: they must be of one size"
@@ -222,12 +233,7 @@ mod tests {
     /// condensed out.
     #[test]
     fn unknowns_without_mass_follow_the_others() {
-        let lattice = Lattice {
-            shape: [12, 5, 4],
-            stiffness: 4e7,
-            mass: 0.1,
-            irregularity: 0.3,
-        };
+        let lattice = Lattice::new([12, 5, 4], 4e7, 0.1, 0.3);
         let (k, mut m) = lattice.cantilever();
         let n = k.nrows();
         let without = |i: usize| i % 3 == 1;

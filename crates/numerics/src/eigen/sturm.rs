@@ -5,9 +5,7 @@
 use nalgebra_sparse::CscMatrix;
 
 use super::{EigenError, Modes, fix_signs};
-use crate::factor::Cholesky;
-use crate::inertia::negative_eigenvalues;
-use crate::sparse;
+use crate::sparse::{self, Cholesky, negative_eigenvalues};
 
 /// Number of modes computed beyond those asked for, to find a gap for the Sturm count; more at each
 /// new try.

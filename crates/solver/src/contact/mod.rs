@@ -135,10 +135,7 @@ mod tests {
         PairLaw {
             friction: 0.4,
             gap_m: 0.1,
-            stiffness: Some(PairStiffness {
-                normal_n_m: 7.0,
-                tangential_n_m: 3.0,
-            }),
+            stiffness: Some(PairStiffness::new(7.0, 3.0)),
         }
     }
 

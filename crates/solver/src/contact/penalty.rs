@@ -23,6 +23,14 @@ pub struct PairStiffness {
 }
 
 impl PairStiffness {
+    /// Springs along the normal and along the contact, N/m.
+    pub const fn new(normal_n_m: f64, tangential_n_m: f64) -> Self {
+        Self {
+            normal_n_m,
+            tangential_n_m,
+        }
+    }
+
     /// Shares kappa / (kappa + eps), normal and tangential; `eps` likewise, N/m.
     pub fn shares(self, eps: [f64; 2]) -> [f64; 2] {
         // The same number, also where kappa is infinite.
@@ -40,15 +48,9 @@ mod tests {
 
     #[test]
     fn a_spring_takes_its_share_of_the_prediction() {
-        let springs = PairStiffness {
-            normal_n_m: 3.0,
-            tangential_n_m: 1.0,
-        };
+        let springs = PairStiffness::new(3.0, 1.0);
         assert_eq!(springs.shares([1.0, 4.0]), [0.75, 0.2]);
-        let stiff = PairStiffness {
-            normal_n_m: f64::INFINITY,
-            tangential_n_m: f64::INFINITY,
-        };
+        let stiff = PairStiffness::new(f64::INFINITY, f64::INFINITY);
         assert_eq!(stiff.shares([1.0, 4.0]), [1.0, 1.0]);
     }
 }

@@ -19,7 +19,7 @@ use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Tr
 use super::retention::Holding;
 use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use std::iter;
 
 /// Harmonics that are tried one after the other.

@@ -7,9 +7,8 @@
 use super::balance::{Balance, Evaluation, Evaluator, Jacobian};
 use super::newton_krylov::{load_scale, relative_residual, step_length};
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
-use dovetail_numerics::newton::{
-    Damping, NewtonEnd, NewtonOptions, NonlinearSystem, correction, newton,
+use dovetail_numerics::nonlinear::{
+    Damping, DoglegSystem, NewtonEnd, NewtonOptions, NonlinearSystem, correction, dogleg, newton,
 };
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;

@@ -18,7 +18,7 @@ use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::newton::NonlinearSystem;
+use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
 use faer::Mat;
 use std::borrow::Cow;

@@ -11,6 +11,7 @@ use crate::problem::LinearReference;
 /// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Outcome {
     /// The balance holds, to the accuracy asked for.
     Converged,
@@ -207,6 +208,7 @@ pub struct LinearPoint {
 
 /// Progress of a running sweep.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Told<'a> {
     /// A frequency is solved, or was solved before. One that is solved again is reported again
     /// ([`SolvedFrequency::again`]).
@@ -276,6 +278,7 @@ pub struct Response {
 /// Range of frequencies at which two motions were found, and the frequency in it at which they
 /// differ most.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SecondMotion {
     /// First frequency of the range.
     pub from_hz: f64,
@@ -323,7 +326,7 @@ mod two_level;
 
 pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};
 
-use dovetail_numerics::newton::NewtonStatus;
+use dovetail_numerics::nonlinear::NewtonStatus;
 
 impl From<NewtonStatus> for Outcome {
     fn from(status: NewtonStatus) -> Self {

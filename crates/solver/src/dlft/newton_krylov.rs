@@ -8,8 +8,8 @@ use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
 use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
-use dovetail_numerics::newton::NonlinearSystem;
-use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::krylov::RefreshPolicy;
+use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_numerics::vector::{dot, norm};
 
 /// Relative residual of each linear solve.

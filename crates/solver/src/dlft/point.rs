@@ -20,7 +20,7 @@ use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use super::{Orbit, Told};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
+use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -160,6 +160,7 @@ enum Settled<'b> {
 }
 
 /// Distance of the motion of a finer balance from that of a coarser one.
+#[non_exhaustive]
 pub struct Truncation {
     /// Motion of the finer balance.
     pub u: Vec<f64>,

@@ -17,6 +17,11 @@ pub enum Resolution {
 }
 
 impl Resolution {
+    /// A given number of harmonics besides the mean, and of samples of a period.
+    pub const fn fixed(harmonics: usize, samples: usize) -> Self {
+        Self::Fixed { harmonics, samples }
+    }
+
     /// Most harmonics kept for an accuracy. With more, the errors of the time evaluation of a pair
     /// (its parameter eps, the way to the periodic state) outweigh what the harmonics add.
     pub const MOST_ADAPTED: usize = 31;

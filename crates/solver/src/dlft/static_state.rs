@@ -21,8 +21,10 @@ use crate::problem::inexact::{Inexact, InexactModel};
 use crate::problem::tangential;
 use crate::problem::{LinearReference, Problem};
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
-use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::krylov::RefreshPolicy;
+use dovetail_numerics::nonlinear::{
+    NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton,
+};
 use dovetail_numerics::vector::norm;
 use faer::Mat;
 use std::borrow::Cow;

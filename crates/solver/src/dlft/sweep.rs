@@ -23,7 +23,7 @@ use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::reduction::damping::Rayleigh;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -35,6 +35,7 @@ const STRETCH: usize = 20;
 
 /// Settings of a frequency response.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SweepSettings {
     /// Frequencies of the response, Hz, ascending.
     pub frequencies_hz: Vec<f64>,

@@ -9,7 +9,7 @@ use faer::Mat;
 
 use super::coarse::Coarse;
 use super::linear_system::{LinearSystem, widen};
-use dovetail_numerics::gmres::{GmresEnd, gmres};
+use dovetail_numerics::krylov::{GmresEnd, gmres};
 use dovetail_numerics::vector::{axpy, dot};
 
 /// Preconditioned vector z = soft + local, by the two levels of the preconditioner.

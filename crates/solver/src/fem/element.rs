@@ -25,30 +25,35 @@ pub trait Element: Sync + Send {
 
     /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal
     /// displacements.
-    fn geometric_stiffness(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 1]],
-    );
+    fn geometric_stiffness(&self, deformed: &Deformed<'_>, out: &mut [[f64; 1]]);
 
     /// Stress in the middle, Pa: xx, yy, zz, xy, yz, xz.
-    fn centre_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-    ) -> [f64; 6];
+    fn centre_stress(&self, deformed: &Deformed<'_>) -> [f64; 6];
 
     /// Stress at each node, Pa.
-    fn nodal_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 6]],
-    );
+    fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]);
+}
+
+/// Element under a displacement of its nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct Deformed<'a> {
+    /// Positions of the nodes, m, in the order of the element.
+    pub coords_m: &'a [[f64; 3]],
+    /// Displacements of the nodes, m, in the same order.
+    pub displacement_m: &'a [[f64; 3]],
+    /// Elastic constants.
+    pub lame: Lame,
+}
+
+impl<'a> Deformed<'a> {
+    /// Element of these positions and displacements, m, of its nodes.
+    pub fn new(coords_m: &'a [[f64; 3]], displacement_m: &'a [[f64; 3]], lame: Lame) -> Self {
+        Self {
+            coords_m,
+            displacement_m,
+            lame,
+        }
+    }
 }
 
 /// Form of an element.
@@ -163,35 +168,25 @@ impl<const N: usize> Element for Isoparametric<N> {
         }
     }
 
-    fn geometric_stiffness(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 1]],
-    ) {
+    fn geometric_stiffness(&self, deformed: &Deformed<'_>, out: &mut [[f64; 1]]) {
+        let Deformed {
+            coords_m,
+            displacement_m,
+            lame,
+        } = *deformed;
         let stress = |_, g: &[[f64; 3]; N]| stress_at(g, nodal(displacement_m), lame);
         elasticity::geometric_stiffness(nodal(coords_m), &self.tables.stiffness, stress, out);
     }
 
-    fn centre_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-    ) -> [f64; 6] {
-        let (_, gradients) = map_gradients(nodal(coords_m), &self.tables.centre.gradients[0]);
-        stress_at::<N>(&gradients, nodal(displacement_m), lame)
+    fn centre_stress(&self, deformed: &Deformed<'_>) -> [f64; 6] {
+        let coords = nodal(deformed.coords_m);
+        let (_, gradients) = map_gradients(coords, &self.tables.centre.gradients[0]);
+        stress_at::<N>(&gradients, nodal(deformed.displacement_m), deformed.lame)
     }
 
-    fn nodal_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 6]],
-    ) {
-        let coords = nodal(coords_m);
+    fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]) {
+        let coords = nodal(deformed.coords_m);
+        let displacement = nodal(deformed.displacement_m);
         let centre = &self.tables.centre.gradients[0];
         let (middle, in_middle) = map_gradients(coords, centre);
         for (reference, out) in self.tables.nodes.gradients.iter().zip(out) {
@@ -203,7 +198,7 @@ impl<const N: usize> Element for Isoparametric<N> {
             } else {
                 in_middle
             };
-            *out = stress_at::<N>(&gradients, nodal(displacement_m), lame);
+            *out = stress_at::<N>(&gradients, displacement, deformed.lame);
         }
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::FemError;
 use super::elasticity::Lame;
-use super::element::{Element, Form, Isoparametric, MOST_NODES};
+use super::element::{Deformed, Element, Form, Isoparametric, MOST_NODES};
 use super::incompatible::IncompatibleHexahedron;
 use crate::model::Body;
 use dovetail_mesh::element::ElementType;
@@ -103,7 +103,8 @@ impl<'a> Elements<'a> {
     pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
         let lame = Lame::from(self.body.material);
         let u = values(self.body, e, displacement_m);
-        integrals(self.body, e).geometric_stiffness(&self.coords_m(e), &u, lame, out);
+        let coords = self.coords_m(e);
+        integrals(self.body, e).geometric_stiffness(&Deformed::new(&coords, &u, lame), out);
     }
 }
 

@@ -9,6 +9,7 @@ use crate::model::{Body, Rotation};
 /// Error of a body whose finite elements were not assembled.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum FemError {
     #[error(
         "body \"{body}\": {} turned inside out (Jacobian not positive): {tags}; \

@@ -10,7 +10,7 @@
 use nalgebra_sparse::na::SMatrix;
 
 use super::elasticity::{self, Lame, Map, add_stiffness, mirror_blocks, stress_at};
-use super::element::{Element, Form, Isoparametric, nodal};
+use super::element::{Deformed, Element, Form, Isoparametric, nodal};
 use super::tables::Table;
 use dovetail_mesh::element::ElementType;
 use dovetail_mesh::interpolation::{centre, reference_nodes};
@@ -87,15 +87,15 @@ impl IncompatibleHexahedron {
         whole
     }
 
-    /// Displacements of nodes and internal functions: the internal ones are in equilibrium under
-    /// those of the nodes.
-    fn whole_displacement(
+    /// Positions of the nodes, and displacements of nodes and internal functions: the internal ones
+    /// are in equilibrium under those of the nodes.
+    fn whole_displacement<'a>(
         &self,
-        coords_m: &[[f64; 3]; N],
-        displacement_m: &[[f64; 3]; N],
-        lame: Lame,
-    ) -> [[f64; 3]; ALL] {
-        let whole = self.whole_stiffness(coords_m, lame);
+        deformed: &Deformed<'a>,
+    ) -> (&'a [[f64; 3]; N], [[f64; 3]; ALL]) {
+        let coords_m = nodal(deformed.coords_m);
+        let displacement_m: &[[f64; 3]; N] = nodal(deformed.displacement_m);
+        let whole = self.whole_stiffness(coords_m, deformed.lame);
         let mut all = [[0.0; 3]; ALL];
         all[..N].copy_from_slice(displacement_m);
         let mut force = SMatrix::<f64, 9, 1>::zeros();
@@ -111,7 +111,7 @@ impl IncompatibleHexahedron {
                 all[N + i / 3][i % 3] = internal[i];
             }
         }
-        all
+        (coords_m, all)
     }
 
     /// Stress where nodes and internal functions have these reference gradients.
@@ -173,15 +173,9 @@ impl Element for IncompatibleHexahedron {
         self.compatible.mass(coords_m, affine, density_kg_m3, out);
     }
 
-    fn geometric_stiffness(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 1]],
-    ) {
-        let coords = nodal(coords_m);
-        let u = self.whole_displacement(coords, nodal(displacement_m), lame);
+    fn geometric_stiffness(&self, deformed: &Deformed<'_>, out: &mut [[f64; 1]]) {
+        let (coords, u) = self.whole_displacement(deformed);
+        let lame = deformed.lame;
         let table: &Table<N> = &self.compatible.tables.stiffness;
         let stress = |point: usize, _: &[[f64; 3]; N]| {
             let (reference, internal) = (&table.gradients[point], &self.at_points[point]);
@@ -190,27 +184,16 @@ impl Element for IncompatibleHexahedron {
         elasticity::geometric_stiffness(coords, table, stress, out);
     }
 
-    fn centre_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-    ) -> [f64; 6] {
-        let coords = nodal(coords_m);
-        let u = self.whole_displacement(coords, nodal(displacement_m), lame);
+    fn centre_stress(&self, deformed: &Deformed<'_>) -> [f64; 6] {
+        let (coords, u) = self.whole_displacement(deformed);
+        let lame = deformed.lame;
         let reference = &self.compatible.tables.centre.gradients[0];
         self.stress(coords, &u, reference, &self.at_centre[0], lame)
     }
 
-    fn nodal_stress(
-        &self,
-        coords_m: &[[f64; 3]],
-        displacement_m: &[[f64; 3]],
-        lame: Lame,
-        out: &mut [[f64; 6]],
-    ) {
-        let coords = nodal(coords_m);
-        let u = self.whole_displacement(coords, nodal(displacement_m), lame);
+    fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]) {
+        let (coords, u) = self.whole_displacement(deformed);
+        let lame = deformed.lame;
         let gradients = &self.compatible.tables.nodes.gradients;
         for ((reference, internal), out) in gradients.iter().zip(&self.at_nodes).zip(out) {
             *out = self.stress(coords, &u, reference, internal, lame);

@@ -1,5 +1,17 @@
-//! Conversion of a [`Model`] to a [`Structure`]: stiffness, mass and loads of each body, with
-//! rotation where it is asked for, and the joints of the bodies.
+//! Finite elements: conversion of a [`Model`] to a [`Structure`], which has stiffness, mass and
+//! loads of each body, with rotation where it is asked for, and the joints of the bodies.
+//!
+//! With the elasticity D, the gradients B and the values N of the shape functions, and the density
+//! rho, a body has
+//!
+//! ```text
+//! K = integral of B^T D B      M = integral of rho N^T N      f = integral of N^T t over surfaces
+//! ```
+//!
+//! `elasticity.rs` has the integrands and their sources, `element.rs` the integrals over one
+//! element, `assembly.rs` adds them up, `spin.rs` adds what rotation changes. A new type of element
+//! is a line in `elements.rs`. The order in which the assembly adds elements decides the last bits
+//! of all matrices and does not depend on the number of threads: it stays as it is.
 
 pub mod assembly;
 pub mod elasticity;

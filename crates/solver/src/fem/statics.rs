@@ -5,13 +5,13 @@ use nalgebra_sparse::CscMatrix;
 
 use super::FemError;
 use crate::model::{Body, DofMap};
-use dovetail_numerics::factor::{Cholesky, FactorError};
 use dovetail_numerics::space::norm;
-use dovetail_numerics::sparse::submatrix;
+use dovetail_numerics::sparse::{Cholesky, FactorError, submatrix};
 
 /// Error of a symmetric positive definite system that was not solved.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum SolveFailure {
     #[error("the matrix is not positive definite at unknown {dof}")]
     NotPositiveDefinite { dof: usize },

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::elasticity::Lame;
-use super::element::MOST_NODES;
+use super::element::{Deformed, MOST_NODES};
 use super::elements::{integrals, values};
 use crate::model::Body;
 
@@ -11,8 +11,11 @@ use crate::model::Body;
 pub fn stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     let lame = Lame::from(body.material);
     let of = |e: usize| {
-        let coords = values(body, e, &body.nodes_m);
-        integrals(body, e).centre_stress(&coords, &values(body, e, displacement_m), lame)
+        let (coords, u) = (
+            values(body, e, &body.nodes_m),
+            values(body, e, displacement_m),
+        );
+        integrals(body, e).centre_stress(&Deformed::new(&coords, &u, lame))
     };
     (0..body.elements.len()).into_par_iter().map(of).collect()
 }
@@ -25,11 +28,14 @@ pub fn nodal_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     let mut volumes = vec![0.0; body.nodes_m.len()];
     let mut stress = [[0.0; 6]; MOST_NODES];
     for (e, nodes) in body.elements.iter().enumerate() {
-        let coords = values(body, e, &body.nodes_m);
-        let u = values(body, e, displacement_m);
+        let (coords, u) = (
+            values(body, e, &body.nodes_m),
+            values(body, e, displacement_m),
+        );
+        let deformed = Deformed::new(&coords, &u, lame);
         let element = integrals(body, e);
         let volume = element.form(&coords).volume_m3;
-        element.nodal_stress(&coords, &u, lame, &mut stress[..nodes.len()]);
+        element.nodal_stress(&deformed, &mut stress[..nodes.len()]);
         for (&node, s) in nodes.iter().zip(&stress) {
             for (sum, s) in sums[node as usize].iter_mut().zip(s) {
                 *sum += volume * s;

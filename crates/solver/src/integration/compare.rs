@@ -10,6 +10,7 @@ use dovetail_numerics::spectrum::Spectrum;
 
 /// Results of one method over one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Figures {
     /// Largest departure of the observed point from its mean, m; `None` where nothing is observed.
     pub amplitude_m: Option<f64>,
@@ -27,6 +28,7 @@ pub struct Figures {
 
 /// Results of both methods at one frequency.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Frequency of the excitation's harmonic 1.
     pub frequency_hz: f64,
@@ -208,30 +210,21 @@ mod tests {
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
     use crate::problem::dovetail72::dovetail72;
-    use dovetail_numerics::newton::NewtonOptions;
+    use dovetail_numerics::nonlinear::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]
     fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
         let problem = dovetail72(3.0);
-        let damping = Rayleigh {
-            stiffness_s: 0.002 / problem.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        };
-        let newton = NewtonOptions {
-            tolerance: 1e-10,
-            max_iterations: 60,
-        };
+        let damping = Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt());
+        let newton = NewtonOptions::new(1e-10, 60);
         let rest = static_state(&problem, 10, newton);
         let settings = SweepSettings {
             eps: Eps::new(EpsChoice::Pair),
             newton,
             ..SweepSettings::new(
                 vec![0.9995 * problem.reduced.omega2[0].sqrt() / std::f64::consts::TAU],
-                Resolution::Fixed {
-                    harmonics: 1,
-                    samples: 128,
-                },
+                Resolution::fixed(1, 128),
             )
         };
         let response = sweep(&problem, damping, &rest, &settings, &[], &|_| ());

@@ -23,6 +23,7 @@ pub mod step;
 /// Error of a motion that was not integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum IntegrationError {
     #[error("{frequency_hz} Hz: a frequency must be above 0 and finite to be integrated in time")]
     Frequency { frequency_hz: f64 },

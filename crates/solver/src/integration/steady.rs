@@ -17,6 +17,7 @@ const WINDOW: usize = 8;
 
 /// Observed displacement over one period, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ObservedCycle {
     /// Mean over the period, m.
     pub mean_m: f64,
@@ -28,6 +29,7 @@ pub struct ObservedCycle {
 
 /// Measurements over one period of the motion.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Cycle {
     /// Motion of each observed point.
     pub observed: Vec<ObservedCycle>,
@@ -49,8 +51,19 @@ pub struct Until {
     pub tolerance: f64,
 }
 
+impl Until {
+    /// Criterion of so many periods at most, and of this rest of the transient.
+    pub const fn new(most_periods: usize, tolerance: f64) -> Self {
+        Self {
+            most_periods,
+            tolerance,
+        }
+    }
+}
+
 /// Result of an integration.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Settled {
     /// Measurements over the last period.
     pub cycle: Cycle,

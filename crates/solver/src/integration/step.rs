@@ -254,10 +254,7 @@ impl<'a> Stepper<'a> {
 
     /// Load at the phase of step `step`, without the static part.
     fn vibrating_load(&self, step: usize) -> Load {
-        let mut load = Load {
-            on_x: vec![0.0; self.kx.len()],
-            on_modes: vec![0.0; self.modal.len()],
-        };
+        let mut load = Load::zeros(self.kx.len(), self.modal.len());
         for excitation in &self.problem.excitations {
             let phase = (excitation.harmonic * step) % self.steps;
             let strength = excitation.factor(self.omega_rad_s);
@@ -342,10 +339,10 @@ impl<'a> Stepper<'a> {
     /// Mean of the vibrating load over a step.
     fn mean_load(&self, step: usize) -> Load {
         let (before, after) = (self.vibrating_load(step), self.vibrating_load(step + 1));
-        Load {
-            on_x: mean(&before.on_x, &after.on_x),
-            on_modes: mean(&before.on_modes, &after.on_modes),
-        }
+        Load::new(
+            mean(&before.on_x, &after.on_x),
+            mean(&before.on_modes, &after.on_modes),
+        )
     }
 
     /// Computes fm + s (q' + p^T V) - w^2 q.
@@ -473,10 +470,7 @@ mod tests {
             // Sticks with a coefficient above 1e5.
             problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
             problem.reduced.static_load.on_modes.fill(0.0);
-            let damping = Rayleigh {
-                stiffness_s: 0.0,
-                mass_per_s: 0.0,
-            };
+            let damping = Rayleigh::NONE;
             let mut stepper = Stepper::new(&problem, damping, 0.1, 100).unwrap();
             let mut state = State::at_rest(&problem, &[0.0; 3], &[0.0; 3]);
             stepper.prepare(&state);

@@ -12,17 +12,8 @@ use super::{BodyPrestress, Prestress};
 use crate::model::{Assembly, SurfaceFields};
 use dovetail_mesh::Mesh;
 
-/// Resolves every name of the scene against the mesh, for a scene without files of fields.
-/// Otherwise use [`bind_with_fields`].
-///
-/// # Errors
-/// The errors of [`bind_with_fields`].
-pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
-    bind_with_fields(assembly, mesh, &SurfaceFields::new())
-}
-
-/// Resolves every name of the scene against the mesh; `fields` has the contents of the files of its
-/// fields.
+/// Resolves every name of an assembly against the mesh. `fields` has what was read from the files
+/// that its excitations name, and is not needed where they name none.
 ///
 /// Pairs are ordered contact by contact, each along the slot and then across it, whatever the
 /// numbering of the mesh. An observation is the mean of the nodes of its group.
@@ -30,10 +21,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
 /// # Errors
 /// A name that the mesh does not have, a group of the wrong kind, or a file that `fields` lacks:
 /// see [`ModelError`].
-pub fn bind_with_fields(
+pub fn bind(
     assembly: &Assembly,
     mesh: &Mesh,
-    fields: &SurfaceFields,
+    fields: Option<&SurfaceFields>,
 ) -> Result<Model, ModelError> {
     if assembly.bodies.is_empty() {
         return Err(ModelError::NoBody);

@@ -193,10 +193,7 @@ pub struct FlankStiffness {
 impl FlankStiffness {
     /// Stiffness of a pair with this tributary area, m2.
     pub fn of_area(self, area_m2: f64) -> PairStiffness {
-        PairStiffness {
-            normal_n_m: self.normal_n_m3 * area_m2,
-            tangential_n_m: self.tangential_n_m3 * area_m2,
-        }
+        PairStiffness::new(self.normal_n_m3 * area_m2, self.tangential_n_m3 * area_m2)
     }
 }
 
@@ -318,7 +315,7 @@ pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
 /// Source of a field on a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldSource {
-    /// File, which is read for [`bind_with_fields`](super::bind_with_fields).
+    /// File, whose contents [`bind`](super::bind()) takes.
     File(PathBuf),
     /// Points and values themselves.
     Points(SurfaceField),

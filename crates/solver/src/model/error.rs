@@ -10,6 +10,7 @@ use dovetail_mesh::text::list;
 /// are in metres. Lists hold the first few entries, with the number of all.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum ModelError {
     #[error("the scene has no body: name the one that vibrates, and what it is in contact with")]
     NoBody,

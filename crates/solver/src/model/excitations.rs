@@ -18,7 +18,7 @@ pub(super) fn excitations(
     assembly: &Assembly,
     mesh: &Mesh,
     bodies: &[BodyBuilder],
-    fields: &SurfaceFields,
+    fields: Option<&SurfaceFields>,
 ) -> Result<(Vec<Excitation>, Vec<FieldMap>), ModelError> {
     let (mut all, mut maps) = (Vec::new(), Vec::new());
     for (number, spec) in assembly.excitations.iter().enumerate() {
@@ -53,7 +53,8 @@ pub(super) fn excitations(
                 let named = match field {
                     FieldSource::Points(field) => ("the field".to_owned(), field),
                     FieldSource::File(path) => {
-                        let read = fields.get(path).ok_or_else(|| ModelError::FieldMissing {
+                        let read = fields.and_then(|fields| fields.get(path));
+                        let read = read.ok_or_else(|| ModelError::FieldMissing {
                             used_by: used_by.clone(),
                             path: path.clone(),
                         })?;

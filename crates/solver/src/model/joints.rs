@@ -213,9 +213,9 @@ fn surface(
     Surface::new(mesh, &spec.name, (name, group), owner, body)
 }
 
-/// Checks that a slave node is held along the flank only, and that what it meets is held, too: a
-/// plane of symmetry cuts both bodies. Contact forces then never act on a support of the slave.
-/// Bonded nodes may be held in any direction, both alike.
+/// Checks that a slave node is held along the flank only, and that the nodes opposite are held,
+/// too: a plane of symmetry cuts the two bodies of the contact. Contact forces then never act on a
+/// support of the slave. Bonded nodes may be held in any direction, those of the two bodies alike.
 fn check_held(
     bodies: &[BodyBuilder],
     pairs: &[ContactPair],

@@ -21,6 +21,7 @@ use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 /// Report of how a field at points in space was mapped to a surface, at the amplitude of its
 /// excitation. In complex vectors the real part comes first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FieldMap {
     /// Source of the field.
     pub field: String,

@@ -1,8 +1,15 @@
 //! Conversion of an [`Assembly`] and a [`Mesh`](dovetail_mesh::Mesh) to a [`Model`]: names become
 //! indices here and only here.
 //!
-//! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the
-//! flanks are paired node by node and given their frames, and each node gets its possible motion.
+//! [`bind()`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
+//! paired and given their frames, and each node gets its possible motion. The opposite point of a
+//! slave node is a weighted mean of nodes of the other flank, by dual mortar functions (sources in
+//! `mortar.rs`).
+//!
+//! A user describes an [`Assembly`], with names; the finite elements read a [`Model`], with
+//! numbers. A new kind of load or contact has a type in `description.rs` and one here. Two orders
+//! are fixed, because results and files count on them: that of the pairs, contact by contact, and
+//! that of the unknowns of a body, its interior before its contact nodes (`dofs.rs`).
 
 use std::collections::BTreeMap;
 
@@ -32,7 +39,7 @@ mod mortar;
 mod neighbours;
 mod springs;
 
-pub use bind::{bind, bind_with_fields};
+pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
     ExcitationSpec, FieldSource, FlankStiffness, LoadKind, LoadSpec, Material, MaterialSpec,
@@ -391,6 +398,7 @@ impl ContactPair {
 
 /// Report of how the two flanks of a contact lie on each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FlankMatch {
     /// Name of the contact.
     pub name: String,
@@ -416,6 +424,7 @@ pub struct FlankMatch {
 /// nodes move with the mean of their corners. In a rotation of the body this motion is free of
 /// strain only on straight edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StraightenedEdges {
     /// Name of the body.
     pub body: String,

@@ -11,9 +11,9 @@ use faer::{Accum, Mat, MatRef, Par, c64};
 use super::dynamic_stiffness::Coefficients;
 use crate::reduction::ReducedModel;
 use dovetail_numerics::dense;
-use dovetail_numerics::eigen::coarse_space::coarse_space;
-use dovetail_numerics::packed::PackedSymmetric;
-use dovetail_numerics::sparse::product;
+use dovetail_numerics::dense::PackedSymmetric;
+use dovetail_numerics::dense::parallel::product;
+use dovetail_numerics::eigen::coarse_space;
 use dovetail_numerics::spectrum::cosine;
 use dovetail_numerics::vector::{axpy, dot, norm};
 

@@ -15,11 +15,12 @@ use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Problem};
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
-use dovetail_numerics::sparse::product;
 
 /// Linear reference, which small vibrations about a static state obey.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct LinearReference {
     /// Squared angular frequencies of its modes, rad2/s2, ascending.
     pub omega2: Vec<f64>,
@@ -87,20 +88,19 @@ impl LinearReference {
     /// Displacements count from the static state.
     pub fn problem(&self, problem: &Problem) -> Problem {
         let reduced = &problem.reduced;
-        let load = |load: &Load| Load {
-            on_x: Vec::new(),
-            on_modes: self.shares(&load.on_x, &load.on_modes),
-        };
+        let load = |load: &Load| Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes));
         let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
             harmonic: excitation.harmonic,
             cosine: load(&excitation.cosine),
             sine: load(&excitation.sine),
             growth: excitation.growth,
         };
-        let observed = |observed: &ObservedDisplacement| ObservedDisplacement {
-            name: observed.name.clone(),
-            on_x: Vec::new(),
-            on_modes: self.shares(&observed.on_x, &observed.on_modes),
+        let observed = |observed: &ObservedDisplacement| {
+            ObservedDisplacement::new(
+                observed.name.clone(),
+                Vec::new(),
+                self.shares(&observed.on_x, &observed.on_modes),
+            )
         };
         let observations = reduced.observations.iter().map(observed);
         let on_modes = ReducedModel {

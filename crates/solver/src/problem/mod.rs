@@ -124,10 +124,7 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
         let of_kind = forces.iter().zip(unit_loads);
         for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
             let amplitude = force.amplitude * share(force.phase_rad);
-            let zero = || Load {
-                on_x: vec![0.0; unit.on_x.len()],
-                on_modes: vec![0.0; unit.on_modes.len()],
-            };
+            let zero = || Load::zeros(unit.on_x.len(), unit.on_modes.len());
             let sum = sum.get_or_insert_with(zero);
             let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
             for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
@@ -162,6 +159,16 @@ pub struct HarmonicLoad {
 }
 
 impl HarmonicLoad {
+    /// Load of constant size in phase with the cosine of a harmonic.
+    pub fn cosine(harmonic: usize, cosine: Load) -> Self {
+        Self {
+            harmonic,
+            sine: Load::zeros(cosine.on_x.len(), cosine.on_modes.len()),
+            cosine,
+            growth: Growth::Constant,
+        }
+    }
+
     /// Factor on the load where the frequency of the response is `omega_rad_s`.
     pub fn factor(&self, omega_rad_s: f64) -> f64 {
         match self.growth {

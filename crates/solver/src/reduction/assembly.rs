@@ -32,10 +32,11 @@ use super::{
     Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError, StuckModes,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
-use dovetail_numerics::condense::condense;
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
-use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
-use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
+use dovetail_numerics::sparse::{
+    Cholesky, FactorError, Symbolic, condense, submatrix, symmetric_product, times,
+};
 
 /// Largest number of stuck modes, and how far above the highest frequency they reach, where the
 /// scene gives no number.
@@ -410,20 +411,13 @@ impl<'a> Joined<'a> {
         self.factor.solve_in_place(followed.as_mut());
         let coupling = times(&self.m_xg, vectors.as_ref()) - times(&self.k_xg, followed.as_ref());
         let on_modes = product(vectors.transpose(), on_g.as_ref());
-        let load = |j: usize| Load {
-            on_x: on_x[j].clone(),
-            on_modes: on_modes.col_as_slice(j).to_vec(),
-        };
+        let load = |j: usize| Load::new(on_x[j].clone(), on_modes.col_as_slice(j).to_vec());
         let first_observed = 1 + structure.excitations.len();
         let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
         let observations = structure.observations.iter().enumerate();
         let observations = observations.map(|(o, (name, _))| {
             let Load { on_x, on_modes } = load(first_observed + o);
-            ObservedDisplacement {
-                name: name.clone(),
-                on_x,
-                on_modes,
-            }
+            ObservedDisplacement::new(name.clone(), on_x, on_modes)
         });
         let reduced = ReducedModel {
             stiffness,

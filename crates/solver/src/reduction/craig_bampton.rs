@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Psi is never formed: the two condensed blocks come out of the factorisation of K_ii
-//! ([`dovetail_numerics::condense`]). Fields are recovered by one solve each.
+//! ([`dovetail_numerics::sparse::condense()`]). Fields are recovered by one solve each.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -20,11 +20,9 @@ use serde::{Deserialize, Serialize};
 use super::ReductionError;
 use super::residual::residual_vectors;
 use crate::structure::BodyMatrices;
-use dovetail_numerics::condense;
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{Modes, lowest_modes};
-use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
-use dovetail_numerics::sparse::{product, submatrix, times};
-use dovetail_numerics::stored;
+use dovetail_numerics::sparse::{self, Cholesky, FactorError, Symbolic, stored, submatrix, times};
 
 /// Body on the degrees of freedom of its contact nodes and the amplitudes of its fixed-interface
 /// modes and residual vectors: n coordinates, in this order.
@@ -108,7 +106,7 @@ pub fn condense(
     let (stiffness, mass) = (&body.stiffness, &body.mass);
     let k_ii = submatrix(stiffness, &inner, &inner);
     let condensed = Symbolic::analyse(&k_ii)
-        .and_then(|symbolic| condense::condense(stiffness, mass, &k_ii, &symbolic))
+        .and_then(|symbolic| sparse::condense(stiffness, mass, &k_ii, &symbolic))
         .map_err(|e| interior_error(body, e))?;
     let factor = condensed.factor;
     let m_ii = submatrix(mass, &inner, &inner);

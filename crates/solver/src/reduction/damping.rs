@@ -29,9 +29,37 @@ pub struct Rayleigh {
     pub mass_per_s: f64,
 }
 
+impl Rayleigh {
+    /// No damping.
+    pub const NONE: Self = Self::of_stiffness(0.0);
+
+    /// Damping proportional to the stiffness, with the coefficient in s.
+    pub const fn of_stiffness(stiffness_s: f64) -> Self {
+        Self {
+            stiffness_s,
+            mass_per_s: 0.0,
+        }
+    }
+
+    /// Damping proportional to the mass, with the coefficient in 1/s.
+    pub const fn of_mass(mass_per_s: f64) -> Self {
+        Self {
+            stiffness_s: 0.0,
+            mass_per_s,
+        }
+    }
+
+    /// Damping proportional to the stiffness that has a ratio to critical damping at the angular
+    /// frequency `omega_rad_s`.
+    pub const fn of_ratio(ratio: f64, omega_rad_s: f64) -> Self {
+        Self::of_stiffness(2.0 * ratio / omega_rad_s)
+    }
+}
+
 /// Error of a damping without coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum DampingError {
     #[error(
         "damping.linear_mode = {asked}, but the linear assembly has {available} modes: choose 1 to {available}, or keep more response.stuck_modes"
@@ -68,10 +96,7 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
             };
             let mode = linear_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
             let omega2 = omega2.get(mode).ok_or(missing)?;
-            Ok(Rayleigh {
-                stiffness_s: 2.0 * ratio / omega2.sqrt(),
-                mass_per_s: 0.0,
-            })
+            Ok(Rayleigh::of_ratio(ratio, omega2.sqrt()))
         }
     }
 }

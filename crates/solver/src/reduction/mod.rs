@@ -1,6 +1,16 @@
 //! Reduction of a [`Structure`](crate::structure::Structure) to a [`Reduction`]: the bodies joined
-//! by their contacts, on the relative displacements of the pairs and the modes of the stuck
-//! assembly.
+//! by their contacts, on the relative displacements X of the pairs and the amplitudes q of the
+//! modes of the stuck assembly (X = 0), a Craig-Bampton reduction of the assembly with X for its
+//! interface (AIAA J. 6 (1968) 1313-1319).
+//!
+//! The coordinates of all bodies are u = T (g, X) (`transformation.rs`), and g = Psi X + Phi q,
+//! which leads to the equations of a [`ReducedModel`] (`assembly.rs`). Residual vectors follow the
+//! modes (`residual.rs`), the modes that are left out have an estimate (`truncation.rs`), and the
+//! motion of the bodies is recovered (`recovery.rs`). Meshes and elements are not known here: the
+//! matrices may come from another program.
+//!
+//! The signs are those of [`crate::contact`]. Folders of reduced models (`superelement.rs`) hold
+//! the matrices for other programs: their layout and the order of their entries stay as they are.
 
 mod assembly;
 pub mod craig_bampton;
@@ -19,8 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
-use dovetail_numerics::factor::FactorError;
-use dovetail_numerics::stored;
+use dovetail_numerics::sparse::{FactorError, stored};
 
 pub use assembly::{reduce, stuck_displacement, stuck_modes};
 pub use recovery::Recovery;
@@ -50,6 +59,15 @@ pub struct StuckModes {
 }
 
 impl StuckModes {
+    /// Modes for a response whose harmonics are all excited, up to the frequency `highest`.
+    pub const fn new(count: Option<usize>, highest: Highest) -> Self {
+        Self {
+            count,
+            excited: highest,
+            kept: highest,
+        }
+    }
+
     /// Least number kept where no number is given.
     pub const LEAST: usize = 12;
     /// Most modes that harmonics above the excited ones require.
@@ -101,6 +119,7 @@ impl Highest {
 
 /// Reduced model of an assembly, estimates of its errors, and the recovery of the bodies.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Reduction {
     /// Assembly on the relative displacements of its pairs and on its stuck modes.
     pub model: ReducedModel,
@@ -116,6 +135,7 @@ pub struct Reduction {
 /// Error of an assembly that was not reduced.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum ReductionError {
     #[error("body `{body}`: {what} has {found} rows, its stiffness {expected}")]
     Size {
@@ -197,6 +217,29 @@ pub struct ReducedModel {
 }
 
 impl ReducedModel {
+    /// Model without loads and observations, all of whose modes are stuck modes: stiffness, N/m,
+    /// and mass, kg, n x n, the coupling, n x m, and `omega2`, rad2/s2, m.
+    pub fn new(stiffness: Mat<f64>, mass: Mat<f64>, coupling: Mat<f64>, omega2: Vec<f64>) -> Self {
+        let (n, m) = (coupling.nrows(), coupling.ncols());
+        Self {
+            stiffness,
+            mass,
+            coupling,
+            omega2,
+            stuck_modes: m,
+            static_load: Load::zeros(n, m),
+            unit_loads: Vec::new(),
+            observations: Vec::new(),
+        }
+    }
+
+    /// Model of bodies that do not move while all pairs stick: no modes, otherwise like
+    /// [`ReducedModel::new`].
+    pub fn of_pairs(stiffness: Mat<f64>, mass: Mat<f64>) -> Self {
+        let coupling = Mat::zeros(stiffness.nrows(), 0);
+        Self::new(stiffness, mass, coupling, Vec::new())
+    }
+
     /// Number of contact pairs.
     pub fn pairs(&self) -> usize {
         self.stiffness.nrows() / 3
@@ -256,6 +299,18 @@ pub struct Load {
     pub on_modes: Vec<f64>,
 }
 
+impl Load {
+    /// Load of these forces on X, n, and on the modes, m.
+    pub const fn new(on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
+        Self { on_x, on_modes }
+    }
+
+    /// No force on n displacements and m modes.
+    pub fn zeros(n: usize, m: usize) -> Self {
+        Self::new(vec![0.0; n], vec![0.0; m])
+    }
+}
+
 /// Observed displacement `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservedDisplacement {
@@ -265,4 +320,15 @@ pub struct ObservedDisplacement {
     pub on_x: Vec<f64>,
     /// Weights of the modal amplitudes, m.
     pub on_modes: Vec<f64>,
+}
+
+impl ObservedDisplacement {
+    /// Displacement of these weights, n of X and m of the modal amplitudes.
+    pub fn new(name: impl Into<String>, on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            on_x,
+            on_modes,
+        }
+    }
 }

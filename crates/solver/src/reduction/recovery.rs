@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::craig_bampton::Interior;
 use super::transformation::Transformation;
-use dovetail_numerics::factor::Cholesky;
-use dovetail_numerics::sparse::{product, times};
-use dovetail_numerics::stored;
+use dovetail_numerics::dense::parallel::product;
+use dovetail_numerics::sparse::{Cholesky, stored, times};
 
 /// Recovery of the motion of the bodies, with one solve for each column.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -11,9 +11,10 @@
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
+use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::eigen::Modes;
-use dovetail_numerics::sparse::{product, symmetric_product};
+use dovetail_numerics::sparse::symmetric_product;
 
 /// Fraction of a load's static energy below which its residual counts as rounding.
 const RESIDUAL: f64 = 1e-10;
@@ -34,6 +35,7 @@ pub(super) struct ResidualVectors {
 /// Error of residual vectors that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum ResidualError {
     #[error(
         "the work of load {load} on its static answer is {energy_j:e} J (load 1 is the steady one, excitations and observed points follow)"

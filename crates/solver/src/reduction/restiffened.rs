@@ -8,8 +8,9 @@ use faer::Mat;
 
 use super::{LISTED_MODES, Reduction};
 use crate::structure::Structure;
-use dovetail_numerics::dense::self_adjoint_eigenvalues;
-use dovetail_numerics::sparse::{product, sum, symmetric_product, symmetrised};
+use dovetail_numerics::dense::parallel::product;
+use dovetail_numerics::dense::{self_adjoint_eigenvalues, symmetrised};
+use dovetail_numerics::sparse::{sum, symmetric_product};
 
 /// Largest relative change of the first stuck frequencies where the bodies have the stiffness of
 /// `other` in place of that of `structure`, from which `reduction` was made. A motion that `other`

@@ -27,7 +27,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{Load, ObservedDisplacement, ReducedModel};
-use dovetail_numerics::eigen::dense;
+use dovetail_numerics::dense;
 
 /// Contents of the folder.
 #[derive(Debug, Clone)]
@@ -71,6 +71,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 /// Error of a folder that was not read or written.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum SuperelementError {
     #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
     Read { path: PathBuf, message: String },
@@ -301,15 +302,15 @@ impl Arrays<'_> {
                     vec![0.0; m]
                 },
             },
-            unit_loads: vec![Load {
-                on_x: self.on_x("f_excitation.mtx")?,
-                on_modes: self.on_modes("fm_excitation.mtx")?,
-            }],
-            observations: vec![ObservedDisplacement {
-                name: "tip".into(),
-                on_x: self.on_x("tip_x.mtx")?,
-                on_modes: self.on_modes("tip_modes.mtx")?,
-            }],
+            unit_loads: vec![Load::new(
+                self.on_x("f_excitation.mtx")?,
+                self.on_modes("fm_excitation.mtx")?,
+            )],
+            observations: vec![ObservedDisplacement::new(
+                "tip",
+                self.on_x("tip_x.mtx")?,
+                self.on_modes("tip_modes.mtx")?,
+            )],
         })
     }
 
@@ -538,19 +539,13 @@ mod tests {
                 coupling: Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j)),
                 omega2: vec![1.0 / 3.0, 2.0, 2.0, 1e9],
                 stuck_modes: m,
-                static_load: Load {
-                    on_x: vector(n, 3),
-                    on_modes: vector(m, 9),
-                },
-                unit_loads: vec![Load {
-                    on_x: vector(n, 20),
-                    on_modes: vector(m, 30),
-                }],
-                observations: vec![ObservedDisplacement {
-                    name: "tip".into(),
-                    on_x: vector(n, 40),
-                    on_modes: vector(m, 50),
-                }],
+                static_load: Load::new(vector(n, 3), vector(m, 9)),
+                unit_loads: vec![Load::new(vector(n, 20), vector(m, 30))],
+                observations: vec![ObservedDisplacement::new(
+                    "tip",
+                    vector(n, 40),
+                    vector(m, 50),
+                )],
             },
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
             areas_m2: Some(vec![1e-6, 2.5e-7]),

@@ -26,8 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
 use crate::structure::{InterfaceNode, Structure};
-use dovetail_numerics::sparse::times;
-use dovetail_numerics::stored;
+use dovetail_numerics::sparse::{stored, times};
 
 /// Number of columns that one task assembles.
 const CHUNK: usize = 1024;

@@ -15,8 +15,8 @@
 use faer::Mat;
 
 use super::ReducedModel;
-use dovetail_numerics::gmres::gmres;
-use dovetail_numerics::sparse::symmetric_dense_times;
+use dovetail_numerics::dense::parallel::symmetric_times;
+use dovetail_numerics::krylov::gmres;
 use serde::{Deserialize, Serialize};
 
 /// Number of modes whose yielding flanks are considered.
@@ -26,6 +26,7 @@ const MOST_ITERATIONS: usize = 100;
 
 /// Estimated errors by the modes left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Truncation {
     /// Relative error of the amplitudes of observed points at the highest frequency asked for;
     /// `None` where the modes kept do not reach beyond it.
@@ -50,7 +51,7 @@ pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
     let stiffness = reduced.stiffness.as_ref();
     let apply = |v: &[f64], w: &mut [f64]| {
         let soft: Vec<f64> = v.iter().zip(&own).map(|(v, d)| v / (2.0 * d)).collect();
-        symmetric_dense_times(stiffness, &soft, w);
+        symmetric_times(stiffness, &soft, w);
         for ((w, v), d) in w.iter_mut().zip(&soft).zip(&own) {
             *w += d * v;
         }

@@ -1,5 +1,10 @@
 //! Physical fields of a [`Response`](crate::dlft::Response): pressures, slip, dissipation, motion
 //! of the bodies.
+//!
+//! Each figure is a pure function of orbits and of the model that they are of. Sums and maxima over
+//! frequencies skip those that did not converge, which have no numbers. A new figure of a response
+//! belongs in [`quantities`], a new one of the smallness of displacements in [`small`]. Signs are
+//! those of [`crate::contact`], units are SI and stand at the end of each name.
 
 pub mod far_slip;
 pub mod modes;

@@ -5,6 +5,7 @@ use crate::reduction::superelement::Superelement;
 
 /// Properties of the pairs besides their motion.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PairTable {
     /// Names of the contacts.
     pub contacts: Vec<String>,
@@ -16,6 +17,7 @@ pub struct PairTable {
 
 /// Properties of one pair.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PairRow {
     /// Number of its contact in [`PairTable::contacts`].
     pub contact: usize,

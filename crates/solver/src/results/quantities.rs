@@ -33,6 +33,7 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
 
 /// Fields on the flanks over one period, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct CycleFields {
     /// Status of each pair in the period.
     pub status: Vec<CycleStatus>,
@@ -73,6 +74,7 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
 
 /// Fields on the flanks in the static state, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StaticFields {
     /// Status of each pair.
     pub status: Vec<PairStatus>,
@@ -116,6 +118,7 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
 /// Fields over all frequencies with a motion, one entry per pair. None of them grows with the
 /// number of frequencies asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SweepFields {
     /// Number of frequencies that the means are taken over: those asked for, without those added at
     /// peaks.
@@ -231,6 +234,7 @@ pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
 
 /// Local maximum of an amplitude over frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct LocalPeak {
     /// Position in `orbits`, frequency and amplitude.
     pub at: Peak,

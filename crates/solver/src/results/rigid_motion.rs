@@ -14,6 +14,7 @@ const TURNS: f64 = 0.1;
 
 /// Rigid part of the motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct RigidMotion {
     /// Number of the body.
     pub body: usize,
@@ -43,6 +44,7 @@ pub enum Kind {
 
 /// Rigid motion of a body.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct BodyMotion {
     /// Number of the body.
     pub body: usize,

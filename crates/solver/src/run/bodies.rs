@@ -38,6 +38,7 @@ impl From<Mesh> for Meshes {
 
 /// Assembly with its flanks paired, before matrices are assembled.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Bound {
     /// Bodies, pairs, loads and excitations by their numbers.
     pub model: Model,
@@ -47,6 +48,7 @@ pub struct Bound {
 
 /// Assembly and its reduction.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Bodies {
     /// Assembly with its flanks paired.
     pub bound: Bound,

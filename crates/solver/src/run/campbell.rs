@@ -14,6 +14,7 @@ use dovetail_numerics::sparse::sum;
 
 /// Modes over the speed.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Campbell {
     /// Model at the highest speed.
     pub bound: Bound,
@@ -27,6 +28,7 @@ pub struct Campbell {
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Family {
     /// Kind of the modes.
     pub kind: ModeKind,
@@ -39,6 +41,7 @@ pub struct Family {
 
 /// Mode that has the frequency of an engine order.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Crossing {
     /// Kind of the mode.
     pub kind: ModeKind,

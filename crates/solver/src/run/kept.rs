@@ -18,6 +18,7 @@ pub type Displacement = Vec<Vec<[f64; 3]>>;
 
 /// One pass of the prestress of the static state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PrestressPass {
     /// Largest change of a normal force since the pass before, relative to the largest one; without
     /// pairs, the change of the first squared stuck frequency. `None` for the first pass, whose
@@ -29,6 +30,7 @@ pub struct PrestressPass {
 
 /// Estimates and frequencies of the modes of a reduction.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ReductionModes {
     /// Estimated errors by the modes left out.
     pub truncation: Truncation,
@@ -45,6 +47,7 @@ pub struct ReductionModes {
 
 /// Reduction as it is stored for later runs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct KeptReduction {
     /// Reduced model on pairs and modes.
     pub reduced: ReducedModel,
@@ -58,6 +61,7 @@ pub struct KeptReduction {
 /// Inputs of a reduction: the model without what only the contact laws and the size of the
 /// excitation use. Where the prestress is that of the static state, the laws count, too.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct ReductionInputs {
     model: Model,
     wanted: StuckModes,

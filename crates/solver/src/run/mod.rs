@@ -191,6 +191,7 @@ fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
 
 /// Result of a modal analysis.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct ModalAnalysis {
     /// Reduced model.
     pub reduced: Reduced,
@@ -227,6 +228,7 @@ pub fn modes(
 
 /// Result of a condensation for other programs.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Condensed {
     /// Reduced model, under a total force of 1 N where the scene has forces alone.
     pub reduced: Reduced,

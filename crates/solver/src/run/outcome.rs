@@ -12,6 +12,7 @@ use crate::results::small::Moved;
 
 /// Results of a run.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Run {
     /// Reduced model.
     pub reduced: Reduced,
@@ -26,6 +27,7 @@ pub struct Run {
 
 /// Static state, with the quantities derived from it.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct StaticResult {
     /// The state, converged or not.
     pub state: StaticState,
@@ -66,6 +68,7 @@ impl StaticResult {
 
 /// Response, with the quantities derived from it.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct ResponseResult {
     /// Response that the scene asks for.
     pub response: Response,
@@ -86,6 +89,7 @@ pub struct ResponseResult {
 
 /// Response with another number of harmonics.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Compared {
     /// Number of harmonics.
     pub harmonics: usize,
@@ -112,6 +116,7 @@ impl Run {
 
 /// Inputs of a response.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct ResponseInputs<'a> {
     /// Reduced model, laws and excitations.
     pub problem: &'a Problem,

@@ -11,6 +11,7 @@ use crate::results::pairs::PairTable;
 
 /// Reduced model of a scene with its laws and excitations, and the table of its pairs.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Reduced {
     /// Positions and areas of the pairs.
     pub pairs: PairTable,

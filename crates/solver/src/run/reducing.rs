@@ -13,7 +13,7 @@ use super::session::{Event, Session, Stage};
 use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, bind_with_fields};
+use crate::model::{Assembly, bind};
 use crate::problem::Problem;
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::{LISTED_MODES, StuckModes, superelement};
@@ -68,7 +68,7 @@ impl Bound {
     /// volume.
     pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
         let _stage = session.stage(Stage::Model);
-        let model = bind_with_fields(assembly, &meshes.mesh, &meshes.fields)?;
+        let model = bind(assembly, &meshes.mesh, Some(&meshes.fields))?;
         let rotation = model.rotation.as_ref();
         let bodies = model.bodies.iter();
         let properties = bodies

@@ -20,7 +20,7 @@ use crate::reduction::damping::Rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::{ModeKind, hertz};
 use dovetail_numerics::memory;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::ops::ControlFlow;
 

@@ -25,6 +25,7 @@ use dovetail_numerics::eigen::Modes;
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Stage {
     /// The caller of the library generates or reads the mesh.
     Mesh,
@@ -204,6 +205,7 @@ pub enum Event<'a> {
 
 /// End of a stage.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StageEnd {
     /// Stage that ended.
     pub stage: Stage,
@@ -215,6 +217,19 @@ pub struct StageEnd {
     pub took: Option<Duration>,
     /// Number of unknowns of each system that it solved, the largest first.
     pub unknowns: Vec<usize>,
+}
+
+impl StageEnd {
+    /// End of a stage of the caller of the library, for which the time between the events counts.
+    pub fn of_caller(stage: Stage, from_store: bool) -> Self {
+        Self {
+            stage,
+            title: stage.title().to_owned(),
+            from_store,
+            took: None,
+            unknowns: Vec::new(),
+        }
+    }
 }
 
 /// Receiver of the events of a run. The calls come one after the other, from any thread that

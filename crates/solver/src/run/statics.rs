@@ -6,7 +6,7 @@ use crate::description::Scene;
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{LinearReference, Problem};
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;

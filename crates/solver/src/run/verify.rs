@@ -65,6 +65,7 @@ impl Verification {
 
 /// Results of both methods.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Verified {
     /// Reduced model, its static state, and harmonic balance at the frequencies that were asked for
     /// or searched.

@@ -1,62 +1,40 @@
 //! An accuracy in place of settings: its error, relative to a response with many harmonics.
 
-use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
-use dovetail_testkit::folder::root;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
+
+use crate::shared_problems::{damping_of, dovetail72};
 
 const FORCE_N: f64 = 1.5;
 
 fn model() -> &'static Problem {
     static MODEL: OnceLock<Problem> = OnceLock::new();
-    MODEL.get_or_init(|| {
-        let folder = root().join("tests/data/dovetail72");
-        let law = PairLaw::rigid(0.3, 0.0);
-        Problem::of_one_law(superelement::read(&folder).unwrap().model, law, FORCE_N)
-    })
+    MODEL.get_or_init(|| dovetail72(PairLaw::rigid(0.3, 0.0), FORCE_N))
 }
 
 /// Response from where few pairs slip, across the peak, where some open.
 fn respond(resolution: Resolution) -> Response {
     let model = model();
-    let damping = Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    };
-    let newton = NewtonOptions {
-        tolerance: 1e-8,
-        max_iterations: 60,
-    };
-    let statics = static_state(model, 10, newton);
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
-    let settings = SweepSettings {
-        newton,
-        ..SweepSettings::new(
-            (0..13)
-                .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
-                .collect(),
-            resolution,
-        )
-    };
-    sweep(model, damping, &statics, &settings, &[], &|_| ())
+    let settings = SweepSettings::new(
+        (0..13)
+            .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
+            .collect(),
+        resolution,
+    );
+    let statics = static_state(model, 10, settings.newton);
+    sweep(model, damping_of(model), &statics, &settings, &[], &|_| ())
 }
 
 fn fine() -> &'static Response {
     static FINE: OnceLock<Response> = OnceLock::new();
-    FINE.get_or_init(|| {
-        respond(Resolution::Fixed {
-            harmonics: 11,
-            samples: 128,
-        })
-    })
+    FINE.get_or_init(|| respond(Resolution::fixed(11, 128)))
 }
 
 fn errors(response: &Response) -> Vec<f64> {
@@ -98,10 +76,7 @@ fn the_accuracy_asked_for_is_kept_with_fewer_harmonics_where_little_slips() {
 
 #[test]
 fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
-    let one = respond(Resolution::Fixed {
-        harmonics: 1,
-        samples: 128,
-    });
+    let one = respond(Resolution::fixed(1, 128));
     let worst = |response: &Response| errors(response).into_iter().fold(0.0, f64::max);
     assert!(worst(&one) > 0.06);
     // Without an accuracy the estimate is there, too, and changes no count of iterations.
@@ -117,10 +92,7 @@ fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
 #[test]
 fn the_estimate_is_of_the_size_of_the_error() {
     // Of motions of one harmonic, whose errors are far above those of the fine response.
-    let response = respond(Resolution::Fixed {
-        harmonics: 1,
-        samples: 128,
-    });
+    let response = respond(Resolution::fixed(1, 128));
     let estimates = response.orbits.iter().zip(errors(&response));
     let ratios: Vec<f64> = estimates
         .map(|(orbit, error)| orbit.estimated_error.unwrap() / error)

@@ -17,7 +17,7 @@ use dovetail_testkit::block::{block, map_nodes, straighten};
 #[test]
 fn the_dovetail_has_72_pairs_at_45_degrees() {
     for name in ["dovetail.msh", "dovetail_order1.msh"] {
-        let model = bind(&dovetail_assembly(), &ready(name)).unwrap();
+        let model = bind(&dovetail_assembly(), &ready(name), None).unwrap();
         check_dovetail(&model, 4, 9);
         let [blade, jaw] = &model.bodies[..] else {
             panic!("two bodies")
@@ -126,8 +126,8 @@ fn renumbered(mesh: &Mesh) -> Mesh {
 #[test]
 fn numbering_and_facet_orientation_change_nothing() {
     let mesh = ready("dovetail.msh");
-    let plain = bind(&dovetail_assembly(), &mesh).unwrap();
-    let other = bind(&dovetail_assembly(), &renumbered(&mesh)).unwrap();
+    let plain = bind(&dovetail_assembly(), &mesh, None).unwrap();
+    let other = bind(&dovetail_assembly(), &renumbered(&mesh), None).unwrap();
     check_dovetail(&other, 4, 9);
     for (p, q) in plain.pairs.iter().zip(&other.pairs) {
         let tag = |m: &Model, at: BodyNode| m.bodies[at.body].node_tags[at.node as usize];
@@ -153,14 +153,14 @@ fn numbering_and_facet_orientation_change_nothing() {
 #[test]
 fn bodies_named_the_other_way_round_have_the_opposite_normals() {
     let mesh = ready("dovetail_order1.msh");
-    let plain = bind(&dovetail_assembly(), &mesh).unwrap();
+    let plain = bind(&dovetail_assembly(), &mesh, None).unwrap();
     let mut assembly = dovetail_assembly();
     assembly.bodies.reverse();
     for c in &mut assembly.contacts {
         let second = c.second.replace(c.first.clone());
         c.first = second.unwrap();
     }
-    let other = bind(&assembly, &mesh).unwrap();
+    let other = bind(&assembly, &mesh, None).unwrap();
     let by_place: BTreeMap<[i64; 3], _> = other
         .pairs
         .iter()
@@ -184,7 +184,7 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
         mesh
     };
     // Half a longest edge is some 3 mm here, and the flanks stand at 45 degrees.
-    let error = bind(&dovetail_assembly(), &shifted(5e-3)).unwrap_err();
+    let error = bind(&dovetail_assembly(), &shifted(5e-3), None).unwrap_err();
     let ModelError::NoneOpposite {
         contact,
         nearest: Some((_, distance_m)),
@@ -207,17 +207,17 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
         }
         assembly
     };
-    let error = bind(&within(1.4e-3), &shifted(2e-3)).unwrap_err();
+    let error = bind(&within(1.4e-3), &shifted(2e-3), None).unwrap_err();
     assert!(matches!(error, ModelError::NoneOpposite { .. }), "{error}");
-    assert!(bind(&within(1.5e-3), &shifted(2e-3)).is_ok());
+    assert!(bind(&within(1.5e-3), &shifted(2e-3), None).is_ok());
     let mut assembly = within(1e-2);
-    let model = bind(&assembly, &shifted(5e-3)).unwrap();
+    let model = bind(&assembly, &shifted(5e-3), None).unwrap();
     for found in &model.matches {
         let apart_m = found.largest_separation_m;
         assert!((apart_m - 5e-3 * 0.5f64.sqrt()).abs() < 1e-9, "{apart_m}");
     }
     // Along the flank's normal the two lie askew: they cover each other in part.
-    let model = bind(&assembly, &shifted(2e-3)).unwrap();
+    let model = bind(&assembly, &shifted(2e-3), None).unwrap();
     for found in &model.matches {
         for covered in found.covered {
             assert!((0.5..0.9).contains(&covered), "{found:?}");
@@ -229,7 +229,7 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
         contact.gap_from_mesh = true;
         contact.gap_m = 1e-6;
     }
-    let model = bind(&assembly, &shifted(2e-3)).unwrap();
+    let model = bind(&assembly, &shifted(2e-3), None).unwrap();
     for pair in &model.pairs {
         let expected = 2e-3 * 0.5f64.sqrt() + 1e-6;
         assert!((pair.gap_m - expected).abs() < 1e-12, "{}", pair.gap_m);
@@ -241,7 +241,7 @@ fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
     let mut assembly = dovetail_assembly();
     assembly.contacts[1].gap_m = 2e-6;
     assembly.contacts[1].friction = 0.0;
-    let model = bind(&assembly, &ready("dovetail_order1.msh")).unwrap();
+    let model = bind(&assembly, &ready("dovetail_order1.msh"), None).unwrap();
     assert!(
         model.pairs[..36]
             .iter()
@@ -258,7 +258,7 @@ fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
 fn no_rotation_no_rotating_body() {
     let mut assembly = dovetail_assembly();
     assembly.rotation.as_mut().unwrap().speed_rad_s = 0.0;
-    let model = bind(&assembly, &ready("dovetail_order1.msh")).unwrap();
+    let model = bind(&assembly, &ready("dovetail_order1.msh"), None).unwrap();
     assert!(model.rotation.is_none() && !model.bodies[0].rotates);
 }
 
@@ -267,7 +267,7 @@ fn groups_of_several_nodes_share_the_force() {
     let mut assembly = blocks_assembly();
     assembly.excitations[0].kind = ExcitationKind::force("rim", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "upper_bottom".into();
-    let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let model = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
     assert_eq!(model.pairs.len(), 9);
     let force = &model.excitations[0];
     let on_node = |(_, load): &(usize, AppliedLoad)| match load {
@@ -294,7 +294,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let error = |edit: &dyn Fn(&mut Assembly)| {
         let mut assembly = dovetail_assembly();
         edit(&mut assembly);
-        let error = bind(&assembly, &mesh).unwrap_err();
+        let error = bind(&assembly, &mesh, None).unwrap_err();
         println!("{error}");
         error
     };
@@ -347,7 +347,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
 #[test]
 fn two_cubes_are_bound_with_areas_of_a_quarter_cell() {
     for name in ["blocks_order1.msh", "blocks_order2.msh"] {
-        let model = bind(&blocks_assembly(), &ready(name)).unwrap();
+        let model = bind(&blocks_assembly(), &ready(name), None).unwrap();
         assert_eq!(model.pairs.len(), 9);
         for pair in &model.pairs {
             assert_vector(pair.frame[0], [0.0, 0.0, 1.0], 1e-14);
@@ -369,8 +369,8 @@ fn a_body_alone_stands_on_rigid_ground() {
     let mut assembly = blocks_assembly();
     assembly.bodies.truncate(1);
     assembly.contacts[0].second = None;
-    let two = bind(&blocks_assembly(), &ready("blocks_order2.msh")).unwrap();
-    let one = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let two = bind(&blocks_assembly(), &ready("blocks_order2.msh"), None).unwrap();
+    let one = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
     assert_eq!((one.bodies.len(), two.bodies.len()), (1, 2));
     assert_eq!(one.bodies[0].dofs, two.bodies[0].dofs);
     assert_eq!(one.flank_facets, two.flank_facets);
@@ -391,7 +391,7 @@ fn a_body_alone_stands_on_rigid_ground() {
     assert_eq!(one.largest_mismatch_m(), 0.0);
     // Bonded to the ground its flank is fixed, mid-edge nodes too.
     assembly.contacts = vec![bonded(assembly.contacts.remove(0))];
-    let held = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let held = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
     assert!(held.pairs.is_empty() && held.bonded.is_empty() && held.contact_names.is_empty());
     let fixed = |m: &&NodeMotion| **m == NodeMotion::Fixed;
     assert_eq!(held.bodies[0].dofs.nodes.iter().filter(fixed).count(), 25);
@@ -403,9 +403,9 @@ fn a_body_alone_stands_on_rigid_ground() {
 fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     let mesh = ready("dovetail_order1.msh");
     let mut assembly = dovetail_assembly();
-    let plain = bind(&assembly, &mesh).unwrap();
+    let plain = bind(&assembly, &mesh, None).unwrap();
     assembly.contacts[0] = bonded(assembly.contacts[0].clone());
-    let model = bind(&assembly, &mesh).unwrap();
+    let model = bind(&assembly, &mesh, None).unwrap();
     assert_eq!((model.pairs.len(), model.bonded.len()), (36, 36));
     assert_eq!(model.contact_names, ["right"]);
     assert!(model.pairs.iter().all(|p| p.contact == 0));
@@ -442,8 +442,8 @@ fn a_set_of_nodes_serves_as_a_surface_where_all_nodes_of_a_face_are_in_it() {
     for name in ["blocks_order1.msh", "blocks_order2.msh"] {
         let mesh = ready(name);
         let (plain, sets) = (
-            bind(&blocks_assembly(), &mesh).unwrap(),
-            bind(&blocks_assembly(), &with_sets_of_nodes(&mesh)).unwrap(),
+            bind(&blocks_assembly(), &mesh, None).unwrap(),
+            bind(&blocks_assembly(), &with_sets_of_nodes(&mesh), None).unwrap(),
         );
         assert_eq!(plain.pairs.len(), sets.pairs.len());
         for (p, q) in plain.pairs.iter().zip(&sets.pairs) {
@@ -480,7 +480,7 @@ fn a_set_that_has_no_whole_face_is_named_with_what_it_lacks() {
     };
     group.nodes.retain(is_corner);
     assert_eq!(group.nodes.len(), 9);
-    let error = bind(&blocks_assembly(), &mesh).unwrap_err();
+    let error = bind(&blocks_assembly(), &mesh, None).unwrap_err();
     assert!(
         matches!(error, ModelError::NoFaces { nodes: 9, .. }),
         "{error}"
@@ -505,7 +505,7 @@ fn flanks_of_quadrilaterals_have_the_areas_of_their_shape_functions() {
         straighten(&mut lower);
         let both = two_blocks(&upper, &lower);
         quality::check(&both).unwrap();
-        let model = bind(&blocks_assembly(), &both).unwrap();
+        let model = bind(&blocks_assembly(), &both, None).unwrap();
         assert_eq!((model.pairs.len(), model.flank_facets.len()), (12, 6));
         assert!(model.flank_facets.iter().all(|facet| facet.len() == 4));
         // Columns of trapezia between straight lines: the area of the strip of each row.

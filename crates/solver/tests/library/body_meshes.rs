@@ -80,7 +80,7 @@ fn gathered(assembly: &Assembly, upper: &Mesh, lower: &Mesh) -> Result<Mesh, Mod
 /// Model of both bodies without any placement.
 fn plain() -> Model {
     let both = two_blocks(&wedge_shaped(), &support());
-    bind(&blocks_assembly(), &both).unwrap()
+    bind(&blocks_assembly(), &both, None).unwrap()
 }
 
 fn assert_same_model(found: &Model, expected: &Model) {
@@ -120,7 +120,7 @@ fn bodies_of_files_of_their_own_are_put_in_place() {
     };
     let assembly = own_assembly(file("upper", back), file("lower", STAY));
     let mesh = gathered(&assembly, &upper, &support()).unwrap();
-    assert_same_model(&bind(&assembly, &mesh).unwrap(), &plain());
+    assert_same_model(&bind(&assembly, &mesh, None).unwrap(), &plain());
     // By the right hand about +y: x goes to -z.
     let quarter = Placement {
         axis: [0.0, 3.0, 0.0],
@@ -144,7 +144,7 @@ fn a_copy_has_the_groups_of_its_original_under_its_own_name() {
     );
     let straight = block(ElementType::HEX20, [3, 2, 1], SIZE);
     let mesh = gathered(&assembly, &straight, &straight).unwrap();
-    let model = bind(&assembly, &mesh).unwrap();
+    let model = bind(&assembly, &mesh, None).unwrap();
     assert_eq!(model.pairs.len(), 12);
     assert_eq!(model.bodies[0].elements, model.bodies[1].elements);
     let low = |model: &Model, body: usize| {
@@ -155,7 +155,7 @@ fn a_copy_has_the_groups_of_its_original_under_its_own_name() {
     // A group that both have needs the name of its body.
     assert!(mesh.groups.contains_key("lower.x_min") && !mesh.groups.contains_key("x_min"));
     assembly.contacts[0].first = "z_min".into();
-    let error = bind(&assembly, &mesh).unwrap_err().to_string();
+    let error = bind(&assembly, &mesh, None).unwrap_err().to_string();
     assert!(
         error.contains("no group `z_min`") && error.contains("upper.z_min"),
         "{error}"
@@ -192,7 +192,7 @@ fn cube(deck: &str, units: Units, material: Option<&str>) -> Result<Model, Model
     (contact.first, contact.second) = ("base".into(), None);
     assembly.excitations[0].kind = ExcitationKind::force("corner", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "corner".into();
-    bind(&assembly, &dovetail_mesh::parse(deck, units).unwrap())
+    bind(&assembly, &dovetail_mesh::parse(deck, units).unwrap(), None)
 }
 
 #[test]

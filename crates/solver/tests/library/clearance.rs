@@ -2,33 +2,29 @@
 //! interference adds to it, and moving the bodies apart changes no motion.
 
 use dovetail_mesh::{ElementType, Mesh};
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Outcome, PairCycle, PairStatus, Response, StaticState};
-use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 
-use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};
+use dovetail_solver::model::{Material, Model, Prestress, RotationSpec};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce, superelement};
+use dovetail_solver::reduction::{Load, ReducedModel};
 use dovetail_testkit::block::{block, map_nodes};
-use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
 
-use crate::shared_scenes::{blocks_assembly, two_blocks};
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
+use crate::shared_scenes::{FEW_MODES, blocks_assembly, reduced, two_blocks};
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn respond(
     model: &Problem,
@@ -37,17 +33,9 @@ fn respond(
     harmonics: usize,
     frequencies_hz: Vec<f64>,
 ) -> Response {
-    let settings = SweepSettings {
-        eps: Eps::new(EpsChoice::Pair),
-        newton: NEWTON,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 128,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 128));
+    settings.eps = Eps::new(EpsChoice::Pair);
+    settings.newton = NEWTON;
     let response = sweep(model, damping, statics, &settings, &[], &|_| ());
     assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
     response
@@ -72,40 +60,22 @@ fn compression_n(gap_m: f64) -> f64 {
     PRESS_N - NORMAL_STIFFNESS_N_M * gap_m
 }
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.1,
-    mass_per_s: 0.0,
-};
+const DAMPING: Rayleigh = Rayleigh::of_stiffness(0.1);
 
 /// A mass on a spring, pressed over a clearance against a floor and excited across it, too weakly
 /// to leave it.
 fn one_pair(gap_m: f64) -> Problem {
-    let load = |normal: f64| Load {
-        on_x: vec![normal, 0.0, 0.0],
-        on_modes: vec![],
-    };
+    let load = |normal: f64| Load::new(vec![normal, 0.0, 0.0], vec![]);
     Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
-                (0, 0) => NORMAL_STIFFNESS_N_M,
-                (i, j) if i == j => 1.0,
-                _ => 0.0,
-            }),
-            mass: Mat::identity(3, 3),
-            coupling: Mat::zeros(3, 0),
-            omega2: vec![],
-            stuck_modes: 0,
             static_load: load(-PRESS_N),
-            unit_loads: Vec::new(),
-            observations: vec![],
+            ..ReducedModel::of_pairs(
+                diagonal([NORMAL_STIFFNESS_N_M, 1.0, 1.0]),
+                Mat::identity(3, 3),
+            )
         },
         laws: vec![PairLaw::rigid(0.5, gap_m)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(SHAKE_N),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(SHAKE_N))],
     }
 }
 
@@ -143,10 +113,7 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
         let model = one_pair(gap_m);
         let mut stepper = Stepper::new(&model, DAMPING, 0.1, 200).unwrap();
         let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
-        let until = Until {
-            most_periods: 4,
-            tolerance: 0.0,
-        };
+        let until = Until::new(4, 0.0);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         assert_near(state.x[0], -gap_m);
         assert_eq!(settled.cycle.open_fraction, [0.0]);
@@ -165,7 +132,7 @@ fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
         let mut model = one_pair(0.25);
         model.reduced.static_load.on_x[0] = -press_n;
         let (mass_kg, shake_n) = (0.5, 0.01);
-        model.reduced.mass = Mat::from_fn(3, 3, |i, j| if i == j { mass_kg } else { 0.0 });
+        model.reduced.mass = diagonal([mass_kg; 3]);
         model.excitations[0].cosine.on_x[0] = shake_n;
         let state = statics(&model);
         assert_eq!(state.status, [PairStatus::Open]);
@@ -236,9 +203,7 @@ fn an_interference_grows_with_the_load_that_opposes_it() {
 // ----------------------------------------------------------------------- 72 pairs, moved apart
 
 fn dovetail(force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(0.3, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+    dovetail72(PairLaw::rigid(0.3, 0.0), force_n)
 }
 
 /// Joint with its flanks apart by clearances that differ from pair to pair, with the load that
@@ -260,13 +225,6 @@ fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
     (moved, shift_m)
 }
 
-fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
-}
-
 /// Largest difference of `a` and `b` minus `shift`, over the largest of `a`.
 fn apart(a: &[f64], b: &[f64], shift: &[f64]) -> f64 {
     let shift = shift.iter().chain(std::iter::repeat(&0.0));
@@ -285,7 +243,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     places.for_each(|(x, shift)| *x -= shift);
 
     let first_hz = touching.reduced.omega2[0].sqrt() / TAU;
-    let damping = damping(&touching);
+    let damping = damping_of(&touching);
     let frequencies_hz = [0.99, 0.9995, 1.002].map(|r| r * first_hz).to_vec();
     let a = respond(&touching, damping, &state, 3, frequencies_hz.clone());
     let b = respond(&apart_model, damping, &moved_state, 3, frequencies_hz);
@@ -312,10 +270,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
             let places = state.x.iter_mut().zip(&shift_m);
             places.for_each(|(x, shift)| *x -= shift);
         }
-        let until = Until {
-            most_periods: 2,
-            tolerance: 0.0,
-        };
+        let until = Until::new(2, 0.0);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         let open = settled.cycle.open_fraction;
         assert!(open.iter().any(|o| *o > 0.0) && open.iter().any(|o| *o < 1.0));
@@ -381,6 +336,17 @@ fn in_plane_strain(material: Material) -> (f64, f64) {
     )
 }
 
+const HUB: Material = Material {
+    young_pa: 1e11,
+    poisson: 0.3,
+    density_kg_m3: 7800.0,
+};
+const SHAFT: Material = Material {
+    young_pa: 2.1e11,
+    poisson: 0.25,
+    ..HUB
+};
+
 /// Static state of quarters of a hub and of the shaft in it, apart by `gap_m`, rotating about their
 /// axis.
 fn of_quarters(
@@ -416,15 +382,8 @@ fn of_quarters(
             vec![format!("{name}_x_max")],
         ];
     }
-    let model = bind(&assembly, &mesh).unwrap();
-    let structure = assemble(&model).unwrap();
-    let wanted = StuckModes {
-        count: Some(4),
-        excited: Highest::OfFirstStuckMode(1.0),
-        kept: Highest::OfFirstStuckMode(1.0),
-    };
-    let reduction = reduce(&structure, wanted).unwrap();
-    let state = statics(&Problem::new(reduction.model, &model));
+    let (model, problem) = reduced(&assembly, &mesh, FEW_MODES);
+    let state = statics(&problem);
     (model, state)
 }
 
@@ -439,25 +398,19 @@ fn growth_m(material: Material, edge_m: f64, other_m: f64, speed_rad_s: f64) -> 
 /// The hub grows away from the shaft. All pairs are open, and the planes of symmetry hold both.
 #[test]
 fn a_press_fit_that_rotation_opens_is_a_static_state() {
-    let of = |young_pa, poisson| Material {
-        young_pa,
-        poisson,
-        density_kg_m3: 7800.0,
-    };
-    let [hub, shaft] = [of(1e11, 0.3), of(2.1e11, 0.25)];
     let [inner, fit, outer] = RADII_M;
     let (interference_m, speed_rad_s) = (10e-6, 3000.0);
     let elements = [ElementType::HEX20; 2];
     let (_, state) = of_quarters(
         elements,
         [12, 12],
-        [hub, shaft],
+        [HUB, SHAFT],
         -interference_m,
         speed_rad_s,
     );
     assert!(state.all_open());
     assert!(state.lambda.iter().all(|force| *force == 0.0));
-    let grown_m = growth_m(hub, fit, outer, speed_rad_s) - growth_m(shaft, fit, inner, speed_rad_s);
+    let grown_m = growth_m(HUB, fit, outer, speed_rad_s) - growth_m(SHAFT, fit, inner, speed_rad_s);
     for x in state.x.iter().step_by(3) {
         let off = x / grown_m - 1.0;
         assert!(off.abs() < 0.01, "{x:e} m, {grown_m:e} m: {off:e}");
@@ -470,13 +423,7 @@ fn a_press_fit_that_rotation_opens_is_a_static_state() {
 fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
     let [inner, fit, outer] = RADII_M;
     let interference_m = 10e-6;
-    let of = |young_pa, poisson| Material {
-        young_pa,
-        poisson,
-        density_kg_m3: 7800.0,
-    };
-    let [hub, shaft] = [of(1e11, 0.3), of(2.1e11, 0.25)];
-    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [hub, shaft].map(in_plane_strain);
+    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [HUB, SHAFT].map(in_plane_strain);
     let ratio = |a: f64, b: f64| (b * b + a * a) / (b * b - a * a);
     let gives =
         fit * ((ratio(fit, outer) + hub_nu) / hub_e + (ratio(inner, fit) - shaft_nu) / shaft_e);
@@ -487,7 +434,7 @@ fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
         (ElementType::HEX8, ElementType::HEX8, [24, 24]),
     ] {
         let (model, state) =
-            of_quarters([upper, lower], around, [hub, shaft], -interference_m, 0.0);
+            of_quarters([upper, lower], around, [HUB, SHAFT], -interference_m, 0.0);
         for (p, pair) in model.pairs.iter().enumerate() {
             let pressure = -state.lambda[3 * p] / pair.area_m2;
             let off = pressure / expected - 1.0;

@@ -11,7 +11,7 @@ fn survives(bytes: Vec<u8>) -> bool {
     match dovetail_mesh::parse(bytes, MM) {
         Ok(mesh) => {
             let _ = quality::check(&mesh);
-            if let Ok(model) = bind(&blocks_assembly(), &mesh) {
+            if let Ok(model) = bind(&blocks_assembly(), &mesh, None) {
                 assert!(model.pairs.iter().all(|p| p.area_m2.is_finite()));
             }
             true

@@ -6,7 +6,6 @@ use crate::shared_scenes::*;
 use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::dlft::orbit::linear_point;
-use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
     Material, ModelError, bind,
@@ -14,13 +13,10 @@ use dovetail_solver::model::{
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_solver::reduction::{Highest, StuckModes};
 use dovetail_testkit::block::block;
 
-const UNDAMPED: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.0,
-};
+const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
 fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> ExcitationSpec {
     ExcitationSpec {
@@ -32,14 +28,8 @@ fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> Excitation
 }
 
 fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
-    let model = bind(assembly, mesh).unwrap();
-    let wanted = StuckModes {
-        count: Some(30),
-        excited: Highest::RadS(0.0),
-        kept: Highest::RadS(0.0),
-    };
-    let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
-    Problem::new(reduction.model, &model)
+    let wanted = StuckModes::new(Some(30), Highest::RadS(0.0));
+    crate::shared_scenes::reduced(assembly, mesh, wanted).1
 }
 
 // ------------------------------------------------------------------------------------ the base
@@ -50,8 +40,7 @@ const LENGTH_M: f64 = 0.2;
 /// last value is the speed of sound in it.
 fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assembly, Mesh, f64) {
     let mut mesh = block(element, [cells, 1, 1], [LENGTH_M, 0.01, 0.01]);
-    let group = mesh.groups.remove("volume").unwrap();
-    mesh.groups.insert("bar".to_owned(), group);
+    rename(&mut mesh, &[("volume", "bar")]);
     let material = Material {
         young_pa: 70e9,
         poisson: 0.0,
@@ -259,7 +248,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     let bound = |kind: ExcitationKind| {
         let mut assembly = assembly.clone();
         assembly.excitations = vec![shaken_by(kind, 1.0, 0.0)];
-        bind(&assembly, &mesh)
+        bind(&assembly, &mesh, None)
     };
     let error = bound(traction([0.0, 1.0, 0.0])).unwrap_err();
     assert!(matches!(error, ModelError::NodesHeld { .. }), "{error}");

@@ -1,7 +1,7 @@
 //! Ends of the input on the 72-pair reference model: each converges, with figures that must result.
 //! The whole table: `make extremes`, docs/extremes.md.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
@@ -9,19 +9,13 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
-use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 100,
-};
+use crate::shared_problems::{damping_of, dovetail72};
+
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 100);
 
 fn model(friction: f64, force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(friction, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+    dovetail72(PairLaw::rigid(friction, 0.0), force_n)
 }
 
 fn statics(model: &Problem) -> StaticState {
@@ -36,16 +30,9 @@ fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usiz
             .iter()
             .map(|r| r * first / std::f64::consts::TAU)
             .collect(),
-        Resolution::Fixed {
-            harmonics,
-            samples: (2 * harmonics + 2).max(64),
-        },
+        Resolution::fixed(harmonics, (2 * harmonics + 2).max(64)),
     );
-    let damping = Rayleigh {
-        stiffness_s: 0.002 / first,
-        mass_per_s: 0.0,
-    };
-    sweep(model, damping, state, &settings, &[], &|_| ())
+    sweep(model, damping_of(model), state, &settings, &[], &|_| ())
 }
 
 fn largest(v: impl Iterator<Item = f64>) -> f64 {

@@ -16,15 +16,13 @@ const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
 
 fn solve(frequency_hz: f64, resolution: Resolution, eps_scale: f64) -> Orbit {
     let model = body(MASS_KG, FRICTION_N);
-    let settings = SweepSettings {
-        eps: Eps {
-            choice: EpsChoice::Dynamic,
-            scale: eps_scale,
-        },
-        newton: NEWTON,
-        slip_threshold_m: Some(1e-9),
-        ..SweepSettings::new(vec![frequency_hz], resolution)
+    let mut settings = SweepSettings::new(vec![frequency_hz], resolution);
+    settings.eps = Eps {
+        choice: EpsChoice::Dynamic,
+        scale: eps_scale,
     };
+    settings.newton = NEWTON;
+    settings.slip_threshold_m = Some(1e-9);
     let state = static_state(&model, 10, NEWTON);
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
         .orbits
@@ -68,7 +66,7 @@ fn with_enough_harmonics_few_samples_do_as_well_as_many() {
     for harmonics in [3, 9, 21] {
         let of_few: Vec<f64> = [96, 256, 4096]
             .map(|samples| {
-                let resolution = Resolution::Fixed { harmonics, samples };
+                let resolution = Resolution::fixed(harmonics, samples);
                 let errors = FREQUENCIES_HZ.map(|hz| {
                     let orbit = solve(hz, resolution, 1.0);
                     assert_eq!(

@@ -6,6 +6,7 @@
 mod shared_bodies;
 mod shared_dovetail;
 mod shared_lattices;
+mod shared_problems;
 mod shared_rigid_body;
 mod shared_scenes;
 

@@ -3,20 +3,16 @@
 //! matched meshes.
 
 use dovetail_mesh::{ElementType, Mesh};
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::fem::assemble;
-use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Model, Side, bind};
-use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Side};
 use dovetail_testkit::block::{block, map_nodes, side_by_side, straighten};
 
-use crate::shared_scenes::{blocks_assembly, body, contact, two_blocks};
-
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-12,
-    max_iterations: 100,
+use crate::shared_scenes::{
+    FEW_MODES, blocks_assembly, body, contact, reduced, rename, two_blocks,
 };
+
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-12, 100);
 const SIZE: [f64; 3] = [12e-3, 8e-3, 5e-3];
 
 /// A block whose lines across the flank are graded and bent inside; its base is the plane `z_m`.
@@ -64,19 +60,6 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
     both
 }
 
-fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
-    let model = bind(assembly, mesh).unwrap();
-    let structure = assemble(&model).unwrap();
-    let wanted = StuckModes {
-        count: Some(4),
-        excited: Highest::OfFirstStuckMode(1.0),
-        kept: Highest::OfFirstStuckMode(1.0),
-    };
-    let reduction = reduce(&structure, wanted).unwrap();
-    let problem = Problem::new(reduction.model, &model);
-    (model, problem)
-}
-
 /// Two materials, any two meshes: where the lateral strains of both are alike nothing rubs, and the
 /// pressure is uniform to rounding. (Without friction the sides slide over each other as the
 /// materials require.)
@@ -95,7 +78,7 @@ fn a_uniform_pressure_crosses_meshes_that_do_not_match() {
                 bent(lower, [5, 4, 2], 0.0, -0.2),
             );
             let mesh = two_blocks(&above, &below);
-            let (model, problem) = reduced(&pressed(0.0, slave), &mesh);
+            let (model, problem) = reduced(&pressed(0.0, slave), &mesh, FEW_MODES);
             assert!(!model.matches[0].nodes_match);
             let state = static_state(&problem, 1, NEWTON);
             assert!(state.outcome.is_converged());
@@ -123,7 +106,7 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
         bent(ElementType::TET10, [4, 3, 2], SIZE[2], 0.3),
         bent(ElementType::HEX20, [3, 2, 2], 0.0, -0.2),
     );
-    let (model, problem) = reduced(&assembly, &two_blocks(&above, &below));
+    let (model, problem) = reduced(&assembly, &two_blocks(&above, &below), FEW_MODES);
     let state = static_state(&problem, 3, NEWTON);
     assert!(state.outcome.is_converged(), "{:?}", state.outcome);
     let expected = interference_m / (SIZE[2] / 1e11 + SIZE[2] / 2e11);
@@ -138,7 +121,7 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     let overlapping = bent(ElementType::TET10, [4, 3, 2], SIZE[2] - interference_m, 0.3);
     assembly.contacts[0].gap_m = 0.0;
     assembly.contacts[0].gap_from_mesh = true;
-    let (model, problem) = self::reduced(&assembly, &two_blocks(&overlapping, &below));
+    let (model, problem) = reduced(&assembly, &two_blocks(&overlapping, &below), FEW_MODES);
     let state = static_state(&problem, 3, NEWTON);
     for (p, pair) in model.pairs.iter().enumerate() {
         let pressure = -state.lambda[3 * p] / pair.area_m2;
@@ -161,14 +144,14 @@ fn a_tower_of_three_bodies_on_the_ground_hands_the_load_down() {
         part([3, 3, 2], 0.0),
     );
     let mut mesh = side_by_side(("ab", &side_by_side(("a", &a), ("b", &b))), ("c", &c));
-    for (old, new) in [
-        ("ab_a_volume", "a"),
-        ("ab_b_volume", "b"),
-        ("c_volume", "c"),
-    ] {
-        let group = mesh.groups.remove(old).unwrap();
-        mesh.groups.insert(new.to_owned(), group);
-    }
+    rename(
+        &mut mesh,
+        &[
+            ("ab_a_volume", "a"),
+            ("ab_b_volume", "b"),
+            ("c_volume", "c"),
+        ],
+    );
     let mut assembly = pressed(0.2, None);
     assembly.bodies = ["a", "b", "c"].map(|name| body(name, &[])).to_vec();
     assembly.contacts = vec![
@@ -178,7 +161,7 @@ fn a_tower_of_three_bodies_on_the_ground_hands_the_load_down() {
     ];
     assembly.contacts[2].second = None;
     assembly.loads[0].on = "ab_a_z_max".into();
-    let (model, problem) = reduced(&assembly, &mesh);
+    let (model, problem) = reduced(&assembly, &mesh, FEW_MODES);
     assert_eq!(model.contact_names, ["ab", "bc", "ground"]);
     let state = static_state(&problem, 4, NEWTON);
     assert!(state.outcome.is_converged(), "{:?}", state.outcome);

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};
@@ -16,14 +16,12 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
-use dovetail_testkit::folder::root;
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
+
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 /// A mass of 1 kg on springs of 1 N/m, pressed on the ground and excited; its pair has springs.
 struct Mass {
@@ -38,26 +36,20 @@ struct Mass {
 
 impl Mass {
     fn model(&self) -> Problem {
-        let identity = || Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.0 });
-        let load = |on_x: [f64; 3]| Load {
-            on_x: on_x.to_vec(),
-            on_modes: vec![],
-        };
-        let along = |axis: usize| ObservedDisplacement {
-            name: axis.to_string(),
-            on_x: (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
-            on_modes: vec![],
+        let identity = || diagonal([1.0; 3]);
+        let load = |on_x: [f64; 3]| Load::new(on_x.to_vec(), vec![]);
+        let along = |axis: usize| {
+            ObservedDisplacement::new(
+                axis.to_string(),
+                (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
+                vec![],
+            )
         };
         Problem {
             reduced: ReducedModel {
-                stiffness: identity(),
-                mass: identity(),
-                coupling: Mat::zeros(3, 0),
-                omega2: vec![],
-                stuck_modes: 0,
                 static_load: load([-self.press_n, 0.0, 0.0]),
-                unit_loads: Vec::new(),
                 observations: (0..3).map(along).collect(),
+                ..ReducedModel::of_pairs(identity(), identity())
             },
             laws: vec![PairLaw {
                 friction: self.friction,
@@ -74,10 +66,7 @@ impl Mass {
     }
 
     fn damping(&self) -> Rayleigh {
-        Rayleigh {
-            stiffness_s: 0.0,
-            mass_per_s: self.damping_per_s,
-        }
+        Rayleigh::of_mass(self.damping_per_s)
     }
 
     /// Orbit by harmonic balance at an angular frequency.
@@ -85,15 +74,10 @@ impl Mass {
         let model = self.model();
         let state = static_state(&model, 10, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
-        let resolution = Resolution::Fixed {
-            harmonics,
-            samples: 1024,
-        };
-        let settings = SweepSettings {
-            newton: NEWTON,
-            solver,
-            ..SweepSettings::new(vec![omega / TAU], resolution)
-        };
+        let resolution = Resolution::fixed(harmonics, 1024);
+        let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
+        settings.newton = NEWTON;
+        settings.solver = solver;
         let response = sweep(&model, self.damping(), &state, &settings, &[], &|_| ());
         let orbit = response.orbits.into_iter().next().unwrap();
         assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
@@ -105,10 +89,7 @@ impl Mass {
         let model = self.model();
         let mut stepper = Stepper::new(&model, self.damping(), omega / TAU, steps).unwrap();
         let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
-        let until = Until {
-            most_periods: 400,
-            tolerance: 1e-9,
-        };
+        let until = Until::new(400, 1e-9);
         integrate(&mut stepper, &mut state, until).unwrap()
     }
 }
@@ -118,10 +99,7 @@ impl Mass {
 #[test]
 fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let jenkins = Mass {
-        springs: PairStiffness {
-            normal_n_m: 3.0,
-            tangential_n_m: 0.5,
-        },
+        springs: PairStiffness::new(3.0, 0.5),
         friction: 0.5,
         gap_m: 0.0,
         // A quarter of it is carried by the spring of 1 N/m beside that of 3 N/m.
@@ -157,10 +135,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
 #[test]
 fn a_pair_that_sticks_is_a_spring() {
     let stuck = Mass {
-        springs: PairStiffness {
-            normal_n_m: 3.0,
-            tangential_n_m: 0.5,
-        },
+        springs: PairStiffness::new(3.0, 0.5),
         friction: 0.5,
         gap_m: -0.1,
         press_n: 8.0,
@@ -203,10 +178,7 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
         ("slides around", around, false),
     ] {
         let mass = Mass {
-            springs: PairStiffness {
-                normal_n_m: 8.0,
-                tangential_n_m: 4.0,
-            },
+            springs: PairStiffness::new(8.0, 4.0),
             friction: 0.4,
             gap_m: 0.0,
             press_n: 1.0,
@@ -247,33 +219,21 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
 /// contact falls as 1 / kappa.
 #[test]
 fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
-    let folder = root().join("tests/data/dovetail72");
     let amplitude_m = |stiffness: Option<f64>| {
         let law = PairLaw {
             friction: 0.3,
             gap_m: 0.0,
-            stiffness: stiffness.map(|n_m| PairStiffness {
-                normal_n_m: n_m,
-                tangential_n_m: n_m,
-            }),
+            stiffness: stiffness.map(|n_m| PairStiffness::new(n_m, n_m)),
         };
-        let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0);
-        let damping = Rayleigh {
-            stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        };
+        let model = dovetail72(law, 1.0);
+        let damping = damping_of(&model);
         let state = static_state(&model, 10, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
-        let resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples: 128,
-        };
+        let resolution = Resolution::fixed(3, 128);
         // Below the first stuck frequency, where nothing is resonant.
         let hz = 0.98 * model.reduced.omega2[0].sqrt() / TAU;
-        let settings = SweepSettings {
-            newton: NEWTON,
-            ..SweepSettings::new(vec![hz], resolution)
-        };
+        let mut settings = SweepSettings::new(vec![hz], resolution);
+        settings.newton = NEWTON;
         let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];
         assert!(
@@ -361,9 +321,11 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         .collect();
     let amplitude = 0.7;
     let [in_phase, ahead] = masing(amplitude, first_loading);
-    let excited = |on: f64| Load {
-        on_x: psi.iter().map(|psi| psi * on).collect(),
-        on_modes: vec![on / f64::sqrt(mass)],
+    let excited = |on: f64| {
+        Load::new(
+            psi.iter().map(|psi| psi * on).collect(),
+            vec![on / f64::sqrt(mass)],
+        )
     };
     let observed = excited(1.0);
     let model = Problem {
@@ -394,44 +356,28 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
                 on_modes: vec![0.0],
             },
             unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "body".into(),
-                on_x: observed.on_x,
-                on_modes: observed.on_modes,
-            }],
+            observations: vec![ObservedDisplacement::new(
+                "body",
+                observed.on_x,
+                observed.on_modes,
+            )],
         },
         laws: vec![
             PairLaw {
                 friction: HERTZ_FRICTION,
                 gap_m: 0.0,
-                stiffness: Some(PairStiffness {
-                    normal_n_m: 1.0,
-                    tangential_n_m: own,
-                }),
+                stiffness: Some(PairStiffness::new(1.0, own)),
             };
             HERTZ_PAIRS
         ],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: excited(in_phase.hypot(ahead)),
-            sine: excited(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, excited(in_phase.hypot(ahead)))],
     };
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::Converged);
-    let resolution = Resolution::Fixed {
-        harmonics: 31,
-        samples: 512,
-    };
-    let settings = SweepSettings {
-        newton: NEWTON,
-        ..SweepSettings::new(vec![omega / TAU], resolution)
-    };
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.0,
-    };
+    let resolution = Resolution::fixed(31, 512);
+    let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
+    settings.newton = NEWTON;
+    let damping = Rayleigh::NONE;
     let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];
     assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
@@ -489,51 +435,22 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
 #[test]
 fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let along = |v: f64| vec![-v, 0.0, 0.0];
-    let load = |v: f64| Load {
-        on_x: along(v),
-        on_modes: Vec::new(),
-    };
+    let load = |v: f64| Load::new(along(v), vec![]);
     let problem = Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
-                (0, 0) => 40.0,
-                _ => f64::from(u8::from(i == j)),
-            }),
-            mass: Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j))),
-            coupling: Mat::zeros(3, 0),
-            omega2: Vec::new(),
-            stuck_modes: 0,
             static_load: load(0.0),
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "mass".into(),
-                on_x: along(1.0),
-                on_modes: Vec::new(),
-            }],
+            observations: vec![ObservedDisplacement::new("mass", along(1.0), vec![])],
+            ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
         },
         laws: vec![PairLaw {
             friction: 0.0,
             gap_m: 10.0,
-            stiffness: Some(PairStiffness {
-                normal_n_m: 1000.0,
-                tangential_n_m: 1.0,
-            }),
+            stiffness: Some(PairStiffness::new(1000.0, 1.0)),
         }],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(100.0),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
     };
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.1 * 40.0_f64.sqrt(),
-    };
-    let resolution = Resolution::Fixed {
-        harmonics: 7,
-        samples: 1024,
-    };
+    let damping = Rayleigh::of_mass(0.1 * 40.0_f64.sqrt());
+    let resolution = Resolution::fixed(7, 1024);
     let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
     let settings = SweepSettings::new(frequencies_hz, resolution);
     let state = static_state(&problem, 10, settings.newton);

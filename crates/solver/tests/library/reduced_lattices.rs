@@ -1,14 +1,15 @@
 //! Comparison of the reduction of two spring lattices with their full matrices.
 
-use crate::shared_lattices::assembly;
+use crate::shared_lattices::{assembly, forces, observed};
 use dovetail_numerics::sparse::dense as to_dense;
 use dovetail_solver::fem::{FemError, join};
-use dovetail_solver::model::{AppliedLoad, Body, BodyNode, Model, NodeMotion, Slave};
+use dovetail_solver::model::{Body, BodyNode, Model, NodeMotion, Slave};
 use dovetail_solver::reduction::craig_bampton::{condense, fixed_interface_modes};
 use dovetail_solver::reduction::{
     Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, reduce, stuck_modes,
 };
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
+use dovetail_testkit::threads::on_threads;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use nalgebra_sparse::CscMatrix;
@@ -17,11 +18,7 @@ use nalgebra_sparse::CscMatrix;
 const ALL: usize = 1000;
 
 fn wanted(count: usize) -> StuckModes {
-    StuckModes {
-        count: Some(count),
-        excited: Highest::RadS(1e3),
-        kept: Highest::RadS(1e3),
-    }
+    StuckModes::new(Some(count), Highest::RadS(1e3))
 }
 
 const A: f64 = 3e-7;
@@ -114,26 +111,6 @@ fn solved(structure: &Structure, body: usize, w: f64, forces: &Mat<c64>) -> Mat<
     z.partial_piv_lu().solve(forces)
 }
 
-/// Complex amplitudes of the forces of one harmonic on the free degrees of freedom (`cos - i sin`).
-fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
-    let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
-    for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
-        let phase = c64::new(0.0, -force.phase_rad).exp();
-        for (body, load) in &force.loads {
-            let AppliedLoad::Point { node, vector_n } = load else {
-                panic!("the lattices have forces on nodes");
-            };
-            for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
-                for axis in 0..3 {
-                    f[*body][(3 * free + axis, 0)] +=
-                        phase * weight * force.amplitude * vector_n[axis];
-                }
-            }
-        }
-    }
-    f
-}
-
 #[test]
 fn forces_fields_and_observations_are_those_of_the_full_bodies() {
     // Pairs joined by given contact forces lambda: each body answers for itself.
@@ -206,23 +183,16 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
             let found = complex(motion[b].col_as_slice(0), motion[b].col_as_slice(1));
             close(&found, &exact[b], 1e-8);
         }
-        for (observed, observation) in reduced.model.observations.iter().zip(&model.observations) {
+        for (number, weights) in reduced.model.observations.iter().enumerate() {
             let dot = |row: &[f64], v: &Mat<c64>| -> c64 {
                 row.iter().enumerate().map(|(i, r)| v[(i, 0)] * r).sum()
             };
-            let found = dot(&observed.on_x, &x) + dot(&observed.on_modes, &q);
-            let mut expected = c64::new(0.0, 0.0);
-            for &(BodyNode { body: b, node }, direction) in &observation.terms {
-                for (free, weight) in model.bodies[b].dofs.weights(node as usize) {
-                    for axis in 0..3 {
-                        expected += exact[b][(3 * free + axis, 0)] * weight * direction[axis];
-                    }
-                }
-            }
+            let found = dot(&weights.on_x, &x) + dot(&weights.on_modes, &q);
+            let expected = observed(model, number, |b, dof| exact[b][(dof, 0)]);
             assert!(
                 (found - expected).norm() < 1e-8 * expected.norm(),
                 "{}",
-                observed.name
+                weights.name
             );
         }
     }
@@ -236,6 +206,12 @@ fn statics_balance_the_full_bodies_whatever_the_modes_kept() {
     }
 }
 
+/// Forces K u - f that act on a body from outside, at its free degrees of freedom.
+fn unbalanced(body: &BodyMatrices, u: &[f64]) -> Mat<f64> {
+    let force = to_dense(&body.stiffness) * MatRef::from_column_major_slice(u, u.len(), 1);
+    force - MatRef::from_column_major_slice(&body.load_n, u.len(), 1)
+}
+
 fn balanced(model: &Model, structure: &Structure, reduced: &Reduction) {
     let n = 3 * model.pairs.len();
     let x: Vec<f64> = (0..n).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
@@ -244,11 +220,7 @@ fn balanced(model: &Model, structure: &Structure, reduced: &Reduction) {
     let u = reduced.recovery.full_static(&x);
     for (b, sign) in [(0, 1.0), (1, -1.0)] {
         let body = &structure.bodies[b];
-        let displacement = Mat::from_fn(u[b].len(), 1, |i, _| u[b][i]);
-        let mut residual = to_dense(&body.stiffness) * displacement;
-        for (i, f) in body.load_n.iter().enumerate() {
-            residual[(i, 0)] -= f;
-        }
+        let mut residual = unbalanced(body, &u[b]);
         for (pair, entry) in model.pairs.iter().enumerate() {
             for axis in 0..3 {
                 let force: f64 = (0..3)
@@ -347,11 +319,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     let all = reduce(&structure, wanted(ALL)).unwrap();
     let exact = first_yielding(&all.model);
     for count in [4, 8, 16, 32] {
-        let wanted = StuckModes {
-            count: Some(count),
-            excited: Highest::RadS(exact.sqrt()),
-            kept: Highest::RadS(exact.sqrt()),
-        };
+        let wanted = StuckModes::new(Some(count), Highest::RadS(exact.sqrt()));
         let few = reduce(&structure, wanted).unwrap();
         let estimate = few.truncation.amplitude.unwrap();
         let error = first_yielding(&few.model) / exact - 1.0;
@@ -417,11 +385,7 @@ fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
 fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_are() {
     let (_, structure) = assembly([None, None]);
     let reached = |highest_rad_s: f64| {
-        let wanted = StuckModes {
-            count: None,
-            excited: Highest::RadS(highest_rad_s),
-            kept: Highest::RadS(highest_rad_s),
-        };
+        let wanted = StuckModes::new(None, Highest::RadS(highest_rad_s));
         reduce(&structure, wanted).unwrap()
     };
     let all = reached(1e9);
@@ -436,11 +400,7 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
         (unknowns, unknowns)
     );
     let few = reached(0.2 * all.model.omega2[0].sqrt());
-    let same = StuckModes {
-        count: None,
-        excited: Highest::OfFirstStuckMode(0.2),
-        kept: Highest::OfFirstStuckMode(0.2),
-    };
+    let same = StuckModes::new(None, Highest::OfFirstStuckMode(0.2));
     let same = reduce(&structure, same).unwrap();
     assert_eq!(same.model.stuck_modes, few.model.stuck_modes);
     assert!(few.model.stuck_modes >= 12 && few.model.stuck_modes < unknowns);
@@ -572,11 +532,7 @@ fn three_bodies_hang_together_by_their_own_pairs() {
     // Forces of all bodies balance: what is left of K u - f at the nodes is the contact forces.
     let mut forces = vec![[0.0; 3]; model.pairs.len()];
     for (b, (u, matrices)) in u.iter().zip(&structure.bodies).enumerate() {
-        let displacement = Mat::from_fn(u.len(), 1, |i, _| u[i]);
-        let mut residual = to_dense(&matrices.stiffness) * displacement;
-        for (i, f) in matrices.load_n.iter().enumerate() {
-            residual[(i, 0)] -= f;
-        }
+        let mut residual = unbalanced(matrices, u);
         for (p, pair) in model.pairs.iter().enumerate() {
             for at in [pair.slave.node, pair.slave.partner().unwrap()]
                 .into_iter()
@@ -641,13 +597,7 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
 #[test]
 fn threads_change_no_bit() {
     let (_, structure) = assembly([None, Some(7)]);
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| reduce(&structure, wanted(6)).unwrap().model)
-    };
+    let run = |threads: usize| on_threads(threads, || reduce(&structure, wanted(6)).unwrap().model);
     let (one, four) = (run(1), run(4));
     assert_eq!(one.stiffness, four.stiffness);
     assert_eq!(one.mass, four.mass);

@@ -1,11 +1,13 @@
 //! Comparison of the reduced model with the full finite elements: two cubes on each other, ten-node
 //! tetrahedra with tied mid-edge nodes, one of them rotating, solved densely by faer.
 
+use crate::elements::algebra::dense_omega2;
+use crate::shared_lattices::{forces, observed};
 use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Assembly;
-use dovetail_solver::model::{AppliedLoad, BodyNode, Model, bind};
+use dovetail_solver::model::{Model, bind};
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
@@ -13,7 +15,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, Reduction, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Par, Side, c64};
+use faer::{Mat, c64};
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 2e-9,
@@ -32,17 +34,13 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
         rotation.speed_rad_s = 2e5;
         rotation.point_m = [0.0, 0.3e-3, -1e-3];
     }
-    let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let model = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
     let structure = assemble(&model).unwrap();
     (model, structure)
 }
 
 fn reduced(structure: &Structure) -> Reduction {
-    let wanted = StuckModes {
-        count: Some(ALL),
-        excited: Highest::RadS(0.0),
-        kept: Highest::RadS(0.0),
-    };
+    let wanted = StuckModes::new(Some(ALL), Highest::RadS(0.0));
     reduce(structure, wanted).unwrap()
 }
 
@@ -125,9 +123,9 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let x = z.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| rhs[i]));
         let x: Vec<c64> = (0..n).map(|i| x[(i, 0)]).collect();
         let q = system.modal_response(w, &x, &on_modes);
-        let observed = &problem.reduced.observations[0];
+        let weights = &problem.reduced.observations[0];
         let product = |a: &[f64], b: &[c64]| a.iter().zip(b).map(|(a, b)| b * *a).sum::<c64>();
-        let tip = product(&observed.on_x, &x) + product(&observed.on_modes, &q);
+        let tip = product(&weights.on_x, &x) + product(&weights.on_modes, &q);
 
         // Both bodies whole: Z + C^T k C, C the relative displacement.
         let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
@@ -143,21 +141,14 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         }
         let pulled = Mat::from_fn(n, c.ncols(), |i, j| c[(i, j)] * spring(i));
         full += c.transpose() * pulled;
-        let mut force = Mat::zeros(c.ncols(), 1);
-        for f in model.excitations.iter().filter(|f| f.harmonic == 1) {
-            let phase = c64::new(0.0, -f.phase_rad).exp();
-            for (body, load) in &f.loads {
-                let AppliedLoad::Point { node, vector_n } = load else {
-                    panic!("the blocks have forces on nodes");
-                };
-                for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
-                    for axis in 0..3 {
-                        force[(body * sizes[0] + 3 * free + axis, 0)] +=
-                            phase * weight * f.amplitude * vector_n[axis];
-                    }
-                }
+        let [first, second] = forces(&model, 1);
+        let force = Mat::from_fn(c.ncols(), 1, |i, _| {
+            if i < sizes[0] {
+                first[(i, 0)]
+            } else {
+                second[(i - sizes[0], 0)]
             }
-        }
+        });
         let u = full.partial_piv_lu().solve(&force);
         let opened = &c * &u;
         let largest = opened.norm_max();
@@ -169,15 +160,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
             "relative displacements: {:e}",
             off / largest
         );
-        let mut exact = c64::new(0.0, 0.0);
-        for &(BodyNode { body, node }, direction) in &model.observations[0].terms {
-            for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
-                for (axis, along) in direction.iter().enumerate() {
-                    let at = body * sizes[0] + 3 * free + axis;
-                    exact += u[(at, 0)] * weight * along;
-                }
-            }
-        }
+        let exact = observed(&model, 0, |body, dof| u[(body * sizes[0] + dof, 0)]);
         let off = (tip - exact).norm() / exact.norm();
         println!("{w:.4e} rad/s: {tip:.6e}, full {exact:.6e}, off {off:.1e}");
         assert!(off < 1e-9, "{off:e}");
@@ -205,17 +188,6 @@ fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
         println!("{w:.4e} rad/s: off {off:.1e}");
         assert!(off < 1e-9, "{off:e}");
     }
-}
-
-/// Ascending eigenvalues of K x = w2 M x, by faer alone.
-fn dense_omega2(k: &Mat<f64>, m: &Mat<f64>) -> Vec<f64> {
-    use faer::linalg::triangular_solve::solve_lower_triangular_in_place as divide_by;
-    let factor = m.llt(Side::Lower).unwrap();
-    let mut half = k.clone();
-    divide_by(factor.L(), half.as_mut(), Par::Seq);
-    let mut whole = half.transpose().to_owned();
-    divide_by(factor.L(), whole.as_mut(), Par::Seq);
-    whole.self_adjoint_eigenvalues(Side::Lower).unwrap()
 }
 
 #[test]

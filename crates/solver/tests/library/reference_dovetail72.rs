@@ -2,43 +2,28 @@
 //! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8, friction work
 //! to 0.1 % (the reference summed it over samples).
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::pair_signals::Periods;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
+use crate::shared_problems::{damping_of, dovetail72};
+
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn model(force_n: f64) -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    Problem::of_one_law(
-        superelement::read(&folder).unwrap().model,
-        PairLaw::rigid(0.3, 0.0),
-        force_n,
-    )
+    dovetail72(PairLaw::rigid(0.3, 0.0), force_n)
 }
 
 fn expected() -> serde_json::Value {
     let path = root().join("tests/data/dovetail72/expected.json");
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn damping(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
 }
 
 fn statics(model: &Problem) -> StaticState {
@@ -52,23 +37,15 @@ fn respond(
     frequencies_hz: Vec<f64>,
     solver: Solver,
 ) -> Response {
-    let settings = SweepSettings {
-        eps: Eps::new(eps),
-        newton: NEWTON,
-        // The reference evaluated three periods, whether the forces were periodic by then or not.
-        periods: Periods::Exactly(3),
-        solver,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 256,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
+    settings.eps = Eps::new(eps);
+    settings.newton = NEWTON;
+    // The reference evaluated three periods, whether the forces were periodic by then or not.
+    settings.periods = Periods::Exactly(3);
+    settings.solver = solver;
     sweep(
         model,
-        damping(model),
+        damping_of(model),
         &statics(model),
         &settings,
         &[],
@@ -178,6 +155,11 @@ fn the_hybrid_powell_solver_finds_the_same_motion() {
     compare("H1_epspair", 1, EpsChoice::Pair, Solver::Powell);
 }
 
+fn assert_linear(orbit: &Orbit, linear: &LinearPoint, tolerance: f64) {
+    let off = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0] - 1.0;
+    assert!(off.abs() < tolerance, "{} Hz: {off:e}", orbit.frequency_hz);
+}
+
 #[test]
 fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     let model = model(0.01);
@@ -192,13 +174,7 @@ fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     );
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
         assert!(orbit.outcome.is_converged());
-        let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-        assert!(
-            (ratio - 1.0).abs() < 1e-10,
-            "{} Hz: {:e}",
-            orbit.frequency_hz,
-            ratio - 1.0
-        );
+        assert_linear(orbit, linear, 1e-10);
         assert_eq!(orbit.counts().slipping, 0);
     }
 }
@@ -223,8 +199,7 @@ fn a_small_force_where_pairs_are_open_at_rest_gives_the_linear_curve() {
         let response = respond(&model, eps, 1, frequencies, Solver::NewtonKrylov);
         for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
             assert!(orbit.outcome.is_converged());
-            let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-            assert!((ratio - 1.0).abs() < 1e-9, "{:e}", ratio - 1.0);
+            assert_linear(orbit, linear, 1e-9);
             for (cycle, status) in orbit.cycles.iter().zip(&state.status) {
                 let is_open = *status == PairStatus::Open;
                 assert_eq!(cycle.status.is_open_at_rest(), is_open);
@@ -240,26 +215,22 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     let statics = statics(&model);
     model.laws.iter_mut().for_each(|p| p.friction = 1e6);
     let f1 = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
-    let settings = SweepSettings {
-        eps: Eps::new(EpsChoice::Pair),
-        newton: NEWTON,
-        ..SweepSettings::new(
-            [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
-            Resolution::Fixed {
-                harmonics: 3,
-                samples: 64,
-            },
-        )
-    };
-    let response = sweep(&model, damping(&model), &statics, &settings, &[], &|_| ());
+    let mut settings = SweepSettings::new(
+        [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
+        Resolution::fixed(3, 64),
+    );
+    settings.eps = Eps::new(EpsChoice::Pair);
+    settings.newton = NEWTON;
+    let response = sweep(
+        &model,
+        damping_of(&model),
+        &statics,
+        &settings,
+        &[],
+        &|_| (),
+    );
     for (orbit, linear) in response.orbits.iter().zip(&response.linear) {
-        let ratio = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0];
-        assert!(
-            (ratio - 1.0).abs() < 1e-10,
-            "{} Hz: {:e}",
-            orbit.frequency_hz,
-            ratio - 1.0
-        );
+        assert_linear(orbit, linear, 1e-10);
         // Stuck pairs stay where the static state has them, and keep its friction.
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = statics.x.len();

@@ -2,66 +2,46 @@
 //! unknowns. It is solved at any frequency, from its neighbour or cold, within few iterations, and
 //! its error is estimated.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, StaticState};
-use dovetail_solver::integration::steady::{Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
+use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::time::Instant;
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.02,
-};
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+use crate::shared_problems::diagonal;
+use crate::shared_rigid_body::settled_from_rest;
+
+const DAMPING: Rayleigh = Rayleigh::of_mass(0.02);
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 
 /// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which presses on the ground with 1 N;
 /// another joins the second to it. A force of 1 N excites the second, whose motion is observed.
 fn two_masses(friction: f64) -> Problem {
-    let load = |force_n: f64| Load {
-        on_x: vec![0.0, force_n, 0.0],
-        on_modes: vec![force_n],
-    };
-    let diagonal = |normal: f64, along: f64| {
-        let values = [normal, along, along];
-        Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
-    };
+    let load = |force_n: f64| Load::new(vec![0.0, force_n, 0.0], vec![force_n]);
     Problem {
         reduced: ReducedModel {
-            stiffness: diagonal(1.0, 1.0),
-            mass: diagonal(0.0, 2.0),
-            coupling: Mat::from_fn(3, 1, |i, _| if i == 1 { 1.0 } else { 0.0 }),
-            omega2: vec![1.0],
-            stuck_modes: 1,
-            static_load: Load {
-                on_x: vec![-1.0, 0.0, 0.0],
-                on_modes: vec![0.0],
-            },
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "second".to_owned(),
-                on_x: vec![0.0, 1.0, 0.0],
-                on_modes: vec![1.0],
-            }],
+            static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0]),
+            observations: vec![ObservedDisplacement::new(
+                "second",
+                vec![0.0, 1.0, 0.0],
+                vec![1.0],
+            )],
+            ..ReducedModel::new(
+                diagonal([1.0, 1.0, 1.0]),
+                diagonal([0.0, 2.0, 2.0]),
+                Mat::from_fn(3, 1, |i, _| if i == 1 { 1.0 } else { 0.0 }),
+                vec![1.0],
+            )
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(1.0),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
     }
 }
 
@@ -70,15 +50,10 @@ const OF_INTEGRATION: f64 = 3e-3;
 
 fn respond(friction: f64, frequencies_hz: Vec<f64>, harmonics: usize) -> Vec<Orbit> {
     let model = two_masses(friction);
-    let resolution = Resolution::Fixed {
-        harmonics,
-        samples: 16 * harmonics,
-    };
-    let settings = SweepSettings {
-        slip_threshold_m: Some(1e-9),
-        newton: NEWTON,
-        ..SweepSettings::new(frequencies_hz, resolution)
-    };
+    let resolution = Resolution::fixed(harmonics, 16 * harmonics);
+    let mut settings = SweepSettings::new(frequencies_hz, resolution);
+    settings.slip_threshold_m = Some(1e-9);
+    settings.newton = NEWTON;
     let state: StaticState = static_state(&model, 10, NEWTON);
     sweep(&model, DAMPING, &state, &settings, &[], &|_| ()).orbits
 }
@@ -143,14 +118,8 @@ fn two_masses_with_rigid_friction_move_as_by_steps_in_time() {
     for (friction, hz) in [(0.3, 0.12), (0.3, 0.2), (1.0, 0.25)] {
         let orbit = respond(friction, vec![hz], 31).remove(0);
         let model = two_masses(friction);
-        let mut stepper = Stepper::new(&model, DAMPING, hz, 2000).unwrap();
-        let rest = static_state(&model, 10, NEWTON);
-        let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-        let until = Until {
-            most_periods: 3000,
-            tolerance: 1e-6,
-        };
-        let settled = integrate(&mut stepper, &mut state, until).unwrap();
+        let until = Until::new(3000, 1e-6);
+        let settled = settled_from_rest(&model, DAMPING, hz, 2000, until);
         let exact_m = settled.cycle.observed[0].amplitude_m;
         let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
         println!(

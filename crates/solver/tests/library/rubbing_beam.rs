@@ -3,30 +3,28 @@
 //! and where the parameter eps of DLFT matters most: the condensed stiffness of the harmonics is up
 //! to thousands of times the static one.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
-use dovetail_solver::integration::steady::{Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
+use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
+
+use crate::shared_problems::diagonal;
+use crate::shared_rigid_body::settled_from_rest;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 1e-4,
     mass_per_s: 0.05,
 };
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 
 /// Roots of tan b = tanh b: the beam clamped at one end and pinned at the other has w = b^2.
 const ROOTS: [f64; 5] = [
@@ -64,67 +62,51 @@ fn beam(friction: f64) -> Problem {
     let along = |v: f64| vec![0.0, v, 0.0];
     let at_middle: Vec<f64> = ROOTS.iter().map(|b| mode(*b, 0.5)).collect();
     let coupling = ROOTS.map(|b| integral(|x| mode(b, x) * bent(x)));
-    let load = |force_n: f64| Load {
-        on_x: along(force_n * bent(0.5)),
-        on_modes: at_middle.iter().map(|v| force_n * v).collect(),
+    let load = |force_n: f64| {
+        Load::new(
+            along(force_n * bent(0.5)),
+            at_middle.iter().map(|v| force_n * v).collect(),
+        )
     };
     let mass = integral(|x| bent(x).powi(2));
     Problem {
         reduced: ReducedModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.0 }),
-            mass: Mat::from_fn(3, 3, |i, j| if i > 0 && i == j { mass } else { 0.0 }),
-            coupling: Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
-            omega2: ROOTS.map(|b| b.powi(4)).to_vec(),
-            stuck_modes: ROOTS.len(),
-            static_load: Load {
-                on_x: vec![-1.0, 0.0, 0.0],
-                on_modes: vec![0.0; ROOTS.len()],
-            },
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "middle".to_owned(),
-                on_x: along(bent(0.5)),
-                on_modes: at_middle.clone(),
-            }],
+            static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0; ROOTS.len()]),
+            observations: vec![ObservedDisplacement::new(
+                "middle",
+                along(bent(0.5)),
+                at_middle.clone(),
+            )],
+            ..ReducedModel::new(
+                diagonal([3.0; 3]),
+                diagonal([0.0, mass, mass]),
+                Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
+                ROOTS.map(|b| b.powi(4)).to_vec(),
+            )
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(1.0),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
     }
 }
 
 fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -> Orbit {
     let model = beam(friction);
     let state = static_state(&model, 10, NEWTON);
-    let settings = SweepSettings {
-        eps: Eps {
-            choice: EpsChoice::Dynamic,
-            scale,
-        },
-        newton: NEWTON,
-        slip_threshold_m: Some(1e-9),
-        ..SweepSettings::new(vec![frequency_hz], resolution)
+    let mut settings = SweepSettings::new(vec![frequency_hz], resolution);
+    settings.eps = Eps {
+        choice: EpsChoice::Dynamic,
+        scale,
     };
+    settings.newton = NEWTON;
+    settings.slip_threshold_m = Some(1e-9);
     let mut response = sweep(&model, DAMPING, &state, &settings, &[], &|_| ());
     response.orbits.remove(0)
 }
 
 /// Amplitude by integration in time, from the static state.
 fn integrated_m(friction: f64, frequency_hz: f64) -> f64 {
-    let model = beam(friction);
-    let steps = 1000;
-    let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, steps).unwrap();
-    let rest = static_state(&model, 10, NEWTON);
-    let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-    let until = Until {
-        most_periods: 2000,
-        tolerance: 1e-5,
-    };
-    let settled = integrate(&mut stepper, &mut state, until).unwrap();
+    let until = Until::new(2000, 1e-5);
+    let settled = settled_from_rest(&beam(friction), DAMPING, frequency_hz, 1000, until);
     println!(
         "{} periods, {:.1e} left",
         settled.periods, settled.transient_left
@@ -141,10 +123,7 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
         let mut spreads = vec![];
         for harmonics in [3, 13, 33] {
             let amplitudes = [0.3, 1.0, 3.0].map(|scale| {
-                let resolution = Resolution::Fixed {
-                    harmonics,
-                    samples: 512,
-                };
+                let resolution = Resolution::fixed(harmonics, 512);
                 let orbit = solve(friction, hz, resolution, scale);
                 assert_eq!(
                     orbit.outcome,

@@ -1,30 +1,23 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
-use dovetail_mesh::Connectivity;
+use dovetail_mesh::Mesh;
 use dovetail_solver::fem::join;
 use dovetail_solver::model::{
-    AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Material, Model,
-    NodeMotion, Observation, Side, Slave,
+    AppliedLoad, Body, BodyNode, ContactPair, Excitation, Growth, Model, NodeMotion, Observation,
+    Side, Slave,
 };
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
+use faer::{Mat, c64};
+
+use crate::elements::bodies::{STEEL, body_of};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
 /// has an observed point at its tip and two tied nodes besides; the block an observed point and its
 /// face x = 0 held.
 pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
-    let bar = Lattice {
-        shape: [4, 3, 3],
-        stiffness: 3e7,
-        mass: 0.05,
-        irregularity: 0.3,
-    };
-    let block = Lattice {
-        shape: [3, 3, 3],
-        stiffness: 8e7,
-        mass: 0.08,
-        irregularity: 0.5,
-    };
+    let bar = Lattice::new([4, 3, 3], 3e7, 0.05, 0.3);
+    let block = Lattice::new([3, 3, 3], 8e7, 0.08, 0.5);
     let spots = [[0, 0], [2, 1], [1, 2], [0, 2], [1, 1]];
     let flanks = [
         spots.map(|[j, k]| bar.node([0, j, k])),
@@ -129,28 +122,15 @@ fn body(
         .map(|n| n.map_or(NodeMotion::Fixed, |n| NodeMotion::Free(n as u32)))
         .collect();
     nodes.push(NodeMotion::Tied([flank[0] as u32, flank[1] as u32]));
+    let mesh = Mesh {
+        nodes_m: vec![[0.0; 3]; nodes.len()],
+        node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
+        ..Mesh::default()
+    };
     let body = Body {
         name: name.into(),
-        material: Material {
-            young_pa: 1e11,
-            poisson: 0.3,
-            density_kg_m3: 4000.0,
-        },
-        rotates: true,
         fixed_interface_modes: modes,
-        nodes_m: vec![[0.0; 3]; nodes.len()],
-        mesh_nodes: (0..nodes.len() as u32).collect(),
-        node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
-        elements: Connectivity::default(),
-        held_dofs: Vec::new(),
-        loads: Vec::new(),
-        springs: Vec::new(),
-        dofs: DofMap {
-            nodes,
-            auxiliary: Vec::new(),
-            interior_nodes: interior.len(),
-            contact_nodes: flank.len(),
-        },
+        ..body_of(&mesh, STEEL, nodes, flank.len())
     };
     let load_n = (0..3 * free.len())
         .map(|i| 100.0 * scattered(seed + i))
@@ -166,4 +146,37 @@ fn body(
         node_tags: body.free_node_tags(),
     };
     (body, matrices)
+}
+
+/// Complex amplitudes of the forces of one harmonic on the free degrees of freedom (`cos - i sin`).
+pub fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
+    let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
+    for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
+        let phase = c64::new(0.0, -force.phase_rad).exp();
+        for (body, load) in &force.loads {
+            let AppliedLoad::Point { node, vector_n } = load else {
+                panic!("the excitations are forces on nodes");
+            };
+            for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
+                for axis in 0..3 {
+                    f[*body][(3 * free + axis, 0)] +=
+                        phase * weight * force.amplitude * vector_n[axis];
+                }
+            }
+        }
+    }
+    f
+}
+
+/// Displacement of an observed point, given those of the free degrees of freedom of each body.
+pub fn observed(model: &Model, observation: usize, at: impl Fn(usize, usize) -> c64) -> c64 {
+    let mut sum = c64::new(0.0, 0.0);
+    for &(BodyNode { body, node }, direction) in &model.observations[observation].terms {
+        for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+            for (axis, along) in direction.iter().enumerate() {
+                sum += at(body, 3 * free + axis) * weight * along;
+            }
+        }
+    }
+    sum
 }

@@ -1,76 +1,64 @@
 //! Rigid body on a spring, pressed onto rigid ground and excited at its base, and its motion by
 //! steps in time.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::integration::steady::{Until, integrate};
+use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-pub const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 20.0,
-};
-pub const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-8,
-    max_iterations: 60,
-};
+pub const DAMPING: Rayleigh = Rayleigh::of_mass(20.0);
+pub const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 pub const SPRING_HZ: f64 = 100.0;
 pub const BASE_M_S2: f64 = 76.9;
 
 /// A rigid body on a spring, pressed onto rigid ground with 1 N and excited at its base.
 pub fn body(mass_kg: f64, friction: f64) -> Problem {
     let diagonal = |value: f64| Mat::from_fn(3, 3, |i, j| if i == j { value } else { 0.0 });
-    let load = |force_n: f64| Load {
-        on_x: vec![0.0, force_n, 0.0],
-        on_modes: vec![],
-    };
+    let load = |force_n: f64| Load::new(vec![0.0, force_n, 0.0], vec![]);
     Problem {
         reduced: ReducedModel {
-            stiffness: diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
-            mass: diagonal(mass_kg),
-            coupling: Mat::zeros(3, 0),
-            omega2: vec![],
-            stuck_modes: 0,
-            static_load: Load {
-                on_x: vec![-1.0, 0.0, 0.0],
-                on_modes: vec![],
-            },
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "cube".to_owned(),
-                on_x: vec![0.0, 1.0, 0.0],
-                on_modes: vec![],
-            }],
+            static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![]),
+            observations: vec![ObservedDisplacement::new(
+                "cube",
+                vec![0.0, 1.0, 0.0],
+                vec![],
+            )],
+            ..ReducedModel::of_pairs(
+                diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
+                diagonal(mass_kg),
+            )
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(mass_kg * BASE_M_S2),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(mass_kg * BASE_M_S2))],
     }
+}
+
+/// Motion by steps in time from the static state, of so many steps in a period.
+pub fn settled_from_rest(
+    model: &Problem,
+    damping: Rayleigh,
+    frequency_hz: f64,
+    steps: usize,
+    until: Until,
+) -> Settled {
+    let mut stepper = Stepper::new(model, damping, frequency_hz, steps).unwrap();
+    let rest = static_state(model, 10, NEWTON);
+    let mut state = State::at_rest(model, &rest.x, &rest.lambda);
+    integrate(&mut stepper, &mut state, until).unwrap()
 }
 
 /// Amplitude of a rigid body on a spring of 100 Hz, of so much mass and limit of friction, by steps
 /// in time from the static state.
 pub fn amplitude_in_time_m(mass_kg: f64, friction_n: f64, frequency_hz: f64) -> f64 {
     let model = body(mass_kg, friction_n);
-    let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, 8000).unwrap();
-    let rest = static_state(&model, 10, NEWTON);
-    let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
-    let until = Until {
-        most_periods: 2000,
-        tolerance: 1e-7,
-    };
-    let settled = integrate(&mut stepper, &mut state, until).unwrap();
+    let until = Until::new(2000, 1e-7);
+    let settled = settled_from_rest(&model, DAMPING, frequency_hz, 8000, until);
     assert!(settled.transient_left < 1e-4, "{settled:?}");
     settled.cycle.observed[0].amplitude_m
 }

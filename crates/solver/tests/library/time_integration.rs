@@ -1,7 +1,7 @@
 //! Comparison of the time integration with closed forms, and of harmonic balance with the time
 //! integration.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
@@ -13,15 +13,13 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
-use dovetail_testkit::folder::root;
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-const UNDAMPED: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.0,
-};
+use crate::shared_problems::{damping_of, diagonal, dovetail72};
+
+const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
 /// One pair with diagonal K and M and at most one mode, pressed together by `press_n`. The
 /// vibrating load acts along `axis` and on the mode, and the displacement along `axis` (and of the
@@ -39,6 +37,18 @@ struct OnePair {
     force_n: f64,
 }
 
+/// Unit masses on unit springs that are pressed together by 1 N and shaken by 1 N along t1.
+const PLAIN: OnePair = OnePair {
+    stiffness: [1.0; 3],
+    mass: [1.0; 3],
+    friction: 0.5,
+    press_n: 1.0,
+    axis: 1,
+    share: 1.0,
+    mode: None,
+    force_n: 1.0,
+};
+
 impl OnePair {
     fn model(&self) -> Problem {
         let modes = usize::from(self.mode.is_some());
@@ -48,35 +58,24 @@ impl OnePair {
             v[self.axis] = value;
             v
         };
-        let load = |force: f64| Load {
-            on_x: along(force * self.share),
-            on_modes: vec![force; modes],
-        };
+        let load = |force: f64| Load::new(along(force * self.share), vec![force; modes]);
         Problem {
             reduced: ReducedModel {
-                stiffness: Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 }),
-                mass: Mat::from_fn(3, 3, |i, j| if i == j { self.mass[i] } else { 0.0 }),
-                coupling: Mat::from_fn(3, modes, |i, _| along(p)[i]),
-                omega2: vec![w2; modes],
-                stuck_modes: 1,
-                static_load: Load {
-                    on_x: vec![-self.press_n, 0.0, 0.0],
-                    on_modes: vec![0.0; modes],
-                },
-                unit_loads: Vec::new(),
-                observations: vec![ObservedDisplacement {
-                    name: "u".to_owned(),
-                    on_x: along(self.share),
-                    on_modes: vec![1.0; modes],
-                }],
+                static_load: Load::new(vec![-self.press_n, 0.0, 0.0], vec![0.0; modes]),
+                observations: vec![ObservedDisplacement::new(
+                    "u",
+                    along(self.share),
+                    vec![1.0; modes],
+                )],
+                ..ReducedModel::new(
+                    diagonal(self.stiffness),
+                    diagonal(self.mass),
+                    Mat::from_fn(3, modes, |i, _| along(p)[i]),
+                    vec![w2; modes],
+                )
             },
             laws: vec![PairLaw::rigid(self.friction, 0.0)],
-            excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(self.force_n),
-                sine: load(0.0),
-                growth: Growth::Constant,
-            }],
+            excitations: vec![HarmonicLoad::cosine(1, load(self.force_n))],
         }
     }
 }
@@ -91,10 +90,7 @@ fn settle(
     let mut stepper = Stepper::new(model, damping, omega_rad_s / TAU, steps).unwrap();
     let n = model.reduced.stiffness.nrows();
     let mut state = State::at_rest(model, &vec![0.0; n], &vec![0.0; n]);
-    let until = Until {
-        most_periods,
-        tolerance: 1e-9,
-    };
+    let until = Until::new(most_periods, 1e-9);
     integrate(&mut stepper, &mut state, until).unwrap()
 }
 
@@ -103,14 +99,10 @@ fn settle(
 fn a_stuck_joint_is_the_linear_oscillator_whatever_the_step() {
     let b: f64 = 1.02;
     let model = OnePair {
-        stiffness: [1.0; 3],
-        mass: [1.0; 3],
-        friction: 0.5,
         press_n: 1e3,
-        axis: 1,
         share: 0.0,
         mode: Some((0.3, 1.0)),
-        force_n: 1.0,
+        ..PLAIN
     }
     .model();
     for (a, c) in [(0.05, 0.0), (0.0, 0.05), (0.02, 0.03)] {
@@ -146,14 +138,8 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
         (1.5, 0.6, 0.400000),
     ] {
         let model = OnePair {
-            stiffness: [1.0; 3],
-            mass: [1.0; 3],
-            friction: 0.5,
             press_n: 2.0 * friction_n,
-            axis: 1,
-            share: 1.0,
-            mode: None,
-            force_n: 1.0,
+            ..PLAIN
         }
         .model();
         let coarse = settle(&model, UNDAMPED, b, 500, 400);
@@ -184,19 +170,15 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     let model = OnePair {
         stiffness: [1.0, kd - kd * share, 1.0],
         mass: [1.0, share * share, 1.0],
-        friction: 0.5,
         press_n: fc / 0.5,
-        axis: 1,
         share,
         mode: Some((share, k + kd)),
         force_n: 0.25,
+        ..PLAIN
     }
     .model();
     // M is the oscillator's mass alone, so b M is its dashpot.
-    let damping = Rayleigh {
-        stiffness_s: 0.0,
-        mass_per_s: 0.02,
-    };
+    let damping = Rayleigh::of_mass(0.02);
     let settled = settle(&model, damping, 1.05, 2000, 300);
     let (amplitude, work) = (
         settled.cycle.observed[0].amplitude_m,
@@ -239,13 +221,10 @@ fn a_pair_lifts_off_flies_and_lands() {
         .fold(0.0, f64::max);
     let model = OnePair {
         stiffness: [0.0, 1.0, 1.0],
-        mass: [1.0; 3],
-        friction: 0.5,
         press_n: press,
         axis: 0,
-        share: 1.0,
-        mode: None,
         force_n: p,
+        ..PLAIN
     }
     .model();
     let mut last = f64::INFINITY;
@@ -276,23 +255,7 @@ fn a_pair_lifts_off_flies_and_lands() {
     }
 }
 
-const SETTLE: NewtonOptions = NewtonOptions {
-    tolerance: 1e-10,
-    max_iterations: 60,
-};
-
-fn dovetail72() -> Problem {
-    let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw::rigid(0.3, 0.0);
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0)
-}
-
-fn damping_of(model: &Problem) -> Rayleigh {
-    Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
-        mass_per_s: 0.0,
-    }
-}
+const SETTLE: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
 fn balanced(
     model: &Problem,
@@ -300,16 +263,8 @@ fn balanced(
     frequencies_hz: Vec<f64>,
 ) -> (StaticState, Response) {
     let state = static_state(model, 10, SETTLE);
-    let settings = SweepSettings {
-        newton: SETTLE,
-        ..SweepSettings::new(
-            frequencies_hz,
-            Resolution::Fixed {
-                harmonics,
-                samples: 256,
-            },
-        )
-    };
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
+    settings.newton = SETTLE;
     let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
     (state, response)
 }
@@ -332,11 +287,8 @@ fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Unti
 /// A few periods from the motion of harmonic balance: it stays where it is.
 #[test]
 fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
-    let model = dovetail72();
-    let until = Until {
-        most_periods: 6,
-        tolerance: 0.0,
-    };
+    let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
+    let until = Until::new(6, 0.0);
     let c = against(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
     // Found: 3e-5, 9e-5, 1.4e-3 and 2.3e-4 of amplitude, harmonic 1, contact work and input.
@@ -350,7 +302,7 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
 #[test]
 fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
     const FREQUENCY_HZ: f64 = 699.5;
-    let mut constant = dovetail72();
+    let mut constant = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let mut twice = constant.excitations[0].clone();
     twice.harmonic = 2;
     constant.excitations.push(twice);
@@ -363,10 +315,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
             all.for_each(|f| *f /= size);
         }
     }
-    let until = Until {
-        most_periods: 1,
-        tolerance: 0.0,
-    };
+    let until = Until::new(1, 0.0);
     let [constant, growing] =
         [&constant, &growing].map(|model| against(model, 2, FREQUENCY_HZ, 64, until));
     let figures = |c: &Comparison| [c.balance, c.integration];
@@ -385,11 +334,8 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
 #[test]
 #[ignore = "slow: make verify"]
 fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
-    let model = dovetail72();
-    let until = Until {
-        most_periods: 600,
-        tolerance: 1e-4,
-    };
+    let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
+    let until = Until::new(600, 1e-4);
     let integrated = against(&model, 7, 699.5, 500, until);
     println!("{integrated:#?}");
     assert!(integrated.steady);

@@ -2,35 +2,24 @@
 //! cold starts, four forces and four choices of harmonics and samples, on the 72-pair reference
 //! model. Every point converges, its mean near the static state.
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
-use dovetail_testkit::folder::root;
 
-const NEWTON: NewtonOptions = NewtonOptions {
-    tolerance: 1e-9,
-    max_iterations: 60,
-};
+use crate::shared_problems::{damping_of, dovetail72};
+
+const NEWTON: NewtonOptions = NewtonOptions::new(1e-9, 60);
 const RATIOS: [f64; 6] = [0.985, 0.995, 0.998, 0.9995, 1.0005, 1.003];
 
 /// Solves the six frequencies one after the other (warm) and each alone (cold) for every force and
 /// returns (cases, failures, Newton iterations).
 fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
-    let folder = root().join("tests/data/dovetail72");
     let (mut count, mut failures, mut iterations, mut held) = (0, 0, 0, 0);
     for force_n in [0.1, 1.0, 1.5, 3.0] {
-        let law = PairLaw::rigid(0.3, 0.0);
-        let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n);
+        let model = dovetail72(PairLaw::rigid(0.3, 0.0), force_n);
         let first = model.reduced.omega2[0].sqrt();
-        let damping = Rayleigh {
-            stiffness_s: 0.002 / first,
-            mass_per_s: 0.0,
-        };
         let state = static_state(&model, 10, NEWTON);
         let frequencies = RATIOS.map(|r| r * first / std::f64::consts::TAU);
         // The upper half of a sweep starts from its end: six frequencies beyond keep these in
@@ -41,11 +30,10 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
             .collect();
         let cold = frequencies.map(|f| vec![f]);
         for frequencies_hz in cold.into_iter().chain([warm]) {
-            let settings = SweepSettings {
-                newton: NEWTON,
-                ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
-            };
-            let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+            let mut settings =
+                SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, samples));
+            settings.newton = NEWTON;
+            let response = sweep(&model, damping_of(&model), &state, &settings, &[], &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {
                 count += 1;
                 iterations += orbit.newton_iterations;

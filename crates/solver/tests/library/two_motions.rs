@@ -7,17 +7,15 @@ use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.03,
-};
+use crate::shared_problems::diagonal;
+
+const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);
 const FORCE_N: f64 = 0.1;
 const GAP_M: f64 = 1.0;
 const STOP_N_M: f64 = 5.0;
@@ -30,46 +28,28 @@ fn oscillator() -> Problem {
     let of_x = -STOP_N_M / both;
     let along = |v: f64| vec![v, 0.0, 0.0];
     let stiffness = STOP_N_M / both;
-    let load = |force_n: f64| Load {
-        on_x: along(of_x * force_n),
-        on_modes: vec![force_n],
-    };
-    let diagonal = |normal: f64, tangential: f64| {
-        let values = [normal, tangential, tangential];
-        Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
-    };
+    let load = |force_n: f64| Load::new(along(of_x * force_n), vec![force_n]);
     Problem {
         reduced: ReducedModel {
-            stiffness: diagonal(stiffness, 1.0),
-            mass: diagonal(of_x * of_x, 1.0),
-            coupling: Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
-            omega2: vec![both],
-            stuck_modes: 1,
             static_load: load(0.0),
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "mass".to_owned(),
-                on_x: along(of_x),
-                on_modes: vec![1.0],
-            }],
+            observations: vec![ObservedDisplacement::new("mass", along(of_x), vec![1.0])],
+            ..ReducedModel::new(
+                diagonal([stiffness, 1.0, 1.0]),
+                diagonal([of_x * of_x, 1.0, 1.0]),
+                Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
+                vec![both],
+            )
         },
         laws: vec![PairLaw::rigid(0.0, GAP_M)],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(FORCE_N),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, load(FORCE_N))],
     }
 }
 
 fn settings(frequencies_hz: Vec<f64>, harmonics: usize) -> SweepSettings {
-    let samples = 256;
-    SweepSettings {
-        slip_threshold_m: Some(1e-9),
-        most_added: 12,
-        ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
-    }
+    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
+    settings.slip_threshold_m = Some(1e-9);
+    settings.most_added = 12;
+    settings
 }
 
 fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {

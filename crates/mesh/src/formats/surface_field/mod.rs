@@ -28,6 +28,7 @@ pub const MOST_POINTS: usize = 20_000_000;
 /// Error of a file of points that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum SurfaceFieldError {
     #[error("cannot read {}: {reason}", path.display())]
     Io { path: PathBuf, reason: String },

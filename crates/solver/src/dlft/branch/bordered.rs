@@ -19,7 +19,7 @@ use crate::dlft::point::{FrequencySolver, Solution, Work};
 use crate::dlft::retention::Mean;
 use crate::dlft::two_level::Border;
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::newton::{Damping, NewtonOptions, NonlinearSystem, newton};
+use dovetail_numerics::nonlinear::{Damping, NewtonOptions, NonlinearSystem, newton};
 use dovetail_numerics::vector::dot;
 use faer::Mat;
 use std::f64::consts::TAU;

@@ -4,7 +4,7 @@ use super::bordered::{Direction, Plane, correct, direction};
 use super::gauge::{Gauge, Scales, motion};
 use crate::dlft::point::{FrequencySolver, Solution, Work};
 use crate::dlft::retention::Mean;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
 /// First step.

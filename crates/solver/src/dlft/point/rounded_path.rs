@@ -9,7 +9,7 @@ use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::f64::consts::TAU;
 

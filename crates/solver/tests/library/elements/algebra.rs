@@ -1,5 +1,6 @@
 //! Small algebra on the matrices of a body, and fields at its nodes.
 
+pub use dovetail_numerics::space::cross;
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::model::Material;
@@ -59,9 +60,14 @@ pub fn dense(a: &CscMatrix<f64>, n: usize) -> Mat<f64> {
 
 /// Ascending eigenvalues of K x = w2 M x on the first `n` unknowns.
 pub fn eigenvalues(k: &CscMatrix<f64>, m: &CscMatrix<f64>, n: usize) -> Vec<f64> {
+    dense_omega2(&dense(k, n), &dense(m, n))
+}
+
+/// Ascending eigenvalues of K x = w2 M x, by faer alone.
+pub fn dense_omega2(k: &Mat<f64>, m: &Mat<f64>) -> Vec<f64> {
     use faer::linalg::triangular_solve::solve_lower_triangular_in_place as divide_by;
-    let factor = dense(m, n).llt(Side::Lower).unwrap();
-    let mut half = dense(k, n);
+    let factor = m.llt(Side::Lower).unwrap();
+    let mut half = k.clone();
     divide_by(factor.L(), half.as_mut(), Par::Seq);
     let mut whole = half.transpose().to_owned();
     divide_by(factor.L(), whole.as_mut(), Par::Seq);
@@ -81,14 +87,6 @@ pub fn field(body: &Body, value: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
 
 pub fn apply(h: [[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
     h.map(|row| dot(&row, &x))
-}
-
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }
 
 /// Hooke's law written out: sigma = lambda tr(e) I + 2 mu e.

@@ -1,7 +1,7 @@
 //! Properties of the finite elements on any mesh: theorems and closed forms.
 
-mod algebra;
-mod bodies;
+pub mod algebra;
+pub mod bodies;
 mod mass;
 mod orders;
 mod refusals;

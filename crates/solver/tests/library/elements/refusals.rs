@@ -7,6 +7,7 @@ use dovetail_solver::model::BodyPrestress;
 use dovetail_solver::model::{Body, NodeMotion};
 use dovetail_testkit::block::block;
 use dovetail_testkit::block::straighten;
+use dovetail_testkit::threads::on_threads;
 use nalgebra_sparse::CscMatrix;
 
 use super::algebra::*;
@@ -30,11 +31,7 @@ fn the_number_of_threads_changes_no_bit() {
             .collect::<Vec<f64>>())
     };
     let with_threads = |count: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
-            .build()
-            .unwrap();
-        pool.install(|| {
+        on_threads(count, || {
             let matrices = assemble_body(&body, Some(&rotation), &made_up).unwrap();
             let own = mass_properties(&body, None).unwrap();
             (matrices, own.mass_kg)

@@ -13,11 +13,10 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{
-    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
-};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::symbolic::Symbolic;
+use crate::dense::parallel::in_rows;
 
 /// Number of rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
@@ -417,18 +416,6 @@ pub(super) fn schur_complement(
         panels.into_par_iter().for_each(compute);
     }
     contribution
-}
-
-/// Runs `each` on blocks of rows, with the first row of each, on all threads.
-pub(super) fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
-    if a.nrows() == 0 || a.ncols() == 0 {
-    } else if a.nrows() <= 2 * BLOCK {
-        each(0, a);
-    } else {
-        a.par_row_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, rows)| each(chunk * BLOCK, rows));
-    }
 }
 
 /// Copies the lower triangle to the upper one, in tiles.

@@ -15,14 +15,15 @@ use faer::sparse::linalg::cholesky::{
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::memory::TooLittle;
+use super::operations::symbolic_view;
 use super::order::{Order, OrderError, nested_dissection};
 use super::pattern::CompactPattern;
-use super::sparse::symbolic_view;
+use crate::memory::TooLittle;
 
 /// Error of a matrix that was not factored.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum FactorError {
     #[error("the matrix is {rows} x {columns}: only square matrices can be factored")]
     NotSquare { rows: usize, columns: usize },

@@ -3,7 +3,7 @@
 //!
 //! Right preconditioning ensures that the minimised residual is the true one.
 
-use super::vector::{axpy, dot, norm};
+use crate::vector::{axpy, dot, norm};
 
 /// One pass of Gram-Schmidt suffices where more than this fraction of the length is left.
 const KEPT_LENGTH: f64 = 0.7;
@@ -12,6 +12,7 @@ const INVARIANT: f64 = 1e-15;
 
 /// End of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct GmresEnd {
     /// Number of products with the matrix, at most as many as were allowed.
     pub iterations: usize,

@@ -11,10 +11,10 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
 
 use super::fronts::{
-    BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, in_rows, mirror,
-    schur_complement,
+    BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, mirror, schur_complement,
 };
 use super::symbolic::Symbolic;
+use crate::dense::parallel::in_rows;
 
 /// Elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and
 /// the mass where its derivative is asked for, both triangles stored.

@@ -421,33 +421,24 @@ impl<'a> Rows<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::factor::Symbolic;
-    use crate::sparse::times;
+    use crate::sparse::{Symbolic, times};
     use dovetail_testkit::lattice::{Lattice, scattered};
+    use dovetail_testkit::threads::on_threads;
     use faer::Mat;
 
     #[test]
     fn branches_and_what_is_above_them_solve_and_threads_change_no_bit() {
         // The second one has supernodes of several chunks of rows, below and above the branches.
         for shape in [[9, 5, 4], [12, 18, 18]] {
-            let lattice = Lattice {
-                shape,
-                stiffness: 3e7,
-                mass: 0.2,
-                irregularity: 0.4,
-            };
+            let lattice = Lattice::new(shape, 3e7, 0.2, 0.4);
             let (k, _) = lattice.cantilever();
             let n = k.nrows();
             let factor = Symbolic::analyse(&k).unwrap().cholesky(&k).unwrap();
             for columns in [1, 7, 130] {
                 let b = Mat::from_fn(n, columns, |i, j| scattered(i + n * j));
                 let solved = |threads: usize| {
-                    let pool = rayon::ThreadPoolBuilder::new()
-                        .num_threads(threads)
-                        .build()
-                        .unwrap();
                     let mut x = b.clone();
-                    pool.install(|| factor.solve_in_place(x.as_mut()));
+                    on_threads(threads, || factor.solve_in_place(x.as_mut()));
                     x
                 };
                 let x = solved(1);

@@ -6,9 +6,9 @@ use faer::MatMut;
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::{FactorError, Symbolic};
 use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
-use super::sparse::sum;
+use super::operations::sum;
+use super::symbolic::{FactorError, Symbolic};
 
 /// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of
 /// K. If it belongs to another matrix, or M has entries that K has not, the matrix is analysed
@@ -85,19 +85,14 @@ fn eliminate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::factor::Ldlt;
+    use crate::sparse::Ldlt;
     use dovetail_testkit::lattice::Lattice;
 
     #[test]
     fn the_count_is_that_of_the_factor_with_its_pivots() {
         // The second one has fronts of several blocks.
         for shape in [[7, 5, 4], [12, 18, 18]] {
-            let lattice = Lattice {
-                shape,
-                stiffness: 3e7,
-                mass: 0.2,
-                irregularity: 0.4,
-            };
+            let lattice = Lattice::new(shape, 3e7, 0.2, 0.4);
             let (k, m) = lattice.cantilever();
             let symbolic = Symbolic::analyse(&k).unwrap();
             let mut seen = Vec::new();

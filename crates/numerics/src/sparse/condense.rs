@@ -25,10 +25,12 @@
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::{Cholesky, FactorError, Symbolic};
+use super::factor::Cholesky;
+use super::symbolic::{FactorError, Symbolic};
 
 /// Factor of K_ii = L L^T, and the matrices condensed on the boundary.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Condensed {
     /// Factor of the block that was eliminated.
     pub factor: Cholesky,
@@ -64,17 +66,12 @@ mod tests {
     use super::*;
     use crate::sparse::{dense, submatrix, sum};
     use dovetail_testkit::lattice::Lattice;
+    use dovetail_testkit::threads::on_threads;
     use faer::linalg::solvers::Solve;
 
     /// A cantilever whose last unknowns will be the boundary.
     fn matrices(shape: [usize; 3]) -> (CscMatrix<f64>, CscMatrix<f64>) {
-        Lattice {
-            shape,
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        }
-        .cantilever()
+        Lattice::new(shape, 3e7, 0.2, 0.4).cantilever()
     }
 
     fn condensed(
@@ -128,13 +125,8 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let (k, m) = matrices([9, 14, 14]);
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| condensed(&k, &m, k.nrows() - 1176).unwrap())
-        };
+        let run =
+            |threads: usize| on_threads(threads, || condensed(&k, &m, k.nrows() - 1176).unwrap());
         let (one, three) = (run(1), run(3));
         assert_eq!(one.stiffness, three.stiffness);
         assert_eq!(one.mass, three.mass);

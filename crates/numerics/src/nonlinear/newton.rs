@@ -55,6 +55,16 @@ pub struct NewtonOptions {
     pub max_iterations: usize,
 }
 
+impl NewtonOptions {
+    /// Criteria of so small a measure and so many iterations.
+    pub const fn new(tolerance: f64, max_iterations: usize) -> Self {
+        Self {
+            tolerance,
+            max_iterations,
+        }
+    }
+}
+
 /// Reason why an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
@@ -235,14 +245,7 @@ mod tests {
                 scale,
             };
             let mut x = [-0.9, 1.9];
-            let end = newton(
-                &mut system,
-                &mut x,
-                NewtonOptions {
-                    tolerance: 1e-10,
-                    max_iterations: 50,
-                },
-            );
+            let end = newton(&mut system, &mut x, NewtonOptions::new(1e-10, 50));
             assert_eq!(end.status, NewtonStatus::Converged, "{scale}: {end:?}");
             assert!((x[0] * x[0] - x[1] + 1.0).abs() < 1e-4);
         }
@@ -284,10 +287,7 @@ mod tests {
             (2, NewtonStatus::Converged, 0.0),
         ] {
             let mut x = [1.0];
-            let options = NewtonOptions {
-                tolerance: 1e-10,
-                max_iterations,
-            };
+            let options = NewtonOptions::new(1e-10, max_iterations);
             let end = newton(&mut Misled { linearisations: 0 }, &mut x, options);
             assert_eq!((end.status, end.measure, x[0]), (status, measure, measure));
             // The shortest step the wrong way is accepted nevertheless.
@@ -302,14 +302,7 @@ mod tests {
             jacobian: [[0.0; 2]; 2],
             scale: 1.0,
         };
-        let end = newton(
-            &mut system,
-            &mut [-0.9, 1.9],
-            NewtonOptions {
-                tolerance: 1e-10,
-                max_iterations: 1,
-            },
-        );
+        let end = newton(&mut system, &mut [-0.9, 1.9], NewtonOptions::new(1e-10, 1));
         assert_eq!(
             (end.status, end.iterations),
             (NewtonStatus::IterationLimit, 1)

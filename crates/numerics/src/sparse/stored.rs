@@ -194,12 +194,7 @@ mod tests {
 
     #[test]
     fn everything_reads_back_to_the_bit() {
-        let lattice = Lattice {
-            shape: [5, 4, 3],
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        };
+        let lattice = Lattice::new([5, 4, 3], 3e7, 0.2, 0.4);
         let (k, _) = lattice.cantilever();
         // Rows and columns of another number, not in blocks.
         let ragged = CscMatrix::try_from_csc_data(
@@ -225,12 +220,7 @@ mod tests {
 
     #[test]
     fn a_factor_that_was_read_back_solves_to_the_same_bits() {
-        let lattice = Lattice {
-            shape: [6, 4, 4],
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        };
+        let lattice = Lattice::new([6, 4, 4], 3e7, 0.2, 0.4);
         let (k, _) = lattice.cantilever();
         let factor = Cholesky::factor(&k).unwrap();
         let bytes = postcard::to_stdvec(&factor).unwrap();

@@ -1,8 +1,4 @@
-//! Dense operations on one thread, to the same bits however many threads there are.
-//!
-//! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`)
-//! take the number of threads from a setting of the process, which belongs to the program and not
-//! to a library.
+//! Dense operations on one thread: products, factors, eigenvalues.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -138,6 +134,35 @@ fn decomposed(a: MatRef<'_, f64>, vectors: Option<MatMut<'_, f64>>) -> Option<Ve
     Some(values.column_vector().iter().copied().collect())
 }
 
+/// Mean of a matrix and its transpose: symmetric to the last bit.
+pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
+}
+
+/// Returns `true` if a symmetric matrix (lower triangle read) with `shift` added to its diagonal is
+/// positive definite, by one Cholesky factorisation.
+pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
+    for i in 0..a.nrows() {
+        a[(i, i)] += shift;
+    }
+    cholesky(a).is_ok()
+}
+
+/// Lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is not
+/// found.
+pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
+    let scale = a.norm_max();
+    if scale == 0.0 {
+        return 0.0;
+    }
+    let lowest = || {
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
+        self_adjoint_eigenvalues(scaled.as_ref())?.first().copied()
+    };
+    let lowest = if scale.is_finite() { lowest() } else { None };
+    lowest.map_or(f64::NEG_INFINITY, |value| scale * value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,5 +207,17 @@ mod tests {
         let mut indefinite = b;
         indefinite[(3, 3)] = -1.0;
         assert_eq!(cholesky(indefinite).unwrap_err(), 3);
+    }
+
+    #[test]
+    fn a_shift_decides_what_is_definite() {
+        // Eigenvalues 3 and -1.
+        let a = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
+        assert!(is_definite(a.clone(), 1.001) && !is_definite(a.clone(), 0.999));
+        for scale in [1e-300, 1.0, 1e300] {
+            let lowest = lowest_eigenvalue((faer::Scale(scale) * &a).as_ref());
+            assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
+        }
+        assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
     }
 }

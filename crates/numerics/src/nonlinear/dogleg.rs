@@ -1,8 +1,8 @@
 //! Powell's dogleg step in a trust region, for dense systems.
 
-use super::dense::Lu;
 use super::newton::{NewtonEnd, NewtonOptions, NewtonStatus};
-use super::vector::{axpy, dot, norm};
+use crate::dense::Lu;
+use crate::vector::{axpy, dot, norm};
 use faer::Mat;
 
 /// Square system with a dense Jacobian.
@@ -161,10 +161,7 @@ mod tests {
     #[test]
     fn goes_down_the_valley_to_the_root() {
         let mut x = [-1.2, 1.0];
-        let options = NewtonOptions {
-            tolerance: 1e-12,
-            max_iterations: 50,
-        };
+        let options = NewtonOptions::new(1e-12, 50);
         let end = dogleg(&mut Valley, &mut x, options);
         assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
         assert!((x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10);

@@ -1,15 +1,11 @@
 //! Operations on sparse matrices beyond nalgebra-sparse: submatrices, products with dense blocks on
 //! all threads, K + s M. Results do not depend on the number of threads.
 
-use faer::linalg::matmul::matmul;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Mat, MatMut, MatRef};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-
-/// Number of columns of a dense block that one task takes.
-const WIDTH: usize = 64;
 
 /// View of a nalgebra-sparse matrix for faer, without a copy.
 pub fn view(a: &CscMatrix<f64>) -> SparseColMatRef<'_, usize, f64> {
@@ -172,35 +168,6 @@ pub fn symmetric_times(a: &CscMatrix<f64>, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// Product `a b` of dense matrices (transposes are views: `product(a.transpose(), b)`).
-pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    if c.nrows() == 0 || c.ncols() == 0 || a.ncols() == 0 {
-        return c;
-    }
-    c.par_col_chunks_mut(WIDTH)
-        .zip(b.par_col_chunks(WIDTH))
-        .for_each(|(c, b)| {
-            matmul(c, Accum::Replace, a, b, 1.0, Par::Seq);
-        });
-    c
-}
-
-/// Computes `y = a x` for a dense symmetric `a`.
-pub fn symmetric_dense_times(a: MatRef<'_, f64>, x: &[f64], y: &mut [f64]) {
-    let rows = y.len();
-    let y = MatMut::from_column_major_slice_mut(y, rows, 1);
-    let x = MatRef::from_column_major_slice(x, x.len(), 1);
-    y.par_row_chunks_mut(WIDTH)
-        .zip(a.par_col_chunks(WIDTH))
-        .for_each(|(y, a)| matmul(y, Accum::Replace, a.transpose(), x, 1.0, Par::Seq));
-}
-
-/// Mean of a matrix and its transpose: symmetric to the last bit.
-pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
-}
-
 /// Dense copy of a sparse matrix.
 pub fn dense(a: &CscMatrix<f64>) -> Mat<f64> {
     let mut d = Mat::zeros(a.nrows(), a.ncols());
@@ -216,12 +183,7 @@ mod tests {
     use dovetail_testkit::lattice::{Lattice, scattered};
 
     fn matrices() -> (CscMatrix<f64>, CscMatrix<f64>) {
-        let lattice = Lattice {
-            shape: [4, 3, 3],
-            stiffness: 2.0,
-            mass: 0.3,
-            irregularity: 0.5,
-        };
+        let lattice = Lattice::new([4, 3, 3], 2.0, 0.3, 0.5);
         lattice.cantilever()
     }
 
@@ -250,13 +212,10 @@ mod tests {
         let x = Mat::from_fn(n, 150, |i, j| scattered(i + n * j));
         let expected = dense(&k) * &x;
         assert!((times(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
-        assert!((product(dense(&k).as_ref(), x.as_ref()) - &expected).norm_max() < 1e-13);
         assert!((symmetric_product(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
         let mut y = vec![0.0; n];
         symmetric_times(&k, x.col_as_slice(7), &mut y);
         assert!((0..n).all(|i| (y[i] - expected[(i, 7)]).abs() < 1e-13));
         assert_eq!(times(&k, Mat::zeros(n, 0).as_ref()).ncols(), 0);
-        let none = product(Mat::zeros(3, 0).as_ref(), Mat::zeros(0, 2).as_ref());
-        assert_eq!(none, Mat::<f64>::zeros(3, 2));
     }
 }

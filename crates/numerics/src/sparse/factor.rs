@@ -10,10 +10,10 @@ use faer::{Conj, Mat, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 
 use super::elimination::{EliminationError, Plan};
-use super::memory;
+use super::operations::view;
 use super::solve::Factor;
-use super::sparse::view;
-pub use super::symbolic::{FactorError, Symbolic};
+use super::symbolic::{FactorError, Symbolic};
+use crate::memory;
 
 /// A pivot below this fraction of its diagonal entry is rounding, not stiffness: a structure that
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
@@ -258,12 +258,7 @@ mod tests {
     use faer::Mat;
 
     fn block() -> Lattice {
-        Lattice {
-            shape: [7, 5, 4],
-            stiffness: 3e7,
-            mass: 0.2,
-            irregularity: 0.4,
-        }
+        Lattice::new([7, 5, 4], 3e7, 0.2, 0.4)
     }
 
     fn right_hand_sides(n: usize, columns: usize) -> Mat<f64> {

@@ -21,7 +21,7 @@ pub struct Order {
 
 impl Order {
     /// Order of a list; `None` where the list is no permutation.
-    pub fn of(new_to_old: Vec<usize>) -> Option<Self> {
+    pub(super) fn of(new_to_old: Vec<usize>) -> Option<Self> {
         let mut seen = vec![false; new_to_old.len()];
         for &old in &new_to_old {
             if std::mem::replace(seen.get_mut(old)?, true) {
@@ -41,7 +41,7 @@ impl Order {
 
     /// Returns `true` if the unknowns below another one in the elimination tree of `pattern`
     /// directly precede it.
-    pub fn is_postorder(&self, pattern: &SparsityPattern) -> bool {
+    pub(super) fn is_postorder(&self, pattern: &SparsityPattern) -> bool {
         postorder(&elimination_tree(pattern, self))
             .into_iter()
             .eq(0..self.new_to_old.len())
@@ -51,6 +51,7 @@ impl Order {
 /// Error of an order that was not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
 pub enum OrderError {
     #[error("a pattern of {rows} rows and {columns} columns cannot be ordered: it must be square")]
     NotSquare { rows: usize, columns: usize },
@@ -227,12 +228,7 @@ mod tests {
 
     /// A box of nodes with three unknowns each, neighbours coupled.
     fn grid(shape: [usize; 3]) -> SparsityPattern {
-        let lattice = Lattice {
-            shape,
-            stiffness: 1.0,
-            mass: 1.0,
-            irregularity: 0.0,
-        };
+        let lattice = Lattice::new(shape, 1.0, 1.0, 0.0);
         let number: Vec<_> = (0..lattice.nodes()).map(Some).collect();
         lattice
             .matrices(&number, lattice.nodes())

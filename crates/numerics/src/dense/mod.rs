@@ -1,0 +1,20 @@
+//! Dense matrices, to the same bits however many threads there are.
+//!
+//! The functions of this module itself run on the calling thread (`sequential.rs`): products, LU
+//! and Cholesky factors, eigenvalues. [`parallel`] has products on all threads, which cut the work
+//! into fixed parts. [`PackedSymmetric`] holds a symmetric matrix in single precision for products
+//! that are bound by memory.
+//!
+//! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`)
+//! take the number of threads from a setting of the process, which belongs to the program and not
+//! to a library. The libraries call these functions in their place.
+
+mod packed;
+pub mod parallel;
+mod sequential;
+
+pub use packed::PackedSymmetric;
+pub use sequential::{
+    Lu, cholesky, is_definite, lowest_eigenvalue, product, self_adjoint_eigen,
+    self_adjoint_eigenvalues, solve_in_place, symmetrised,
+};

@@ -1,0 +1,24 @@
+//! The reference model of 72 pairs, and matrices of models of one pair.
+
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::problem::Problem;
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::superelement;
+use dovetail_testkit::folder::root;
+use faer::Mat;
+
+/// Model of `tests/data/dovetail72` with one law for all pairs, excited with `force_n`.
+pub fn dovetail72(law: PairLaw, force_n: f64) -> Problem {
+    let folder = root().join("tests/data/dovetail72");
+    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+}
+
+/// 0.1 % of critical damping on the first stuck mode.
+pub fn damping_of(model: &Problem) -> Rayleigh {
+    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
+}
+
+/// Matrix with these values on its diagonal.
+pub fn diagonal(values: [f64; 3]) -> Mat<f64> {
+    Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
+}
