@@ -13,66 +13,53 @@ that of the last two runs. Standard library only.
 
 import json
 import math
+import statistics
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "scripts"))
 import origin  # noqa: E402
 
-ROOT = Path(__file__).resolve().parents[2]
-GIB = 2.0**30
 BOUND = {"elements, GiB": 4 / 3, "peak, GiB": 4 / 3, "elements, s": 2, "reduction, s": 2}
 
 
 def measured(folder):
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     stages = {stage["id"]: stage for stage in summary["stages"]}
-    points = summary["response"]["points"]
+    seconds = {stage: stages[stage]["processor_seconds"] for stage in ("finite_elements", "reduction", "static_state", "response")}
     return {
         "pairs": summary["pairs"],
         "dofs": sum(body["free_dofs"] for body in summary["mesh"]["bodies"]),
         "elements, GiB": stages["finite_elements"]["peak_memory_mib"] / 1024,
         "peak, GiB": max(stage["peak_memory_mib"] or 0 for stage in summary["stages"]) / 1024,
-        "elements, s": stages["finite_elements"]["processor_seconds"],
-        "reduction, s": stages["reduction"]["processor_seconds"],
-        "static, s": stages["static_state"]["processor_seconds"],
-        "a frequency, s": stages["response"]["processor_seconds"] / points,
+        "elements, s": seconds["finite_elements"],
+        "reduction, s": seconds["reduction"],
+        "static, s": seconds["static_state"],
+        "a frequency, s": seconds["response"] / summary["response"]["points"],
     }
 
 
-class Power:
-    """c x^e, by least squares through the logarithms."""
-
-    def __init__(self, points, e=None):
-        logs = [(math.log(x), math.log(y)) for x, y in points]
-        mx, my = (sum(p[i] for p in logs) / len(logs) for i in (0, 1))
-        if e is None:
-            e = sum((x - mx) * (y - my) for x, y in logs) / sum((x - mx) ** 2 for x, _ in logs)
-        self.e, self.log = e, my - e * mx
-
-    def __call__(self, x):
-        return math.exp(self.log + self.e * math.log(x))
-
-    def inverse(self, y):
-        return math.exp((math.log(y) - self.log) / self.e)
+def power(runs, x, y, e=None):
+    """Exponent and value of c x^e, by least squares through the logarithms."""
+    xs, ys = ([math.log(run[key]) for run in runs] for key in (x, y))
+    e = e or statistics.linear_regression(xs, ys).slope
+    log = statistics.mean(ys) - e * statistics.mean(xs)
+    return e, lambda at: math.exp(log + e * math.log(at))
 
 
-def row(*cells):
-    print("| " + " | ".join(c if isinstance(c, str) else f"{c:.3g}" for c in cells) + " |", flush=True)
+def table(*rows):
+    for row in (*rows[:1], ["---"] * len(rows[0]), *rows[1:]):
+        print("| " + " | ".join(c if isinstance(c, str) else f"{c:.3g}" for c in row) + " |")
+    print(flush=True)
 
 
-def heads(*cells):
-    print()
-    row(*cells)
-    row(*["---"] * len(cells))
-
-
-def largest(fits, room):
+def largest(needs, room):
     """The largest x at which an increasing function stays within the room."""
     low, high = 1.0, 1e12
     for _ in range(200):
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if fits(middle) <= room else (low, middle)
+        low, high = (middle, high) if needs(middle) <= room else (low, middle)
     return low
 
 
@@ -81,51 +68,49 @@ def main():
     runs = [measured(folder) for folder in folders if (folder / "summary.json").exists()]
     by_dofs = sorted((run for run in runs if run["pairs"] == 72), key=lambda run: run["dofs"])
     by_pairs = sorted((run for run in runs if run["pairs"] > 72), key=lambda run: run["pairs"])
-    if len(by_dofs) < 3 or len(by_pairs) < 2:
-        raise SystemExit("at least three runs of 72 pairs and two of more are needed: benches/growth.py --large")
-    keys = list(BOUND)
-
-    heads("free dofs, 72 pairs", "", *keys)
-    for run in by_dofs:
-        row(str(run["dofs"]), "measured", *(run[key] for key in keys))
-    fit = {key: Power([(run["dofs"], run[key]) for run in by_dofs[-3:]]) for key in keys}
-    bound = {key: Power([(by_dofs[-1]["dofs"], by_dofs[-1][key])], e) for key, e in BOUND.items()}
-    row("**exponent**", "fit", *(fit[key].e for key in keys))
-    for dofs in (1e6, 1e7, 1e8):
-        for name, power in (("fit", fit), ("bound", bound)):
-            row(f"{dofs:.0e}", f"extrapolated, {name}", *(power[key](dofs) for key in keys))
+    fit = {key: power(by_dofs[-3:], "dofs", key) for key in BOUND}
+    bound = {key: power(by_dofs[-1:], "dofs", key, e) for key, e in BOUND.items()}
+    table(
+        ["free dofs, 72 pairs", "", *BOUND],
+        *([str(run["dofs"]), "measured", *(run[key] for key in BOUND)] for run in by_dofs),
+        ["**exponent**", "fit", *(fit[key][0] for key in BOUND)],
+        *([f"{dofs:.0e}", f"extrapolated, {name}", *(of[key][1](dofs) for key in BOUND)]
+          for dofs in (1e6, 1e7, 1e8) for name, of in (("fit", fit), ("bound", bound))),
+    )  # fmt: skip
 
     # What the pairs add to the model without them.
-    def sparse(key, dofs):
-        return fit[key](dofs)
+    def dense(pairs):
+        return 72 * pairs**2 / 2**30
 
-    heads("pairs", "free dofs", "", "peak, GiB", "of it sparse", "copies of 72 N^2 bytes", "reduction, s", "static, s", "a frequency, s")
+    peak, seconds = fit["peak, GiB"][1], fit["reduction, s"][1]
     for run in by_pairs:
-        dense = 72 * run["pairs"] ** 2 / GIB
-        run["copies"] = (run["peak, GiB"] - sparse("peak, GiB", run["dofs"])) / dense
-        run["added"] = run["reduction, s"] - sparse("reduction, s", run["dofs"])
-        row(str(run["pairs"]), str(run["dofs"]), "measured", run["peak, GiB"], sparse("peak, GiB", run["dofs"]), run["copies"],
-            run["reduction, s"], run["static, s"], run["a frequency, s"])  # fmt: skip
-    last = by_pairs[-2:]
-    copies = last[-1]["copies"]
-    grows = {key: Power([(run["pairs"], run[key]) for run in last]) for key in ("dofs", "added", "static, s", "a frequency, s")}
-    row("**exponent**", grows["dofs"].e, "last two", "", "", "", grows["added"].e, grows["static, s"].e, grows["a frequency, s"].e)
+        run["copies"] = (run["peak, GiB"] - peak(run["dofs"])) / dense(run["pairs"])
+        run["added"] = run["reduction, s"] - seconds(run["dofs"])
+    copies = by_pairs[-1]["copies"]
+    grows = {key: power(by_pairs[-2:], "pairs", key) for key in ("dofs", "added", "static, s", "a frequency, s")}
 
-    def peak(pairs, dofs):
-        return sparse("peak, GiB", dofs) + copies * 72 * pairs**2 / GIB
+    def extrapolated(pairs):
+        dofs, added, static, frequency = (of(pairs) for _, of in grows.values())
+        return dofs, peak(dofs) + copies * dense(pairs), peak(dofs), copies, seconds(dofs) + added, static, frequency
 
-    for pairs in (1e4, 1e5):
-        dofs = grows["dofs"](pairs)
-        row(f"{pairs:.0e}", f"{dofs:.2g}", "extrapolated", peak(pairs, dofs), sparse("peak, GiB", dofs), copies,
-            sparse("reduction, s", dofs) + grows["added"](pairs), grows["static, s"](pairs), grows["a frequency, s"](pairs))  # fmt: skip
-
-    heads("memory, GiB", "dofs: elements", "dofs: reduction", "dofs: reduction, bound", "pairs", "pairs: K, M and half of K")
-    for room in (24, 256, 1024):
-        row(str(room), fit["elements, GiB"].inverse(room), fit["peak, GiB"].inverse(room), bound["peak, GiB"].inverse(room),
-            largest(lambda pairs: peak(pairs, grows["dofs"](pairs)), room),
-            largest(lambda pairs: 2.25 * 72 * pairs**2 / GIB, room))  # fmt: skip
+    keys = ("static, s", "a frequency, s")
+    table(
+        ["pairs", "free dofs", "", "peak, GiB", "of it sparse", "copies of 72 N^2 bytes", "reduction, s", *keys],
+        *([str(run["pairs"]), str(run["dofs"]), "measured", run["peak, GiB"], peak(run["dofs"]), run["copies"], run["reduction, s"],
+           *(run[key] for key in keys)] for run in by_pairs),
+        ["**exponent**", grows["dofs"][0], "last two", "", "", "", *(grows[key][0] for key in ("added", *keys))],
+        *([f"{pairs:.0e}", f"{dofs:.2g}", "extrapolated", *more] for pairs in (1e4, 1e5) for dofs, *more in [extrapolated(pairs)]),
+    )  # fmt: skip
+    needs = {
+        "dofs: elements": fit["elements, GiB"][1],
+        "dofs: reduction": peak,
+        "dofs: reduction, bound": bound["peak, GiB"][1],
+        "pairs": lambda pairs: extrapolated(pairs)[1],
+        "pairs: K, M and half of K": lambda pairs: 2.25 * dense(pairs),
+    }
+    table(["memory, GiB", *needs], *([str(room), *(largest(of, room) for of in needs.values())] for room in (24, 256, 1024)))
 
 
 if __name__ == "__main__":
     print(origin.line() + "\n")
-    sys.exit(main())
+    main()

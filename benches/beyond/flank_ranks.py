@@ -4,13 +4,12 @@
     dovetail reduce scenes/paper.toml --out FOLDER                                # one folder for each mesh
     target/venv/bin/python benches/beyond/flank_ranks.py FOLDER... [--grids 50x100 158x316] [--results OUT]
 
-Pairs are ordered by geometric bisection, 16 in a leaf. A block of two clusters is admissible where the smaller extent is at most eta
-times their distance. Admissible blocks are kept as U V^T of the least rank whose error is below the tolerance times the norm of K
-shared among the blocks by their area (Frobenius), so that the whole keeps the tolerance; all others are dense. The storage is
-that of the lower triangle, beside the dense lower triangle. --grids tells what the same tree needs on finer flanks, with the ranks
-measured on the last folder by the size of the blocks. --results OUT runs target/release/dovetail (static state and response) on each
-folder with K and M compressed, and says what that changes: as they are, and corrected so that K acts exactly on its six softest
-motions. Needs numpy.
+Pairs are ordered by geometric bisection, 16 in a leaf. A block of two clusters is admissible where the smaller extent is at most their
+distance. Admissible blocks are kept as U V^T of the least rank whose error is below the tolerance times the norm of K shared among the
+blocks by their area (Frobenius), so that the whole keeps the tolerance; all others are dense. The storage is that of the lower
+triangle, beside the dense lower triangle. --grids tells what the same tree needs on finer flanks, with the ranks measured on the last
+folder by the size of the blocks. --results OUT runs target/release/dovetail (static state and response) on each folder with K and M
+compressed, and says what that changes: as they are, and corrected so that K acts exactly on its six softest motions. Needs numpy.
 """
 
 import argparse
@@ -18,16 +17,16 @@ import csv
 import shutil
 import subprocess
 import sys
-import time
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "scripts"))
 import origin  # noqa: E402
 
-PROGRAM = Path(__file__).resolve().parents[2] / "target/release/dovetail"
+TOLERANCES = [1e-4, 1e-6, 1e-8]
 SCENE = """name = "reduced"
 [reduced_model]
 folder = "."
@@ -77,25 +76,21 @@ class Cluster:
         return np.linalg.norm(np.maximum(0, np.maximum(self.low - other.high, other.low - self.high)))
 
 
-def blocks(a, b, eta):
-    """Pairs of clusters that cover the lower triangle, and whether they are admissible."""
-    if a is not b and min(a.extent, b.extent) <= eta * a.distance(b):
-        yield a, b, True
+def blocks(a, b):
+    """Pairs of clusters that cover the lower triangle, whether they are admissible, and their area."""
+    rows, columns = 3 * len(a.points), 3 * len(b.points)
+    if a is not b and min(a.extent, b.extent) <= a.distance(b):
+        yield a, b, True, rows * columns
     elif not a.halves or not b.halves:
-        yield a, b, False
+        yield a, b, False, rows * columns if a is not b else rows * (rows + 1) // 2
     elif a is b:
         first, second = a.halves
-        yield from blocks(first, first, eta)
-        yield from blocks(second, first, eta)
-        yield from blocks(second, second, eta)
+        for pair in ((first, first), (second, first), (second, second)):
+            yield from blocks(*pair)
     else:
         for x in a.halves:
             for y in b.halves:
-                yield from blocks(x, y, eta)
-
-
-def dofs(cluster):
-    return (3 * cluster.points[:, None] + np.arange(3)).ravel()
+                yield from blocks(x, y)
 
 
 def size(a, b):
@@ -104,28 +99,24 @@ def size(a, b):
 
 
 class Compressed:
-    """For each tolerance the numbers kept, and the matrix that they stand for."""
+    """For each tolerance the numbers kept, the ranks by the size of the blocks, and the matrix that they stand for."""
 
-    def __init__(self, matrix, tree, tolerances, eta):
-        n = len(matrix)
-        self.matrices = {t: matrix.copy() for t in tolerances}
-        self.kept = dict.fromkeys(tolerances, 0)
-        self.ranks = {t: defaultdict(list) for t in tolerances}
-        self.dense = 0
+    def __init__(self, matrix, tree):
+        self.matrices = {t: matrix.copy() for t in TOLERANCES}
+        self.kept = dict.fromkeys(TOLERANCES, 0)
+        self.ranks = {t: defaultdict(list) for t in TOLERANCES}
         norm = np.linalg.norm(matrix)
-        for a, b, admissible in blocks(tree, tree, eta):
-            rows, columns = dofs(a), dofs(b)
-            area = len(rows) * len(columns) if a is not b else len(rows) * (len(rows) + 1) // 2
-            self.dense += 0 if admissible else area
+        for a, b, admissible, area in blocks(tree, tree):
             if not admissible:
-                for t in tolerances:
+                for t in TOLERANCES:
                     self.kept[t] += area
                 continue
+            rows, columns = ((3 * c.points[:, None] + np.arange(3)).ravel() for c in (a, b))
             block = np.ix_(rows, columns)
             u, s, v = np.linalg.svd(matrix[block], full_matrices=False)
             tails = np.sqrt(np.append(np.cumsum((s**2)[::-1])[::-1], 0))
-            for t in tolerances:
-                rank = int(np.argmax(tails <= t * norm * np.sqrt(len(rows) * len(columns)) / n))
+            for t in TOLERANCES:
+                rank = int(np.argmax(tails <= t * norm * np.sqrt(area) / len(matrix)))
                 self.kept[t] += min(rank * (len(rows) + len(columns)), area)
                 self.ranks[t][size(a, b)].append(rank)
                 low = u[:, :rank] * s[:rank] @ v[:rank]
@@ -139,28 +130,18 @@ def exact_on(softest, matrix, compressed):
     return compressed + off @ softest.T + softest @ off.T - softest @ (softest.T @ off) @ softest.T
 
 
-def shape(xyz, grid, eta):
-    """Of the tree on a finer grid of the same two flanks: pairs, numbers in dense blocks, and by the size of the admissible ones the
-    sum of their rows and columns, and their area."""
+def predicted(xyz, grid, ranks):
+    """Pairs of a finer grid of the same two flanks, and for each tolerance the numbers that the tree keeps there, with the mean rank of
+    the largest measured blocks for all that are larger."""
     fine = refined(xyz, *grid)
     tree = Cluster(fine, np.arange(len(fine)))
-    near, far = 0, defaultdict(lambda: np.zeros(2))
-    for a, b, admissible in blocks(tree, tree, eta):
-        rows, columns = 3 * len(a.points), 3 * len(b.points)
-        if admissible:
-            far[size(a, b)] += rows + columns, rows * columns
-        else:
-            near += rows * columns if a is not b else rows * (rows + 1) // 2
-    return len(fine), near, far
-
-
-def predicted(near, far, ranks):
-    """Numbers kept, with the mean rank of the largest measured blocks for all that are larger."""
-    mean = {level: np.mean(measured) for level, measured in ranks.items()}
-    kept = near
-    for level, (sides, area) in far.items():
-        kept += min(mean[max(min(level, max(mean)), min(mean))] * sides, area)
-    return kept
+    kept = dict.fromkeys(TOLERANCES, 0)
+    means = {t: {level: np.mean(measured) for level, measured in ranks[t].items()} for t in TOLERANCES}
+    for a, b, admissible, area in blocks(tree, tree):
+        sides = 3 * (len(a.points) + len(b.points))
+        for t, mean in means.items():
+            kept[t] += min(mean[max(min(size(a, b), max(mean)), min(mean))] * sides, area) if admissible else area
+    return len(fine), kept
 
 
 def refined(xyz, nu, nv):
@@ -175,27 +156,10 @@ def refined(xyz, nu, nv):
     return np.vstack(flanks)
 
 
-def report(name, matrix, found, tests):
-    """A line for each tolerance."""
-    n = len(matrix)
-    half = n * (n + 1) // 2
-    norm = np.linalg.norm(matrix)
-    for t, kept in found.kept.items():
-        ranks = [rank for level in found.ranks[t].values() for rank in level] or [0]
-        top = max(found.ranks[t], default=0)
-        errors = " | ".join(f"{np.linalg.norm((found.matrices[t] - matrix) @ x) / np.linalg.norm(matrix @ x):.1e}" for x in tests)
-        print(
-            f"| {n // 3} | {name} | {t:g} | {8e-6 * half:.4g} | {8e-6 * kept:.4g} | {kept / half:.3f} | {found.dense / half:.3f}"
-            f" | {np.mean(ranks):.1f}, {max(ranks)} | {np.mean(found.ranks[t][top] or [0]):.1f}"
-            f" | {np.linalg.norm(found.matrices[t] - matrix) / norm:.1e} | {errors} |",
-            flush=True,
-        )
-
-
 def answers(folder):
     """Static normal forces, and the amplitudes of the response, of a reduced model."""
     (folder / "scene.toml").write_text(SCENE)
-    line = [PROGRAM, "run", folder / "scene.toml", "--out", folder / "out", "--quiet", "--no-fields", "--no-cache", "--threads", "1"]
+    line = [ROOT / "target/release/dovetail", "run", folder / "scene.toml", "--out", folder / "out", "--quiet", "--no-fields", "--no-cache", "--threads", "1"]
     done = subprocess.run([str(word) for word in line], capture_output=True, text=True)
     if done.returncode not in (0, 3):
         raise SystemExit(f"{folder}: {done.stderr}")
@@ -227,56 +191,47 @@ def changed(folder, out, stiffness, compressed, softest):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)
-    parser.add_argument("--tolerances", nargs="+", type=float, default=[1e-4, 1e-6, 1e-8])
-    parser.add_argument("--eta", type=float, default=1.0)
     parser.add_argument("--grids", nargs="*", default=["50x100", "158x316"])
     parser.add_argument("--results", type=Path)
     arguments = parser.parse_args()
-    print("| pairs | of | tolerance | dense, MB | kept, MB | ratio | near | ranks: mean, largest | of the largest blocks | error"
-          " | of K x, x at random | x the static load |")
-    print("|" + " --- |" * 12)
-    kept, results = defaultdict(list), []
+    print("| pairs | of | tolerance | kept | mean rank | error | error of K x, x at random |")
+    print("|" + " --- |" * 7)
+    found, softest, stiffnesses = defaultdict(list), [], []
     for folder in arguments.folders:
-        xyz = read(folder / "xyz.mtx")
+        xyz, stiffness = read(folder / "xyz.mtx"), read(folder / "K.mtx")
         tree = Cluster(xyz, np.arange(len(xyz)))
-        stiffness, load = read(folder / "K.mtx"), read(folder / "f_static.mtx")
         stiffness = 0.5 * (stiffness + stiffness.T)
-        at_random = np.random.default_rng(1).standard_normal((len(stiffness), 1))
+        x = np.random.default_rng(1).standard_normal(len(stiffness))
         values, vectors = np.linalg.eigh(stiffness)
-        softest, stiff = vectors[:, :SOFTEST], vectors[:, SOFTEST:]
-        compliance = stiff / values[SOFTEST:] @ stiff.T
         print(f"# eigenvalues of K: {values[0]:.3g} ... {values[SOFTEST - 1]:.3g}, {values[SOFTEST]:.3g} ... {values[-1]:.3g} N/m",
-              file=sys.stderr)
+              file=sys.stderr)  # fmt: skip
+        softest.append(vectors[:, :SOFTEST])
+        stiffnesses.append(stiffness)
+        compliance = vectors[:, SOFTEST:] / values[SOFTEST:] @ vectors[:, SOFTEST:].T
         for name, matrix in (("K", stiffness), ("M", read(folder / "M.mtx")), ("compliance", compliance)):
-            begun = time.process_time()
-            found = Compressed(matrix, tree, arguments.tolerances, arguments.eta)
-            report(name, matrix, found, [at_random, load])
-            print(f"# {name}: {time.process_time() - begun:.1f} s of the processor", file=sys.stderr)
-            for t in arguments.tolerances:
-                kept[name, t].append((len(xyz), found))
-        if arguments.results:
-            results.append((folder, {name: kept[name, t][-1][1].matrices for name in "KM"}, stiffness, softest))
-    heads = [f"{grid}: pairs, GB, of the dense one, near" for grid in arguments.grids]
-    print("\n| of | tolerance | exponent of the last two | " + " | ".join(heads) + " |")
+            low = Compressed(matrix, tree)
+            found[name].append(low)
+            half = len(matrix) * (len(matrix) + 1) / 2
+            for t in TOLERANCES:
+                off = low.matrices[t] - matrix
+                ranks = sum(low.ranks[t].values(), []) or [0]
+                print(f"| {len(xyz)} | {name} | {t:g} | {low.kept[t] / half:.3f} | {np.mean(ranks):.1f}"
+                      f" | {np.linalg.norm(off) / np.linalg.norm(matrix):.1e}"
+                      f" | {np.linalg.norm(off @ x) / np.linalg.norm(matrix @ x):.1e} |", flush=True)  # fmt: skip
+    print("\n| of | tolerance | exponent of the last two | " + " | ".join(f"{grid}: pairs, GB, of the dense one" for grid in arguments.grids) + " |")
     print("|" + " --- |" * (3 + len(arguments.grids)))
-    shapes = [shape(xyz, [int(k) for k in grid.split("x")], arguments.eta) for grid in arguments.grids]
-    for (name, t), cases in kept.items():
-        pairs, found = cases[-1]
-        exponent = "-"
-        if len(cases) > 1:
-            before, coarse = cases[-2]
-            exponent = f"{np.log(found.kept[t] / coarse.kept[t]) / np.log(pairs / before):.2f}"
-        line = []
-        for n, near, far in shapes:
-            numbers = predicted(near, far, found.ranks[t])
-            half = 3 * n * (3 * n + 1) / 2
-            line.append(f"{n}: {8e-9 * numbers:.3g}, {numbers / half:.4f}, {near / half:.4f}")
-        print(f"| {name} | {t:g} | {exponent} | " + " | ".join(line) + " |", flush=True)
-    if results:
+    for name, cases in found.items():
+        finer = [predicted(xyz, [int(k) for k in grid.split("x")], cases[-1].ranks) for grid in arguments.grids]
+        for t in TOLERANCES:
+            sizes = [(len(case.matrices[t]), case.kept[t]) for case in cases[-2:]]
+            exponent = f"{np.divide(*np.diff(np.log(sizes), axis=0)[0][::-1]):.2f}" if len(sizes) > 1 else "-"
+            line = [f"{n}: {8e-9 * kept[t]:.3g}, {kept[t] / (1.5 * n * (3 * n + 1)):.4f}" for n, kept in finer]
+            print(f"| {name} | {t:g} | {exponent} | " + " | ".join(line) + " |", flush=True)
+    if arguments.results:
         print("\n| pairs | tolerance | K | static normal force, largest change over the largest | amplitude, likewise | peak |")
         print("|" + " --- |" * 6)
-    for folder, found, stiffness, softest in results:
-        changed(folder, arguments.results, stiffness, found, softest)
+        for i, folder in enumerate(arguments.folders):
+            changed(folder, arguments.results, stiffnesses[i], {name: found[name][i].matrices for name in "KM"}, softest[i])
 
 
 if __name__ == "__main__":

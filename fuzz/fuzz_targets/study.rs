@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use dovetail::study::{StudyText, cases};
+use dovetail::study::{Study, cases};
 use dovetail::{scene, terminal};
 
 const SCENE: &str = include_str!("../../scenes/paper.toml");
@@ -18,7 +18,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
-    let study = match StudyText::of(text, Path::new("study.toml")).parse(&[]) {
+    let study = match Study::parse(text, Path::new("study.toml"), &[]) {
         Ok(study) => study,
         Err(error) => {
             let report = terminal::rendered(&error, bytes.len().is_multiple_of(2));

@@ -12,7 +12,7 @@ use crate::cache::CacheSettings;
 use crate::commands::SpeedRange;
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
-use crate::study::{Action, Sharing, StudyOptions};
+use crate::study::{Action, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
 use dovetail_solver::run::Verification;
@@ -220,13 +220,15 @@ impl StudyArguments {
             _ if self.collect => Action::Collect,
             _ => Action::Run,
         };
+        let cache = shared.cache.clone();
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         StudyOptions {
             action,
             out: shared.out.clone(),
             jobs: self.jobs.unwrap_or_else(cores),
             threads: shared.threads.unwrap_or(1),
-            sharing: sharing(shared),
+            cache: cache.map(|folder| (folder, shared.cache_limit_gib)),
+            no_cache: shared.no_cache,
             overrides: shared.overrides.clone(),
         }
     }
@@ -406,17 +408,6 @@ impl VerifyArguments {
             from_rest: self.from_rest,
             tolerance: self.tolerance,
         }
-    }
-}
-
-fn sharing(shared: &Shared) -> Sharing {
-    match &shared.cache {
-        Some(folder) => Sharing::Cache {
-            folder: folder.clone(),
-            limit_gib: shared.cache_limit_gib,
-        },
-        None if shared.no_cache => Sharing::Nothing,
-        None => Sharing::Unsaid,
     }
 }
 

@@ -1,21 +1,14 @@
 //! Determines which meshes and reduced models several scenes can share, from their descriptions
 //! alone, before any of them is made.
 
+use std::path::PathBuf;
+
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{Assembly, Prestress};
+use dovetail_solver::model::{Assembly, MeshKind, Prestress};
 use dovetail_solver::reduction::StuckModes;
 use dovetail_solver::run::{StaticOptions, static_options, stuck_modes};
 
 use crate::gmsh::inputs;
-
-/// Inputs of the mesh of a script, as far as scenes differ in them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeshInputs {
-    script: std::path::PathBuf,
-    /// Parameters, sorted by name.
-    parameters: Vec<(String, f64)>,
-}
 
 /// Inputs of a reduced model, as far as scenes differ in them. They correspond to the key of the
 /// cache, but describe the model as the scene does.
@@ -27,9 +20,9 @@ pub struct ReductionInputs {
     statics: Option<StaticOptions>,
 }
 
-/// Inputs of the mesh of a scene; `None` if no mesh is made, or if it cannot be kept for later
-/// runs.
-pub fn mesh_inputs(scene: &Scene) -> Option<MeshInputs> {
+/// Inputs of the mesh of a scene: its script and parameters, sorted by name. `None` if no mesh is
+/// made, or if it cannot be kept for later runs.
+pub fn mesh_inputs(scene: &Scene) -> Option<(PathBuf, Vec<(String, f64)>)> {
     let MeshKind::Geometry {
         script, parameters, ..
     } = &scene.assembly()?.mesh.as_ref()?.kind
@@ -39,10 +32,7 @@ pub fn mesh_inputs(scene: &Scene) -> Option<MeshInputs> {
     inputs::inputs(script)?;
     let mut parameters = parameters.clone();
     parameters.sort_by(|a, b| a.0.cmp(&b.0));
-    Some(MeshInputs {
-        script: script.clone(),
-        parameters,
-    })
+    Some((script.clone(), parameters))
 }
 
 /// Inputs of the reduced model of a scene; `None` if nothing is reduced.
@@ -60,11 +50,8 @@ pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
         }
     }
     for excitation in &mut assembly.excitations {
-        (
-            excitation.amplitude,
-            excitation.harmonic,
-            excitation.phase_rad,
-        ) = (0.0, 0, 0.0);
+        (excitation.amplitude, excitation.phase_rad) = (0.0, 0.0);
+        excitation.harmonic = 0;
     }
     let statics = of_contact.then(|| static_options(scene));
     Some(ReductionInputs {

@@ -233,20 +233,6 @@ pub fn mark_failed(path: &Path, why: String) {
     }
 }
 
-/// Removes the files of the run in a folder according to the list in its summary.json, then
-/// summary.json, and the folder itself if it is empty.
-///
-/// # Errors
-/// A file that cannot be removed.
-pub fn remove_run(path: &Path) -> Result<(), ExportError> {
-    let summary = manifest::read_summary(&path.join(SUMMARY));
-    let mut files = summary.map_or_else(Vec::new, |summary| summary.files);
-    files.push(SUMMARY.to_owned());
-    remove_files(path, &files)?;
-    let _ = fs::remove_dir(path);
-    Ok(())
-}
-
 /// Removes files of a folder, and the folders below it that become empty.
 fn remove_files<'n>(
     folder: &Path,

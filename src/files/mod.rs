@@ -39,8 +39,8 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run,
-    StaticResult, Verification, Verified,
+    Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run, StaticResult,
+    Verification, Verified,
 };
 
 /// Name of the mesh of a script in the folder of the results.

@@ -150,12 +150,6 @@ fn fault_of(
                 .to_owned(),
             example: vocabulary.example(section, key),
         }
-    } else if let Some(remedy) = vocabulary.remedy_of_dropped(section, key) {
-        Fault::Particular {
-            message: format!("unknown section or key `{}`", path_text(root, place)),
-            label: "not a key",
-            remedy: remedy.to_owned(),
-        }
     } else {
         Fault::UnknownKey {
             path: path_text(root, place),

@@ -30,7 +30,6 @@ pub const SCENE: Vocabulary = Vocabulary {
             "search_distance_m of [[contact]]",
         ),
     ],
-    dropped: &[],
     sections: &SECTIONS,
 };
 

@@ -89,8 +89,6 @@ pub struct Vocabulary {
     pub sections: &'static [Section],
     /// Renamed keys of earlier versions of the program: section, key, and the key in its place.
     pub former: &'static [(&'static str, &'static str, &'static str)],
-    /// Keys of earlier versions without a replacement: section, key, and the remedy.
-    pub dropped: &'static [(&'static str, &'static str, &'static str)],
 }
 
 impl Vocabulary {
@@ -117,13 +115,6 @@ impl Vocabulary {
             .map(|(_, _, now)| (*now).to_owned())
             .next();
         now.or_else(|| nearest(key, self.keys_of(section)))
-    }
-
-    /// Remedy for a key that only earlier versions had.
-    pub fn remedy_of_dropped(&self, section: &str, key: &str) -> Option<&'static str> {
-        let mut dropped = self.dropped.iter();
-        let found = dropped.find(|(s, k, _)| *s == section && *k == key);
-        found.map(|(_, _, remedy)| *remedy)
     }
 
     /// Example line of a file, for messages; the example of a section is its first lines.

@@ -3,23 +3,26 @@
 
 use serde::Serialize;
 
-use super::cases::designs;
 use super::convergence::{Limit, estimates, limit, relative_error};
-use super::designs::Designs;
+use super::designs::{Minimum, changing, minima};
 use super::file::{Mode, Study};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, TRUE_KINDS};
 use super::quantity::Figure;
-use super::results::{CaseResult, figures};
+use super::results::{CaseResult, Runs};
 
-/// Analysis of the results of a study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Analysis {
+/// Results of a study and their analysis.
+#[derive(Debug, Clone)]
+pub struct Analysis<'s> {
+    pub runs: Runs<'s>,
     pub figures: Vec<Figure>,
     /// Relative difference of each figure of each case from the finest case; `None` if there is no
     /// finest case or no such figure.
     pub differences: Vec<Vec<Option<f64>>>,
     pub refinements: Vec<Refinement>,
-    pub designs: Designs,
+    /// Figures that differ among the designs.
+    pub changing: Vec<Figure>,
+    /// Smallest values of the figures to be minimised, at each load.
+    pub minima: Vec<Minimum>,
 }
 
 /// One numerical parameter through its values, while the others stay at their base (in a grid at
@@ -28,8 +31,6 @@ pub struct Analysis {
 pub struct Refinement {
     /// Position of the parameter among those of the study.
     pub parameter: usize,
-    /// Positions of the values of the other parameters.
-    pub at: Vec<usize>,
     /// Case of each value, from coarse to fine.
     pub cases: Vec<usize>,
     /// Convergence of each figure, in the order of the figures of the analysis.
@@ -51,112 +52,86 @@ pub struct Refined {
 }
 
 /// Analyses the results of all cases.
-pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
-    let figures = figures(study, results);
-    let of_case = |result: &CaseResult| {
-        let finest = finest(study, results, &result.case.values);
-        let of_figure = |f: &Figure| difference(results, result, &finest, &f.heading);
-        figures.iter().map(of_figure).collect()
+pub fn analyse<'s>(study: &'s Study, results: &'s [CaseResult]) -> Analysis<'s> {
+    let runs = Runs { study, results };
+    let figures = runs.figures();
+    let mut analysis = Analysis {
+        runs,
+        differences: vec![vec![None; figures.len()]; results.len()],
+        changing: changing(runs, &figures),
+        minima: minima(runs, &figures),
+        figures,
+        refinements: Vec::new(),
     };
-    let mut refinements = Vec::new();
-    for design in designs(study) {
-        let at = centre(study, results, &design);
-        for k in (0..at.len()).filter(|k| study.parameters[*k].is_numerical()) {
-            refinements.push(refinement(study, results, &at, &figures, k));
+    analysis.refine();
+    analysis
+}
+
+impl Analysis<'_> {
+    /// Refines each numerical parameter at each design.
+    fn refine(&mut self) {
+        let (runs, parameters) = (self.runs, &self.runs.study.parameters);
+        let numerical = (0..parameters.len()).filter(|k| parameters[*k].is_numerical());
+        let numerical: Vec<usize> = numerical.collect();
+        let all = 0..runs.results.len() * numerical.len().min(1);
+        for design in runs.groups(&all.collect::<Vec<_>>(), TRUE_KINDS) {
+            let centre = centre(runs, &design);
+            let axes = numerical.iter().map(|k| axis(runs, &design, centre, *k));
+            let axes: Vec<Vec<usize>> = axes.collect();
+            for case in design {
+                let of_axes = axes.iter().filter(|axis| axis.contains(&case));
+                let finest: Vec<usize> = match runs.study.mode {
+                    Mode::Grid => vec![centre],
+                    Mode::OneAtATime => of_axes.map(|axis| axis[axis.len() - 1]).collect(),
+                };
+                let figures = self.figures.iter();
+                let differences = figures.map(|f| difference(runs, case, &finest, &f.heading));
+                self.differences[case] = differences.collect();
+            }
+            for (k, cases) in numerical.iter().zip(axes) {
+                let refined = |f: &Figure| {
+                    let values = cases.iter().map(|c| runs.value(*c, &f.heading));
+                    refined(f, values.collect(), &parameters[*k])
+                };
+                self.refinements.push(Refinement {
+                    parameter: *k,
+                    figures: self.figures.iter().map(refined).collect(),
+                    cases,
+                });
+            }
         }
     }
-    Analysis {
-        differences: results.iter().map(of_case).collect(),
-        designs: Designs::of(study, results, &figures),
-        refinements,
-        figures,
-    }
 }
 
-fn case_of(results: &[CaseResult], values: &[usize]) -> Option<usize> {
-    results.iter().position(|r| r.case.values == values)
+/// Case around which numerical parameters are varied at a design: one at a time the base, in a grid
+/// the finest case that has a result.
+fn centre(runs: Runs<'_>, design: &[usize]) -> usize {
+    let steps_from_finest =
+        |case: &usize| -> usize { runs.chosen(*case).map(|(p, v)| p.last() - v).sum() };
+    let has_result = |case: &usize| runs.results[*case].figures().is_some();
+    let all = design.iter().copied();
+    let found = all.filter(|case| runs.study.mode == Mode::Grid && has_result(case));
+    found.min_by_key(steps_from_finest).unwrap_or(design[0])
 }
 
-/// Returns `true` if two cases differ in numerical parameters only.
-fn is_same_design(study: &Study, a: &[usize], b: &[usize]) -> bool {
-    let mut parameters = study.parameters.iter().zip(a.iter().zip(b));
-    parameters.all(|(p, (a, b))| p.is_numerical() || a == b)
-}
-
-/// Values around which numerical parameters are varied at a design: one at a time those of the
-/// base, in a grid those of the finest case that has a result.
-fn centre(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
-    let steps_from_finest = |r: &&CaseResult| -> usize {
-        let parameters = study.parameters.iter().zip(&r.case.values);
-        parameters.map(|(p, v)| p.values.len() - 1 - v).sum()
-    };
-    let finest = results
-        .iter()
-        .filter(|r| study.mode == Mode::Grid && r.figures().is_some())
-        .filter(|r| is_same_design(study, &r.case.values, design))
-        .min_by_key(steps_from_finest);
-    finest.map_or(design.to_vec(), |f| f.case.values.clone())
-}
-
-/// Cases that a case is compared with. In a grid this is the finest case of its design. One at a
-/// time it is the case with the finest value of the varied parameter; the base is compared with
-/// that of each parameter.
-fn finest(study: &Study, results: &[CaseResult], values: &[usize]) -> Vec<usize> {
-    let mut designs = designs(study).into_iter();
-    let Some(design) = designs.find(|design| is_same_design(study, design, values)) else {
-        return Vec::new();
-    };
-    if study.mode == Mode::Grid {
-        return Vec::from_iter(case_of(results, &centre(study, results, &design)));
-    }
-    let numerical = study.parameters.iter().enumerate();
-    let numerical = numerical.filter(|(_, p)| p.is_numerical());
-    let along = numerical.filter_map(|(k, parameter)| {
-        let mut finest = values.to_vec();
-        finest[k] = parameter.values.len() - 1;
-        case_of(results, &finest)
-    });
-    along.collect()
-}
-
-/// Largest of the differences from these cases.
-fn difference(
-    results: &[CaseResult],
-    result: &CaseResult,
-    finest: &[usize],
-    heading: &str,
-) -> Option<f64> {
-    let value = result.value(heading)?;
-    let others = finest.iter().filter_map(|c| results[*c].value(heading));
-    let differences = others.filter_map(|other| relative_error(value, other));
-    differences.reduce(f64::max)
-}
-
-fn refinement(
-    study: &Study,
-    results: &[CaseResult],
-    at: &[usize],
-    figures: &[Figure],
-    k: usize,
-) -> Refinement {
-    let parameter = &study.parameters[k];
-    let mut values = at.to_vec();
+/// Cases of a design through the values of parameter `k`, with the others as in the centre.
+fn axis(runs: Runs<'_>, design: &[usize], centre: usize, k: usize) -> Vec<usize> {
+    let mut values = runs.results[centre].case.values.clone();
     let case = |v: usize| {
         values[k] = v;
-        // Every combination on an axis through the centre is a case of the study.
-        case_of(results, &values).unwrap_or_default()
+        let mut all = design.iter().copied();
+        all.find(|case| runs.results[*case].case.values == values)
     };
-    let cases: Vec<usize> = (0..parameter.values.len()).map(case).collect();
-    let refined = figures.iter().map(|figure| {
-        let values = cases.iter().map(|c| results[*c].value(&figure.heading));
-        refined(figure, values.collect(), parameter)
-    });
-    Refinement {
-        parameter: k,
-        at: at.to_vec(),
-        figures: refined.collect(),
-        cases,
-    }
+    let count = runs.study.parameters[k].values.len();
+    (0..count).filter_map(case).collect()
+}
+
+/// Largest of the differences of a case from these cases.
+fn difference(runs: Runs<'_>, case: usize, finest: &[usize], heading: &str) -> Option<f64> {
+    let value = runs.value(case, heading)?;
+    let others = finest.iter().filter_map(|c| runs.value(*c, heading));
+    let differences = others.filter_map(|other| relative_error(value, other));
+    differences.reduce(f64::max)
 }
 
 fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> Refined {
@@ -164,12 +139,8 @@ fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> 
     let known: Vec<f64> = values.iter().flatten().copied().collect();
     let sizes = parameter.sizes();
     let sizes: Option<Vec<f64>> = sizes.map(|s| there.iter().map(|i| s[*i]).collect());
-    let limit = limit(
-        sizes.as_deref(),
-        &known,
-        parameter.order,
-        !figure.is_count(),
-    );
+    let is_extrapolated = !figure.is_count();
+    let limit = limit(sizes.as_deref(), &known, parameter.order, is_extrapolated);
     let mut estimated_errors = vec![None; values.len()];
     let estimates = limit.map_or(Vec::new(), |limit| estimates(&known, &limit));
     for (i, error) in there.iter().zip(estimates) {
@@ -215,17 +186,13 @@ pub mod tests {
     /// Study whose figure is 1 + 2 a^2 + 0.5 b.
     pub fn study(mode: Mode) -> Study {
         Study {
-            name: "s".into(),
-            scene: "x".into(),
-            set: vec![],
             mode,
             quantities: vec![PEAK_AMPLITUDE],
-            fields: false,
             parameters: vec![
                 sized("a", &[0.4, 0.2, 0.1, 0.05], 1),
                 sized("b", &[0.2, 0.1, 0.05, 0.025], 1),
             ],
-            minimise: vec![],
+            ..Study::default()
         }
     }
 
@@ -246,11 +213,10 @@ pub mod tests {
         };
         CaseResult {
             case: case.clone(),
-            ended: Ended::WithFigures(Figures {
+            ended: Ended::WithFigures(Box::new(Figures {
                 values: vec![(figure, amplitude_m)],
-                points: 3,
                 ..Figures::default()
-            }),
+            })),
         }
     }
 
@@ -262,7 +228,8 @@ pub mod tests {
     #[test]
     fn a_known_function_is_taken_apart() {
         let study = study(Mode::OneAtATime);
-        let found = analyse(&study, &of_sizes(&study));
+        let results = of_sizes(&study);
+        let found = analyse(&study, &results);
         // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
         let [a, b] = [0, 1].map(|k| &found.refinements[k].figures[0]);
         near(a.limit.unwrap().order, 2.0);

@@ -85,41 +85,30 @@ pub fn limit(
     extrapolate: bool,
 ) -> Option<Limit> {
     let (&finest, coarser) = values.split_last()?;
-    let plain = |how| Limit {
+    let is_same = |v: &f64| (v - finest).abs() <= SAME * finest.abs();
+    let how = match sizes {
+        _ if coarser.is_empty() => How::Single,
+        _ if coarser.iter().all(is_same) => How::Unchanged,
+        None => How::Reference,
+        Some(_) => How::Finest,
+    };
+    let mut limit = Limit {
         value: finest,
         how,
         order: None,
     };
-    if coarser.is_empty() {
-        return Some(plain(How::Single));
-    }
-    if coarser
-        .iter()
-        .all(|v| (v - finest).abs() <= SAME * finest.abs())
+    if let (How::Finest, Some(&[.., h1, h2, h3]), &[.., f1, f2, f3]) = (how, sizes, values)
+        && extrapolate
     {
-        return Some(plain(How::Unchanged));
+        let (sizes, values) = ([h1, h2, h3], [f1, f2, f3]);
+        let near = |p: &f64| (LEAST_ORDER * order..=MOST_ORDER * order).contains(p);
+        limit.order = observed_order(sizes, values);
+        if let Some(p) = limit.order.filter(near) {
+            limit.value = extrapolated(sizes, values, p);
+            limit.how = How::Richardson;
+        }
     }
-    let Some(sizes) = sizes.filter(|s| s.len() == values.len()) else {
-        return Some(plain(How::Reference));
-    };
-    if sizes.len() < 3 || !extrapolate {
-        return Some(plain(How::Finest));
-    }
-    let last = |v: &[f64]| [v[v.len() - 3], v[v.len() - 2], v[v.len() - 1]];
-    let (h, f) = (last(sizes), last(values));
-    let near = |p: &f64| (LEAST_ORDER * order..=MOST_ORDER * order).contains(p);
-    let seen = observed_order(h, f);
-    match seen.filter(near) {
-        Some(p) => Some(Limit {
-            value: extrapolated(h, f, p),
-            how: How::Richardson,
-            order: seen,
-        }),
-        None => Some(Limit {
-            order: seen,
-            ..plain(How::Finest)
-        }),
-    }
+    Some(limit)
 }
 
 /// |v - reference| / |reference|; 0 if both are 0, `None` if only the reference is 0.
@@ -130,19 +119,14 @@ pub fn relative_error(v: f64, reference: f64) -> Option<f64> {
     Some((v - reference).abs() / reference.abs()).filter(|e| e.is_finite())
 }
 
-/// Relative differences from the limit.
-pub fn errors(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
-    let values = values.iter();
-    values.map(|v| relative_error(*v, limit.value)).collect()
-}
-
 /// Estimated error of each value: the largest of its own error and those of all finer values, so
 /// that a coarse value that is near the limit by chance gains nothing. If no order is observed, the
 /// error of the finest value is estimated by the last step. Without sizes the error of each value
 /// is its own, and that of the reference is 0.
 pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     let n = values.len();
-    let mut errors = errors(values, limit);
+    let errors = values.iter().map(|v| relative_error(*v, limit.value));
+    let mut errors: Vec<Option<f64>> = errors.collect();
     match limit.how {
         How::Single => errors[n - 1] = None,
         How::Finest => errors[n - 1] = relative_error(values[n - 2], values[n - 1]),

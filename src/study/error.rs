@@ -23,12 +23,14 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Invalid(#[from] SceneError),
-    #[error("the study has no case \"{name}\"")]
-    #[diagnostic(help("its cases are: {}", dovetail_mesh::text::list(cases)))]
-    NoSuchCase { name: String, cases: Vec<String> },
-    #[error("the study has no piece \"{name}\" that cases share")]
-    #[diagnostic(help("{}", choice_of_pieces(pieces)))]
-    NoSuchPiece { name: String, pieces: Vec<String> },
+    /// `what` is `case` or `piece`.
+    #[error("the study has no {what} \"{name}\"")]
+    #[diagnostic(help("its {what}s are: {}", dovetail_mesh::text::list(known)))]
+    Unknown {
+        what: &'static str,
+        name: String,
+        known: Vec<String>,
+    },
     /// A shared input that was not made. The cases that need it try to make it themselves.
     #[error("the piece \"{name}\" was not made: see {}", log.display())]
     #[diagnostic(
@@ -45,12 +47,6 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
-    #[error("{} is not what a case writes: {message}", path.display())]
-    #[diagnostic(help(
-        "remove the folder of the case ({}) and run the study again: only that case is computed",
-        path.parent().unwrap_or(path).display()
-    ))]
-    Malformed { path: PathBuf, message: String },
     #[error("{action} {} failed", path.display())]
     #[diagnostic(help(
         "check that the path exists, that you may write there, and that the disk is not full"
@@ -95,19 +91,11 @@ impl StudyError {
         match self {
             Self::Read { .. }
             | Self::Invalid(_)
-            | Self::NoSuchCase { .. }
-            | Self::NoSuchPiece { .. }
+            | Self::Unknown { .. }
             | Self::PieceWithoutCache { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
-            Self::Malformed { .. } | Self::Io { .. } | Self::Export(_) => ExitStatus::Failed,
+            Self::Io { .. } | Self::Export(_) => ExitStatus::Failed,
             Self::CasesFailed { .. } | Self::PieceFailed { .. } => ExitStatus::NotConverged,
         }
-    }
-}
-
-fn choice_of_pieces(pieces: &[String]) -> String {
-    match pieces {
-        [] => "no two cases share a mesh that is made or a reduced model".to_owned(),
-        pieces => format!("its pieces are: {}", dovetail_mesh::text::list(pieces)),
     }
 }

@@ -1,19 +1,56 @@
-//! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
-//! tables from here.
+//! Keys of a study file: their mirror, as [`crate::scene::raw`] is that of a scene, and their
+//! declarations, from which docs/study.md has its tables.
+
+use serde::Deserialize;
+use serde_spanned::Spanned;
+use toml::Value;
 
 use super::quantity;
-use super::raw::{KIND_WORDS, RawMinimum, RawParameter, RawStudy};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
+use crate::scene::raw::{Located, Number};
+
+/// Words for the kinds of a parameter.
+pub(super) const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawStudy {
+    pub name: Located<String>,
+    pub scene: Located<String>,
+    #[serde(default)]
+    pub set: Vec<Spanned<String>>,
+    pub mode: Located<String>,
+    pub quantities: Located<Vec<Spanned<String>>>,
+    #[serde(default)]
+    pub fields: bool,
+    #[serde(default)]
+    pub parameter: Vec<Spanned<RawParameter>>,
+    #[serde(default)]
+    pub minimise: Vec<Spanned<RawMinimum>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMinimum {
+    pub quantity: Located<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawParameter {
+    pub name: Located<String>,
+    pub key: Located<String>,
+    pub is: Located<String>,
+    pub values: Located<Vec<Spanned<Value>>>,
+    pub base: Located<Value>,
+    pub size: Located<Value>,
+    pub order: Located<Number>,
+}
 
 /// Keys of a study file.
 pub const STUDY: Vocabulary = Vocabulary {
-    former: &[("", "knob", "parameter")],
-    dropped: &[(
-        "",
-        "recommend",
-        "leave [[recommend]] out: the report has the error of every value, and what each case took",
-    )],
+    former: &[],
     sections: &[
         Section {
             name: "",
@@ -124,7 +161,7 @@ const PARAMETER: [Key; 7] = [
         "-",
         "at least one, numerical ones from coarse to fine; `\"\"` leaves the key as the scene has it. Without \
          `key` each value is a table that sets several keys together: `{ label = \"4 x 9\", set = \
-         { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 }, size = 1.0 }`",
+         { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }`",
         "values = [1, 3, 5, 7]",
     ),
     key(

@@ -18,9 +18,7 @@ pub(crate) mod keys;
 mod page;
 mod parameter;
 mod pictures;
-mod pieces;
 mod quantity;
-mod raw;
 mod report;
 mod results;
 mod runner;
@@ -32,18 +30,17 @@ use miette::Diagnostic;
 
 pub use self::cases::{Case, cases};
 pub use self::error::StudyError;
-pub use self::file::{Study, StudyText};
+pub use self::file::Study;
 
 use self::analysis::analyse;
-use self::folder::Settings;
-use self::parameter::Parameter;
-use self::pieces::Pieces;
-use self::results::{CaseResult, Ended, collect};
-use self::workflow::Workflow;
+use self::folder::Plan;
+use self::parameter::{KINDS, Parameter};
+use self::results::{CaseResult, Ended};
+use self::workflow::Pieces;
 use crate::commands;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
-use crate::scene::{self, Fault};
+use crate::scene;
 use crate::warning::Weight;
 use crate::words::counted;
 use dovetail_solver::description::Subject;
@@ -73,57 +70,19 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Number of threads of each case.
     pub threads: u16,
-    pub sharing: Sharing,
+    /// Cache through which the cases share meshes and reduced models, and its size limit. Without
+    /// it each case computes all of its stages, but for those of a workflow: they share through the
+    /// folder `cache` of the study, unless the study has numerical parameters, as it then reports
+    /// the cost of their values.
+    pub cache: Option<(PathBuf, Option<f64>)>,
+    /// True if the cases of a workflow share nothing either.
+    pub no_cache: bool,
     /// `KEY=VALUE` texts for all cases, applied after those of the study.
     pub overrides: Vec<String>,
 }
 
-/// Sharing of meshes and reduced models among cases.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Sharing {
-    /// Default: in a workflow cases share through the folder `cache` of the study, unless the study
-    /// has numerical parameters, as it then reports the cost of their values. Otherwise nothing is
-    /// shared.
-    Unsaid,
-    /// Nothing is shared: each case computes all of its stages, and its cost is that of its
-    /// settings.
-    Nothing,
-    /// Cases share through the cache in this folder.
-    Cache {
-        folder: PathBuf,
-        limit_gib: Option<f64>,
-    },
-}
-
 /// Size limit of a cache that belongs to one study, whose cases need all of it.
 const MOST_GIB: f64 = 1000.0;
-
-impl Sharing {
-    /// Sharing in a workflow: replaces [`Sharing::Unsaid`].
-    fn in_workflow(self, study: &Study, out: &Path) -> Self {
-        let tells_costs = study.parameters.iter().any(Parameter::is_numerical);
-        match self {
-            Self::Unsaid if !tells_costs => Self::Cache {
-                folder: out.join("cache"),
-                limit_gib: Some(MOST_GIB),
-            },
-            said => said,
-        }
-    }
-
-    /// Options of each case, as words of the command line.
-    fn words(&self) -> Vec<String> {
-        let Self::Cache { folder, limit_gib } = self else {
-            return vec!["--no-cache".to_owned()];
-        };
-        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
-        let mut words = vec!["--cache".to_owned(), folder.display().to_string()];
-        if let Some(limit) = limit_gib {
-            words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
-        }
-        words
-    }
-}
 
 /// Outcome of a study.
 #[derive(Debug)]
@@ -145,67 +104,42 @@ pub fn study(
     options: &StudyOptions,
     reporter: &Reporter<'_>,
 ) -> Result<Studied, StudyError> {
-    let text = StudyText::read(file)?;
-    let study = text.parse(&options.overrides)?;
-    let all = cases(&study);
-    check(&text, &study, &all)?;
-    let out = options.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
-    let sharing = match &options.action {
-        Action::ExportWorkflow(_) => options.sharing.clone().in_workflow(&study, &out),
-        _ => options.sharing.clone(),
-    };
-    let shares = matches!(sharing, Sharing::Cache { .. });
-    let settings = Settings {
-        out,
-        threads: options.threads,
-        cache: sharing.words(),
-    };
+    let mut plan = plan(Study::read(file, &options.overrides)?, options);
+    check(&plan.study, &plan.cases)?;
+    let shares = plan.cache.len() > 1;
     let verdict = match &options.action {
-        Action::Run => return run(&study, &all, &settings, Some(options.jobs), reporter),
-        Action::Collect => return run(&study, &all, &settings, None, reporter),
+        Action::Run => return answer(&plan, Some(options.jobs), reporter),
+        Action::Collect => return answer(&plan, None, reporter),
         Action::ExportWorkflow(folder) => {
             let pieces = if shares {
-                Pieces::of(&study, &all)?
+                plan.pieces()?
             } else {
-                Pieces::none(&all)
+                Pieces::default()
             };
-            let workflow = Workflow {
-                study_file: file,
-                overrides: &options.overrides,
-                settings: &settings,
-                cases: &all,
-                pieces: &pieces,
-            };
-            workflow.write(folder)?;
+            plan.export(folder, file, &options.overrides, &pieces)?;
             reporter.note(&format!(
                 "{} and {} in {}",
-                counted(all.len(), "case", "cases"),
+                counted(plan.cases.len(), "case", "cases"),
                 counted(pieces.all.len(), "shared piece", "shared pieces"),
                 folder.join("Snakefile").display()
             ));
             Ok(())
         }
         Action::Piece(name) => {
-            let pieces = Pieces::of(&study, &all)?.all;
-            let piece = pieces.iter().find(|p| p.name == *name);
-            let piece = piece.ok_or_else(|| StudyError::NoSuchPiece {
-                name: name.clone(),
-                pieces: pieces.iter().map(|p| p.name.clone()).collect(),
-            })?;
+            let pieces = plan.pieces()?.all;
+            let known = pieces.iter().map(|p| &p.name);
+            let piece = &pieces[position("piece", name, known)?];
             if !shares {
                 return Err(StudyError::PieceWithoutCache { name: name.clone() });
             }
-            runner::make(&study, piece, &settings)
+            plan.make(piece)
         }
         Action::Case(name) => {
-            let case = all.iter().find(|c| c.slug == *name).cloned();
-            let one = [case.ok_or_else(|| StudyError::NoSuchCase {
-                name: name.clone(),
-                cases: all.iter().map(|c| c.slug.clone()).collect(),
-            })?];
-            runner::run(&study, &one, &settings, 1, reporter)?;
-            all_complete(&collect(&study, &one, &settings)?)
+            let known = plan.cases.iter().map(|c| &c.slug);
+            let case = position("case", name, known)?;
+            plan.cases = vec![plan.cases.swap_remove(case)];
+            plan.run(1, reporter)?;
+            all_complete(&plan.results()?)
         }
     };
     Ok(Studied {
@@ -214,51 +148,70 @@ pub fn study(
     })
 }
 
+/// Position of a name among the `known` names of cases or pieces (`what`).
+fn position<'n>(
+    what: &'static str,
+    name: &str,
+    known: impl Iterator<Item = &'n String>,
+) -> Result<usize, StudyError> {
+    let known: Vec<&String> = known.collect();
+    let found = known.iter().position(|n| *n == name);
+    found.ok_or_else(|| StudyError::Unknown {
+        what,
+        name: name.to_owned(),
+        known: known.into_iter().cloned().collect(),
+    })
+}
+
+fn plan(study: Study, options: &StudyOptions) -> Plan {
+    let out = options.out.clone();
+    let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
+    let tells_costs = study.parameters.iter().any(Parameter::is_numerical);
+    let is_workflow = matches!(options.action, Action::ExportWorkflow(_));
+    let own = is_workflow && !tells_costs && !options.no_cache;
+    let own = own.then(|| (out.join("cache"), Some(MOST_GIB)));
+    let mut cache = vec!["--no-cache".to_owned()];
+    if let Some((folder, limit)) = options.cache.clone().or(own) {
+        let folder = std::path::absolute(&folder).unwrap_or(folder);
+        cache = vec!["--cache".to_owned(), folder.display().to_string()];
+        let limit = limit.map(|limit| ["--cache-limit-gib".to_owned(), limit.to_string()]);
+        cache.extend(limit.into_iter().flatten());
+    }
+    Plan {
+        cases: cases(&study),
+        study,
+        out,
+        threads: options.threads,
+        cache,
+    }
+}
+
 /// Runs the incomplete cases, `jobs` at a time, and answers; without `jobs` it answers with the
 /// existing results.
-fn run(
-    study: &Study,
-    all: &[Case],
-    settings: &Settings,
+fn answer(
+    plan: &Plan,
     jobs: Option<usize>,
     reporter: &Reporter<'_>,
 ) -> Result<Studied, StudyError> {
-    reporter.note(&format!("study \"{}\": {} cases", study.name, all.len()));
+    let (name, all) = (&plan.study.name, plan.cases.len());
+    reporter.note(&format!("study \"{name}\": {all} cases"));
     if let Some(jobs) = jobs {
-        runner::run(study, all, settings, jobs, reporter)?;
+        plan.run(jobs, reporter)?;
     }
-    let results = collect(study, all, settings)?;
-    let analysis = analyse(study, &results);
-    let out = &settings.out;
-    let pictures = pictures::write(&out.join("plots"), study, &results, &analysis)?;
-    let contents = page::Contents {
-        study,
-        settings,
-        results: &results,
-        analysis: &analysis,
-        pictures: &pictures,
-    };
-    page::write(&out.join(REPORT), &contents)?;
-    report::write_summary(&out.join("summary.json"), study, &results, &analysis)?;
-    report::write_table(&out.join("table.csv"), study, &results, &analysis)?;
-    if jobs.is_some() {
-        let removed = folder::remove_other_cases(study, all, settings)?;
-        if !removed.is_empty() {
-            reporter.note(&format!(
-                "removed {} of an earlier definition of the study: {}",
-                counted(removed.len(), "case", "cases"),
-                removed.join(", ")
-            ));
-        }
-    }
+    let results = plan.results()?;
+    let analysis = analyse(&plan.study, &results);
+    let pictures = pictures::write(&plan.out.join("plots"), &analysis)?;
+    page::write(plan, &analysis, &pictures)?;
+    report::write_summary(&plan.out.join("summary.json"), &analysis)?;
+    report::write_table(&plan.out.join("table.csv"), &analysis)?;
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
             let words = format!("{} failed: {message}", result.case.slug);
             reporter.warning(Weight::Wrong, words);
         }
     }
-    reporter.note(&format!("answers in {}", out.join(REPORT).display()));
-    let least = report::least_values(study, &results, &analysis);
+    reporter.note(&format!("answers in {}", plan.out.join(REPORT).display()));
+    let least = report::least_values(&analysis);
     Ok(Studied {
         answers: least.iter().map(|line| format!("{line}\n")).collect(),
         verdict: all_complete(&results),
@@ -267,17 +220,14 @@ fn run(
 
 /// Loads every case and looks for its mesh or folder, so that a mistake in the last case is
 /// reported before the first case runs.
-fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyError> {
+fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
     let load = |set: &[String]| scene::load(&study.scene, set);
     // Where neither the scene alone nor the first case is possible, nothing is wrong with that case
     // in particular.
-    if let (Err(error), Some(Err(_))) =
-        (load(&study.set), cases.first().map(|c| load(&c.set(study))))
-    {
+    if let (Err(error), Err(_)) = (load(&study.set), load(&cases[0].set(study))) {
         return Err(error.into());
     }
     let mut subjects: Vec<Subject> = Vec::new();
-    let mut faults: Vec<(std::ops::Range<usize>, Fault)> = Vec::new();
     for case in cases {
         let checked = load(&case.set(study)).map_err(StudyError::from);
         let checked = checked.and_then(|scene| {
@@ -290,42 +240,29 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyErr
         let Err(error) = checked else {
             continue;
         };
-        let told = error.to_string();
-        // A grid meets the same fault again and again.
-        if faults
-            .iter()
-            .any(|(_, known)| known.to_string().ends_with(&told))
-        {
-            continue;
-        }
-        let (slug, values) = (&case.slug, cases::words(study, &case.values, |_| true));
-        let message = format!("case \"{slug}\" ({values}) is no possible run: {told}");
+        let (slug, values) = (&case.slug, study.words(&case.values, KINDS));
+        let message = format!("case \"{slug}\" ({values}) is no possible run: {error}");
         let remedy = error.help().map_or(String::new(), |h| h.to_string());
         // The value that makes the case differ from the base, else the first parameter.
         let parameters = study.parameters.iter().zip(&case.values);
-        let varied = parameters.clone().find(|(p, v)| p.base != **v);
-        let place = varied.or_else(|| parameters.clone().next());
+        let place = parameters.min_by_key(|(p, v)| p.base == **v);
         let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
-        faults.push((place, parameter::fault(message, "asks for it", remedy)));
+        return Err(study.invalid(place, parameter::fault(message, "asks for it", remedy)));
     }
-    if faults.is_empty() {
-        Ok(())
-    } else {
-        Err(text.invalid(faults))
-    }
+    Ok(())
 }
 
 fn all_complete(results: &[CaseResult]) -> Result<(), StudyError> {
-    let count =
-        |wanted: &dyn Fn(&Ended) -> bool| results.iter().filter(|r| wanted(&r.ended)).count();
-    let without = count(&|e| !matches!(e, Ended::WithFigures(_)));
-    let unconverged = count(&|e| matches!(e, Ended::WithFigures(f) if f.unconverged > 0));
-    match (without, unconverged) {
-        (0, 0) => Ok(()),
-        _ => Err(StudyError::CasesFailed {
-            without,
-            unconverged,
-            cases: results.len(),
-        }),
+    let cases = results.len();
+    let without = cases - results.iter().filter_map(CaseResult::figures).count();
+    let figures = results.iter().filter_map(CaseResult::figures);
+    let unconverged = figures.filter(|f| f.unconverged() > 0).count();
+    if without + unconverged == 0 {
+        return Ok(());
     }
+    Err(StudyError::CasesFailed {
+        without,
+        unconverged,
+        cases,
+    })
 }

@@ -30,11 +30,10 @@ function responses({ parameters, curves }) {
     const shown = chosen();
     const heights = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
     const { factor, unit } = axisUnit("m", heights.reduce((a, b) => Math.max(a, b), 0));
-    // Of curves that coincide the lower one is seen on both sides of the upper one.
-    const lines = shown.map((c, i) => ({
+    const lines = shown.map((c) => ({
       x: c.frequency_hz,
       y: c.amplitude_m.map((v) => (v == null ? null : v * factor)),
-      series: { label: c.case, stroke: colour(all, c.values[k] ?? 0), width: 1.4 + 2.6 * (1 - (i + 1) / shown.length), points: { show: false } },
+      series: { label: c.case, stroke: colour(all, c.values[k] ?? 0), width: 1.4, points: { show: false } },
     }));
     place.querySelector(".named")?.remove();
     key.replaceChildren(...all.flatMap((words, v) => {

@@ -1,99 +1,59 @@
 //! Report of a study (report.html): the request and the results, the responses of all cases in one
 //! chart, tables and pictures, in one page.
 
-use std::path::Path;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::analysis::{Analysis, Refined, Refinement};
-use super::cases::at_words;
 use super::convergence::{How, SAME};
 use super::error::StudyError;
-use super::file::{Mode, Study};
-use super::folder::Settings;
-use super::parameter::Parameter;
+use super::file::Mode;
+use super::folder::Plan;
+use super::parameter::{KINDS, Parameter, TRUE_KINDS};
 use super::pictures::Picture;
-use super::quantity::{Figure, name_and_unit, with_unit};
+use super::quantity::{Figure, title};
 use super::report::{OF_RUNS, day, least_values, remarks};
-use super::results::{CaseResult, Figures};
+use super::results::CaseResult;
 use crate::export::report::REPORT;
-use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
+use crate::export::report::frame::{self, Frame, card, frame, warnings};
 use crate::export::{csv, write_file};
 use crate::version;
-use crate::words::{counted, figure, in_unit, percent};
+use crate::words::{counted, figure, in_unit, percent, with_unit};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Largest number of points of all curves together, which a browser draws without delay.
 const MOST_POINTS: usize = 60_000;
 
-/// Contents of the page.
-#[derive(Debug)]
-pub struct Contents<'a> {
-    pub study: &'a Study,
-    pub settings: &'a Settings,
-    pub results: &'a [CaseResult],
-    pub analysis: &'a Analysis,
-    /// Pictures in the folder `plots` of the study.
-    pub pictures: &'a [Picture],
-}
-
-/// Data of the script.
-#[derive(Debug, Serialize)]
-struct Data<'a> {
-    parameters: Vec<Values>,
-    curves: Vec<Curve<'a>>,
-}
-
-/// Title of a parameter, and labels of its values.
-#[derive(Debug, Serialize)]
-struct Values {
-    title: String,
-    values: Vec<String>,
-}
-
-/// Response of a case.
-#[derive(Debug, Serialize)]
-struct Curve<'a> {
-    case: &'a str,
-    /// Position of the value of each parameter.
-    values: &'a [usize],
-    frequency_hz: Vec<f64>,
-    amplitude_m: Vec<Option<f64>>,
-}
-
-/// Writes the page.
+/// Writes the page; `pictures` are in the folder `plots` of the study.
 ///
 /// # Errors
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
-pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
-    let (study, results) = (contents.study, contents.results);
-    let values = |p: &Parameter| Values {
-        title: p.title(),
-        values: (0..p.values.len()).map(|v| p.words(v)).collect(),
+pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Result<(), StudyError> {
+    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let parameter = |p: &Parameter| {
+        let values: Vec<String> = p.values.iter().map(|v| p.words(v)).collect();
+        json!({ "title": p.title(), "values": values })
     };
-    let data = Data {
-        parameters: study.parameters.iter().map(values).collect(),
-        curves: curves(contents)?,
-    };
+    let parameters: Vec<Value> = study.parameters.iter().map(parameter).collect();
+    let curves = curves(plan, results)?;
     let mode = match study.mode {
         Mode::OneAtATime => "one parameter at a time around the base",
         Mode::Grid => "every combination of the parameters",
     };
-    let links = [
-        ("answer", "Answer", true),
-        ("responses", "Responses", !data.curves.is_empty()),
-        ("cases", "Cases", true),
-        (
-            "errors",
-            "Errors",
-            !contents.analysis.refinements.is_empty(),
-        ),
-        ("pictures", "Pictures", !contents.pictures.is_empty()),
-    ];
-    let links = links.into_iter().filter(|(_, _, shown)| *shown);
+    let mut sections = vec![("answer", "Answer", answer(analysis))];
+    if !curves.is_empty() {
+        sections.push(("responses", "Responses", responses(analysis)));
+    }
+    sections.push(("cases", "Cases", cases(plan, analysis)));
+    if !analysis.refinements.is_empty() {
+        sections.push(("errors", "Errors", errors(analysis)));
+    }
+    if !pictures.is_empty() {
+        sections.push(("pictures", "Pictures", shown(plan, pictures)?));
+    }
+    let links = sections.iter().map(|(id, title, _)| (*id, *title));
     let page = frame(&Frame {
         title: &format!("Study {}", study.name),
         subtitle: html! {
@@ -101,43 +61,41 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
             code { (study.scene.display()) } ", " (counted(results.len(), "case", "cases")) ", "
             (mode)
         },
-        links: &links.map(|(id, title, _)| (id, title)).collect::<Vec<_>>(),
+        links: &links.collect::<Vec<_>>(),
         main: html! {
-            (answer(contents))
-            (warnings(remarks(results).iter().map(String::as_str)))
-            (responses(&data))
-            (cases(contents))
-            (errors(contents))
-            (pictures(contents)?)
+            @for (id, title, body) in &sections {
+                section id=(id) { h2 { (title) } (body) }
+                @if *id == "answer" { (warnings(remarks(results).iter().map(String::as_str))) }
+            }
         },
-        data: &frame::json(&data),
+        data: &frame::json(&json!({ "parameters": parameters, "curves": curves })),
         scripts: &SCRIPTS,
     });
-    Ok(write_file(path, page.into_string().as_bytes())?)
+    let page = page.into_string();
+    Ok(write_file(&plan.out.join(REPORT), page.as_bytes())?)
 }
 
 /// Responses in the folders of the cases.
-fn curves<'a>(contents: &Contents<'a>) -> Result<Vec<Curve<'a>>, StudyError> {
+fn curves(plan: &Plan, results: &[CaseResult]) -> Result<Vec<Value>, StudyError> {
     let mut curves = Vec::new();
-    for result in contents.results {
-        let observation = result.figures().and_then(|f| f.observation.as_deref());
-        let Some(observation) = observation else {
+    for result in results {
+        let response = result.figures().map(|f| &f.response);
+        let Some(observation) = response.and_then(|r| r.observation.as_deref()) else {
             continue;
         };
-        let path = contents.settings.folder(&result.case).join("response.csv");
+        let path = plan.folder(&result.case).join("response.csv");
         let amplitude = format!("{observation}_amplitude_m");
         let Some(rows) = csv::read_columns(&path, ["frequency_hz", &amplitude])? else {
             continue;
         };
         let points = rows.into_iter().filter_map(|[at, a]| Some((at?, a)));
-        let points: Vec<_> = points.collect();
-        let (frequency_hz, amplitude_m) = thinned(&points, contents.results.len());
-        curves.push(Curve {
-            case: &result.case.slug,
-            values: &result.case.values,
-            frequency_hz,
-            amplitude_m,
-        });
+        let (frequency_hz, amplitude_m) = thinned(&points.collect::<Vec<_>>(), results.len());
+        curves.push(json!({
+            "case": result.case.slug,
+            "values": result.case.values,
+            "frequency_hz": frequency_hz,
+            "amplitude_m": amplitude_m,
+        }));
     }
     Ok(curves)
 }
@@ -156,121 +114,80 @@ fn thinned(points: &[(f64, Option<f64>)], curves: usize) -> (Vec<f64>, Vec<Optio
     near.filter_map(largest).unzip()
 }
 
-fn answer(contents: &Contents<'_>) -> Markup {
-    let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
-    let all = results.len();
-    let count = |wanted: &dyn Fn(&Figures) -> bool| {
-        let figures = results.iter().filter_map(|r| r.figures());
-        figures.filter(|f| wanted(f)).count()
-    };
-    let complete = count(&|_| true);
-    let unconverged = count(&|f| f.unconverged > 0);
-    let at_ends = count(&|f| f.peak_at_end_of_range);
-    let seconds = results.iter().filter_map(|r| r.figures());
-    let seconds: f64 = seconds.filter_map(|f| f.processor_seconds).sum();
-    let least = least_values(study, results, analysis);
+fn answer(analysis: &Analysis<'_>) -> Markup {
+    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let figures = || results.iter().filter_map(CaseResult::figures);
+    let (all, complete) = (results.len(), figures().count());
+    let seconds: f64 = figures().filter_map(|f| f.processor_seconds).sum();
+    let least = least_values(analysis);
     html! {
-        section #answer {
-            h2 { "Answer" }
-            div.cards {
-                (card("Cases with a result", &format!("{complete} of {all}"), &html! {
-                    @if complete == all { "none failed" } @else { "see the warnings" }
-                }))
-                @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
-                    (card(
-                        &format!("{}, {}", p.title(), p.kind.word()),
-                        &counted(p.values.len(), "value", "values"),
-                        &html! { (p.values[0].label) " to " (p.values[p.values.len() - 1].label) },
-                    ))
-                }
-                (card("All cases took", &format!("{} s", figure(seconds, 3)), &html! {
-                    "of the processor"
-                }))
+        div.cards {
+            (card("Cases with a result", &format!("{complete} of {all}"), &html! {
+                @if complete == all { "none failed" } @else { "see the warnings" }
+            }))
+            @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
+                (card(
+                    &format!("{}, {}", p.title(), p.kind.word()),
+                    &counted(p.values.len(), "value", "values"),
+                    &html! { (p.values[0].label) " to " (p.values[p.last()].label) },
+                ))
             }
-            @if least.is_empty() {
-                p.quiet {
-                    "The study asks for no least value (" code { "[[minimise]]" } "): its answer is "
-                    "the responses, the tables and the pictures below."
-                }
-            } @else {
-                h3 { "Least values" }
-                ul { @for line in &least { li { (line) } } }
+            (card("All cases took", &format!("{} s", figure(seconds, 3)), &html! {
+                "of the processor"
+            }))
+        }
+        @if least.is_empty() {
+            p.quiet {
+                "The study asks for no least value (" code { "[[minimise]]" } "): its answer is "
+                "the responses, the tables and the pictures below."
             }
-            h3 { "Can this be trusted?" }
-            ul.trust {
-                (line(complete == all, &html! {
-                    (complete) " of " (counted(all, "case has", "cases have")) " a result."
-                }))
-                (line(unconverged == 0, &html! {
-                    (counted(unconverged, "case has", "cases have"))
-                    " frequencies that did not converge."
-                }))
-                (line(at_ends == 0, &html! {
-                    (counted(at_ends, "case has its", "cases have their"))
-                    " peak at an end of the frequencies."
-                }))
-                @if !study.parameters.iter().any(Parameter::is_numerical) {
-                    li.quiet {
-                        "No parameter is numerical: nothing here says how far meshes, modes and "
-                        "harmonics err."
+        } @else {
+            h3 { "Least values" }
+            ul { @for line in &least { li { (line) } } }
+        }
+        @if analysis.refinements.is_empty() {
+            p.quiet {
+                "No parameter is numerical: nothing here says how far meshes, modes and harmonics "
+                "err."
+            }
+        }
+    }
+}
+
+fn responses(analysis: &Analysis<'_>) -> Markup {
+    let parameters = analysis.runs.study.parameters.iter().enumerate();
+    let varied: Vec<_> = parameters.filter(|(_, p)| p.values.len() > 1).collect();
+    html! {
+        p {
+            "The response of every case. Point at a curve for its case, drag over a stretch to "
+            "zoom, double-click to see all."
+        }
+        div.tools {
+            @if !varied.is_empty() {
+                label { "colour by " select #colour-by {
+                    @for (k, p) in &varied { option value=(k) { (p.title()) } }
+                } }
+            }
+            @for (k, p) in &varied {
+                label { (p.title()) " " select.only data-parameter=(k) {
+                    option value="" { "all" }
+                    @for (v, value) in p.values.iter().enumerate() {
+                        option value=(v) { (p.words(value)) }
                     }
-                }
+                } }
             }
+            label { input #logarithmic type="checkbox"; " logarithmic" }
         }
+        div #response-chart .chart {}
+        div #response-key .key {}
     }
 }
 
-fn responses(data: &Data<'_>) -> Markup {
-    if data.curves.is_empty() {
-        return html! {};
-    }
-    let parameters = || data.parameters.iter().enumerate();
-    let varied = || parameters().filter(|(_, p)| p.values.len() > 1);
-    html! {
-        section #responses {
-            h2 { "Responses" }
-            p {
-                "The response of every case. Point at a curve for its case, drag over a stretch to "
-                "zoom, double-click to see all."
-            }
-            div.tools {
-                @if varied().count() > 0 {
-                    label { "colour by " select #colour-by {
-                        @for (k, p) in varied() { option value=(k) { (p.title) } }
-                    } }
-                }
-                @for (k, p) in varied() {
-                    label { (p.title) " " select.only data-parameter=(k) {
-                        option value="" { "all" }
-                        @for (v, words) in p.values.iter().enumerate() {
-                            option value=(v) { (words) }
-                        }
-                    } }
-                }
-                label { input #logarithmic type="checkbox"; " logarithmic" }
-            }
-            div #response-chart .chart {}
-            div #response-key .key {}
-        }
-    }
-}
-
-/// Table; `first` makes the content of the first cell of a row from the number of the row and the
-/// text.
-fn table(
-    class: &str,
-    header: &[String],
-    rows: &[Vec<String>],
-    first: impl Fn(usize, &str) -> Markup,
-) -> Markup {
+fn table(class: &str, header: &[String], rows: &[Vec<Markup>]) -> Markup {
     html! {
         div.wide { table class=(class) {
             thead { tr { @for cell in header { th { (cell) } } } }
-            tbody { @for (r, row) in rows.iter().enumerate() { tr {
-                @for (c, cell) in row.iter().enumerate() {
-                    td { @if c == 0 { (first(r, cell)) } @else { (cell) } }
-                }
-            } } }
+            tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }
         } }
     }
 }
@@ -282,179 +199,140 @@ fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
     (with_unit(&figure.name, &unit), factor)
 }
 
-/// Title of a column of [`OF_RUNS`].
-fn of_runs(heading: &str) -> String {
-    let (name, unit) = name_and_unit(heading);
-    with_unit(&name, unit)
-}
-
 /// Table with one row per case: each figure with its difference from the finest case.
-fn cases(contents: &Contents<'_>) -> Markup {
-    let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
+fn cases(plan: &Plan, analysis: &Analysis<'_>) -> Markup {
+    let (study, results) = (analysis.runs.study, analysis.runs.results);
     let mut header = vec!["case".to_owned()];
     header.extend(study.parameters.iter().map(Parameter::title));
-    let mut rows: Vec<Vec<String>> = results.iter().map(|r| vec![r.case.slug.clone()]).collect();
-    for (row, result) in rows.iter_mut().zip(results) {
-        row.extend(result.case.labels(study).into_iter().map(str::to_owned));
+    let mut rows: Vec<Vec<Markup>> = Vec::new();
+    for CaseResult { case, .. } in results {
+        let link = html! {
+            @if plan.folder(case).join(REPORT).is_file() {
+                a href={ "cases/" (case.slug) "/" (REPORT) } { (case.slug) }
+            } @else { (case.slug) }
+        };
+        let labels = study.chosen(&case.values, KINDS);
+        let labels = labels.map(|(_, v)| html! { (v.label) });
+        rows.push([link].into_iter().chain(labels).collect());
     }
     for (f, figure) in analysis.figures.iter().enumerate() {
         let value = |result: &CaseResult| result.value(&figure.heading);
         let (title, factor) = scaled(figure, results.iter().filter_map(value));
         header.push(title);
-        for (c, (row, result)) in rows.iter_mut().zip(results).enumerate() {
-            let number = value(result).map(|v| figure.number(factor * v, 5));
+        for (c, row) in rows.iter_mut().enumerate() {
+            let number = value(&results[c]).map(|v| figure.number(factor * v, 5));
             let difference = analysis.differences[c][f].filter(|d| *d > SAME);
-            let difference = difference.map(|d| format!(" ({})", percent(d, 2)));
-            row.push(number.unwrap_or_default() + &difference.unwrap_or_default());
+            row.push(html! {
+                (number.unwrap_or_default())
+                @if let Some(d) = difference { " (" (percent(d, 2)) ")" }
+            });
         }
     }
-    header.extend(OF_RUNS.map(|(heading, _)| of_runs(heading)));
-    for (row, result) in rows.iter_mut().zip(results) {
-        row.extend(OF_RUNS.map(|(_, cell)| cell(result).words(|v| figure(v, 3))));
-    }
-    let designs = &analysis.designs;
-    let same = analysis.figures.iter();
-    let same = same.filter(|f| !designs.cases.is_empty() && !designs.changing.contains(f));
-    let same: Vec<&str> = same.map(|f| f.name.as_str()).collect();
-    let link = |r: usize, name: &str| {
-        let folder = contents.settings.folder(&results[r].case);
-        html! {
-            @if folder.join(REPORT).is_file() {
-                a href={ "cases/" (name) "/" (REPORT) } { (name) }
-            } @else { (name) }
+    for (heading, cell) in OF_RUNS {
+        header.push(title(heading));
+        for (row, result) in rows.iter_mut().zip(results) {
+            row.push(html! { (cell(result).words(|v| figure(v, 3))) });
         }
-    };
+    }
     html! {
-        section #cases {
-            h2 { "Cases" }
-            p {
-                "A click on a heading sorts by it. Each case links to its own report. "
-                code { "table.csv" } " has the same with all digits."
-                @if !analysis.refinements.is_empty() {
-                    " In brackets stands the difference from the finest case."
-                }
-            }
-            (table("sorted", &header, &rows, link))
-            @if !same.is_empty() {
-                p.quiet { "The same for all designs, and in no picture of them: " (same.join(", ")) "." }
+        p {
+            "A click on a heading sorts by it. Each case links to its own report. "
+            code { "table.csv" } " has the same with all digits."
+            @if !analysis.refinements.is_empty() {
+                " In brackets stands the difference from the finest case."
             }
         }
+        (table("sorted", &header, &rows))
     }
 }
 
 /// Table for each numerical parameter at each design.
-fn errors(contents: &Contents<'_>) -> Markup {
-    let (study, analysis) = (contents.study, contents.analysis);
+fn errors(analysis: &Analysis<'_>) -> Markup {
     html! {
-        @if !analysis.refinements.is_empty() {
-            section #errors {
-                h2 { "Errors of the numerical parameters" }
-                p {
-                    "A column per value, from coarse to fine. Each figure has its values, their "
-                    "differences from the finest one, the error that each is estimated to make, the "
-                    "order that shows, and what the estimate is counted from."
-                }
-                @for refinement in &analysis.refinements {
-                    @let (header, rows) = one_refinement(contents, refinement);
-                    h3 {
-                        (study.parameters[refinement.parameter].title())
-                        (at_words(study, &refinement.at))
-                    }
-                    (table("plain", &header, &rows, |_, name| html! { (name) }))
-                    @let same = refinement.figures.iter().zip(&analysis.figures);
-                    @let same = same.filter(|(refined, _)| is_unchanged(refined));
-                    @let same: Vec<&str> = same.map(|(_, f)| f.name.as_str()).collect();
-                    @if !same.is_empty() {
-                        p.quiet { "It has no influence on: " (same.join(", ")) "." }
-                    }
-                }
-            }
+        p {
+            "A column per value of a numerical parameter, from coarse to fine. Each figure that "
+            "changes has its values, their differences from the finest one, the error that each is "
+            "estimated to make, the order that shows, and what the estimate is counted from."
+        }
+        @for refinement in &analysis.refinements {
+            @let parameter = &analysis.runs.study.parameters[refinement.parameter];
+            @let values = &analysis.runs.results[refinement.cases[0]].case.values;
+            @let ends = ["order", "counted from"].map(str::to_owned);
+            @let header = [vec![String::new()], parameter.labels(), ends.to_vec()].concat();
+            h3 { (parameter.title()) (analysis.runs.study.at(values, TRUE_KINDS)) }
+            (table("plain", &header, &of_refinement(analysis, refinement)))
         }
     }
 }
 
-fn is_unchanged(refined: &Refined) -> bool {
-    refined
-        .limit
-        .is_some_and(|limit| limit.how == How::Unchanged)
-}
-
-fn one_refinement(
-    contents: &Contents<'_>,
-    refinement: &Refinement,
-) -> (Vec<String>, Vec<Vec<String>>) {
-    let parameter = &contents.study.parameters[refinement.parameter];
-    let mut header = vec![String::new()];
-    header.extend(parameter.values.iter().map(|v| v.label.clone()));
-    header.extend(["order", "counted from"].map(str::to_owned));
+fn of_refinement(analysis: &Analysis<'_>, refinement: &Refinement) -> Vec<Vec<Markup>> {
     let row = |name: &str, cells: Vec<String>, end: [String; 2]| {
-        [vec![name.to_owned()], cells, end.to_vec()].concat()
+        let cells = [name.to_owned()].into_iter().chain(cells).chain(end);
+        cells.map(|cell| html! { (cell) }).collect()
     };
-    let none = || [const { String::new() }; 2];
+    let mut rows = Vec::new();
     // Processor seconds, memory and outcome.
-    let mut rows = Vec::from_iter([0, 2, 4].map(|at| {
+    for at in [0, 2, 4] {
         let (heading, cell) = OF_RUNS[at];
-        let cases = refinement.cases.iter().map(|c| &contents.results[*c]);
+        let cases = refinement.cases.iter().map(|c| &analysis.runs.results[*c]);
         let cells = cases.map(|r| cell(r).words(|v| figure(v, 3)));
-        row(&of_runs(heading), cells.collect(), none())
-    }));
-    let figures = refinement.figures.iter().zip(&contents.analysis.figures);
-    for (refined, figure) in figures.filter(|(refined, _)| !is_unchanged(refined)) {
-        let cells = |values: &[Option<f64>], text: &dyn Fn(f64) -> String| -> Vec<String> {
-            let texts = values.iter().map(|v| v.map(text).unwrap_or_default());
-            texts.collect()
-        };
-        let (title, factor) = scaled(figure, refined.values.iter().flatten().copied());
-        let values = cells(&refined.values, &|v| figure.number(factor * v, 6));
-        rows.push(row(&title, values, counted_from(refined, figure, factor)));
-        let share = |v: f64| percent(v, 2);
-        let differences = cells(&refined.differences, &share);
-        rows.push(row("– from the finest", differences, none()));
-        let estimates = cells(&refined.estimated_errors, &share);
-        rows.push(row("– estimated error", estimates, none()));
+        rows.push(row(&title(heading), cells.collect(), Default::default()));
     }
-    (header, rows)
+    for (refined, figure) in refinement.figures.iter().zip(&analysis.figures) {
+        if refined
+            .limit
+            .is_some_and(|limit| limit.how == How::Unchanged)
+        {
+            continue;
+        }
+        let (title, factor) = scaled(figure, refined.values.iter().flatten().copied());
+        let values = refined.values.iter();
+        let values = values.map(|v| v.map_or(String::new(), |v| figure.number(factor * v, 6)));
+        let end = counted_from(refined, figure, factor);
+        rows.push(row(&title, values.collect(), end));
+        for (name, shares) in [
+            ("– from the finest", &refined.differences),
+            ("– estimated error", &refined.estimated_errors),
+        ] {
+            let cells = shares.iter();
+            let cells = cells.map(|v| v.map_or(String::new(), |v| percent(v, 2)));
+            rows.push(row(name, cells.collect(), Default::default()));
+        }
+    }
+    rows
 }
 
 /// Observed order, and the value from which estimated errors are measured.
 fn counted_from(refined: &Refined, of: &Figure, factor: f64) -> [String; 2] {
-    let Some(limit) = refined.limit else {
-        return [const { String::new() }; 2];
-    };
-    let order = limit.order.map(|p| figure(p, 2));
-    let from = match limit.how {
-        How::Richardson => {
-            let value = of.number(factor * limit.value, 6);
-            return [order.unwrap_or_default(), format!("{value} (Richardson)")];
+    let limit = refined.limit.as_ref();
+    let order = limit.and_then(|limit| limit.order).map(|p| figure(p, 2));
+    match limit.map(|limit| (limit.how, limit.value)) {
+        Some((How::Richardson, value)) => {
+            let value = of.number(factor * value, 6);
+            [order.unwrap_or_default(), format!("{value} (Richardson)")]
         }
-        How::Finest => {
+        Some((How::Finest, _)) => {
             let seen = order.map_or(String::new(), |order| format!(" ({order})"));
-            return [format!("none shows{seen}"), "the finest".to_owned()];
+            [format!("none shows{seen}"), "the finest".to_owned()]
         }
-        How::Reference => "the last",
-        How::Unchanged | How::Single => "",
-    };
-    [String::new(), from.to_owned()]
+        Some((How::Reference, _)) => [String::new(), "the last".to_owned()],
+        _ => Default::default(),
+    }
 }
 
-fn pictures(contents: &Contents<'_>) -> Result<Markup, StudyError> {
-    let folder = contents.settings.out.join("plots");
-    let mut shown = Vec::new();
-    for (shows, file) in contents.pictures {
-        let path = folder.join(file);
-        let svg = std::fs::read(&path).map_err(|source| StudyError::Read { path, source })?;
+/// The pictures, as data of the page.
+fn shown(plan: &Plan, pictures: &[Picture]) -> Result<Markup, StudyError> {
+    let mut sources = Vec::new();
+    for (shows, file) in pictures {
+        let path = plan.out.join("plots").join(file);
+        let svg = std::fs::read(&path).map_err(StudyError::io("reading", &path))?;
         let source = format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg));
-        shown.push((shows, source));
+        sources.push((shows, source));
     }
     Ok(html! {
-        @if !shown.is_empty() {
-            section #pictures {
-                h2 { "Pictures" }
-                div.pictures {
-                    @for (shows, source) in &shown {
-                        figure { figcaption { (shows) "." } img src=(source) alt=(shows); }
-                    }
-                }
+        div.pictures {
+            @for (shows, source) in &sources {
+                figure { figcaption { (shows) "." } img src=(source) alt=(shows); }
             }
         }
     })

@@ -7,22 +7,21 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::Value;
 
-use super::keys::STUDY;
-use super::quantity::{name_and_unit, with_unit};
-use super::raw::{KIND_WORDS, RawParameter};
+use super::keys::{KIND_WORDS, RawParameter, STUDY};
+use super::quantity::{name_and_unit, title};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::raw::Located;
 
 /// Largest number of cases of a grid.
-pub const MOST_CASES: usize = 10_000;
+const MOST_CASES: usize = 10_000;
 /// Example of a value that sets several keys together.
 const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
 /// Rules for the size h of a number.
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
-/// Kind of a parameter.
+/// Kind of a parameter, in the order of its words in a study file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Setting of the solution method: its values have errors.
@@ -33,7 +32,9 @@ pub enum Kind {
     Design,
 }
 
-const KINDS: [Kind; 3] = [Kind::Numerical, Kind::Load, Kind::Design];
+pub const KINDS: &[Kind] = &[Kind::Numerical, Kind::Load, Kind::Design];
+/// Kinds whose values have no errors.
+pub const TRUE_KINDS: &[Kind] = &[Kind::Load, Kind::Design];
 
 impl Kind {
     /// Word for the kind in a study file.
@@ -87,12 +88,13 @@ pub struct ParameterValue {
 }
 
 impl Parameter {
-    pub fn is(&self, kind: Kind) -> bool {
-        self.kind == kind
+    pub fn is_numerical(&self) -> bool {
+        self.kind == Kind::Numerical
     }
 
-    pub fn is_numerical(&self) -> bool {
-        self.is(Kind::Numerical)
+    /// Position of the last value.
+    pub fn last(&self) -> usize {
+        self.values.len() - 1
     }
 
     /// The values themselves, if all are numbers.
@@ -105,27 +107,29 @@ impl Parameter {
         self.values.iter().map(|v| v.size).collect()
     }
 
+    pub fn labels(&self) -> Vec<String> {
+        self.values.iter().map(|v| v.label.clone()).collect()
+    }
+
     /// Title of the parameter, such as `force (N)`.
     pub fn title(&self) -> String {
-        let (name, unit) = name_and_unit(&self.name);
-        with_unit(&name, unit)
+        title(&self.name)
     }
 
     /// Name and value, such as `force 0.5 N`.
-    pub fn words(&self, value: usize) -> String {
-        let ((name, unit), value) = (name_and_unit(&self.name), &self.values[value]);
+    pub fn words(&self, value: &ParameterValue) -> String {
+        let (name, unit) = name_and_unit(&self.name);
         let unit = if value.number.is_some() { unit } else { "" };
-        format!("{name} {} {unit}", value.label)
-            .trim_end()
-            .to_owned()
+        let words = format!("{name} {} {unit}", value.label);
+        words.trim_end().to_owned()
     }
 
+    /// Keys that the values set.
     fn keys(&self) -> impl Iterator<Item = &str> {
         keys(&self.values)
     }
 }
 
-/// Keys that the values set.
 fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
     let set = values.iter().flat_map(|v| &v.set);
     set.map(|s| s.split('=').next().unwrap_or(s).trim())
@@ -137,7 +141,6 @@ fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
 struct JointValue {
     label: String,
     set: toml::Table,
-    size: Option<f64>,
 }
 
 /// Fault that only a study can have.
@@ -149,13 +152,9 @@ pub fn fault(message: String, label: &'static str, remedy: impl Into<String>) ->
     }
 }
 
-/// Fault for an empty list that needs at least one item.
-pub fn nothing(path: String, what: &str, example: &'static str) -> Fault {
-    Fault::WrongType {
-        path,
-        message: format!("at least one {what} is expected"),
-        example,
-    }
+/// All items if none is missing. Every one is made first, so that the faults of all are noted.
+pub fn every<T>(items: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
+    items.collect::<Vec<_>>().into_iter().collect()
 }
 
 /// Checks one `[[parameter]]`. With `needs_base` it has to state the value that applies while
@@ -169,7 +168,7 @@ pub fn check(
     let (span, raw) = (raw.span(), raw.get_ref());
     let at = Table::of("parameter", span.clone(), Some((index, &None)));
     let name = match (&raw.name, &raw.key) {
-        (None, Some(key)) => name_of_key(checker, &at, key),
+        (None, Some(key)) => Reader { checker, at: &at }.name(key),
         (name, _) => checker.required_name(&at, name),
     };
     let order = checker.number(&at, "order", &raw.order);
@@ -177,28 +176,25 @@ pub fn check(
         checker.missing(&at, "values");
         return None;
     };
+    let mut reader = Reader { checker, at: &at };
     if items.get_ref().is_empty() {
         let example = STUDY.example("parameter", "values");
-        checker.fault(items.span(), nothing(at.key("values"), "value", example));
-        return None;
+        let message = "at least one value is expected".to_owned();
+        return reader.wrong_type("values", items.span(), message, example);
     }
-    let items = items.get_ref();
-    let values = items.iter().map(|item| value(checker, &at, &raw.key, item));
-    let values: Vec<Option<ParameterValue>> = values.collect();
-    let mut values: Vec<ParameterValue> = values.into_iter().collect::<Option<_>>()?;
-    let labels = values
-        .iter()
-        .map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
-    checker.distinct(&labels.collect::<Vec<_>>());
-    let kind = kind(checker, &at, raw, &values)?;
-    let rule = sizes(checker, &at, raw, items, &mut values)?;
-    let base = base(checker, &at, &raw.base, items, &values, needs_base)?;
+    let items = items.get_ref().iter();
+    let mut values = every(items.map(|item| reader.value(&raw.key, item)))?;
+    let labels = values.iter();
+    let labels = labels.map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
+    reader.checker.distinct(&labels.collect::<Vec<_>>());
+    let kind = reader.kind(raw, &values)?;
+    let size_name = reader.sizes(&raw.size, &mut values)?;
+    let base = reader.base(&raw.base, &values, needs_base)?;
     let base_label = values[base].label.clone();
     sort(kind, &mut values);
     let name = name?;
-    let words = name_and_unit(&name).0;
     Some(Parameter {
-        size_name: rule.map_or(format!("size of {words}"), |r| r.replace("value", &words)),
+        size_name: size_name.replace("value", &name_and_unit(&name).0),
         name,
         kind,
         base: values.iter().position(|v| v.label == base_label)?,
@@ -208,59 +204,217 @@ pub fn check(
     })
 }
 
-/// Last word of a key, which names the parameter if nothing else does.
-fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Option<String> {
-    let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
-    if is_name(word) {
-        return Some(word.to_owned());
-    }
-    let message = format!(
-        "`{}`: \"{word}\", the last word of the key, is no name for the parameter",
-        at.key("key")
-    );
-    let remedy = "give the parameter a `name` of its own, which begins with a letter and has \
-                  letters, digits, `_` and `-`: it becomes part of the names of folders";
-    checker.fault(key.span(), fault(message, "names the parameter", remedy));
-    None
+/// Reader of the keys of one `[[parameter]]`.
+struct Reader<'c, 's> {
+    checker: &'c mut Checker<'s>,
+    at: &'c Table,
 }
 
-/// Kind given by `is`, else the last of the kinds of its keys. Only numerical parameters may have a
-/// size and an order, as these describe errors.
-fn kind(
-    checker: &mut Checker,
-    at: &Table,
-    raw: &RawParameter,
-    values: &[ParameterValue],
-) -> Option<Kind> {
-    let own = raw.key.iter().map(|key| key.get_ref().as_str());
-    let kinds = own.chain(keys(values)).map(Kind::of_key);
-    let kind = match &raw.is {
-        Some(_) => checker.choice(at, "is", &raw.is, &KINDS)?,
-        None => kinds
-            .max_by_key(|kind| *kind as usize)
-            .unwrap_or(Kind::Numerical),
-    };
-    let of_value = values.iter().find(|v| v.size.is_some());
-    let of_errors = [
-        ("size", raw.size.as_ref().map(Spanned::span)),
-        ("size", of_value.map(|v| v.span.clone())),
-        ("order", raw.order.as_ref().map(Spanned::span)),
-    ];
-    let mut given = of_errors.into_iter().filter_map(|(k, s)| Some((k, s?)));
-    match given.next().filter(|_| kind != Kind::Numerical) {
-        None => Some(kind),
-        Some((key, span)) => {
-            let path = at.key(key);
-            let message =
-                format!("`{path}` belongs to errors, which numerical parameters alone have");
-            let remedy = format!(
-                "leave `{key}` out, or write is = \"numerical\" where the parameter is a setting of \
-                 the computation"
-            );
-            checker.fault(span, fault(message, "of no numerical parameter", remedy));
-            None
+impl Reader<'_, '_> {
+    /// Notes a fault about a key; `problem` follows its path.
+    fn refuse<T>(
+        &mut self,
+        key: &str,
+        span: Range<usize>,
+        problem: String,
+        label: &'static str,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        let message = format!("`{}`{problem}", self.at.key(key));
+        self.checker.fault(span, fault(message, label, remedy));
+        None
+    }
+
+    fn wrong_type<T>(
+        &mut self,
+        key: &str,
+        span: Range<usize>,
+        message: String,
+        example: &'static str,
+    ) -> Option<T> {
+        let path = self.at.key(key);
+        let fault = Fault::WrongType {
+            path,
+            message,
+            example,
+        };
+        self.checker.fault(span, fault);
+        None
+    }
+
+    /// Last word of a key, which names the parameter if nothing else does.
+    fn name(&mut self, key: &Spanned<String>) -> Option<String> {
+        let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
+        if is_name(word) {
+            return Some(word.to_owned());
+        }
+        let problem =
+            format!(": \"{word}\", the last word of the key, is no name for the parameter");
+        let remedy = "give the parameter a `name` of its own, which begins with a letter and has \
+                      letters, digits, `_` and `-`: it becomes part of the names of folders";
+        self.refuse("key", key.span(), problem, "names the parameter", remedy)
+    }
+
+    /// Kind given by `is`, else the last of the kinds of its keys. Only numerical parameters may
+    /// have a size and an order, as these describe errors.
+    fn kind(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<Kind> {
+        let own = raw.key.iter().map(|key| key.get_ref().as_str());
+        let kinds = own.chain(keys(values)).map(Kind::of_key);
+        let kind = match kinds.max_by_key(|kind| *kind as usize) {
+            Some(kind) if raw.is.is_none() => kind,
+            _ => self.checker.choice(self.at, "is", &raw.is, KINDS)?,
+        };
+        let size = raw.size.as_ref().map(|size| ("size", size.span()));
+        let of_errors = size.or(raw.order.as_ref().map(|order| ("order", order.span())));
+        let Some((key, span)) = of_errors.filter(|_| kind != Kind::Numerical) else {
+            return Some(kind);
+        };
+        let problem = " belongs to errors, which numerical parameters alone have".to_owned();
+        let remedy = format!(
+            "leave `{key}` out, or write is = \"numerical\" where the parameter is a setting of \
+             the computation"
+        );
+        self.refuse(key, span, problem, "of no numerical parameter", remedy)
+    }
+
+    /// Reads a value: with a `key` the value of the key, else `{ label, set }`. An empty text leaves
+    /// the key as in the scene.
+    fn value(&mut self, key: &Located<String>, item: &Spanned<Value>) -> Option<ParameterValue> {
+        let setting = |key: &str, value: &Value, text: &str| {
+            (value.as_str() != Some("")).then(|| format!("{}={text}", key.trim()))
+        };
+        let (span, value) = (item.span(), item.get_ref());
+        let (label, set) = if let Some(key) = key {
+            let set = setting(key.get_ref(), value, self.text(item));
+            (self.label(item), set.into_iter().collect())
+        } else {
+            match value.clone().try_into() {
+                Ok(JointValue { label, set }) => {
+                    let set = set.iter();
+                    let set = set.filter_map(|(key, v)| setting(key, v, &v.to_string()));
+                    (label, set.collect())
+                }
+                Err(error) => {
+                    let message = error.message().to_owned();
+                    return self.wrong_type("values", span, message, JOINT);
+                }
+            }
+        };
+        Some(ParameterValue {
+            label,
+            set,
+            number: number(value),
+            size: None,
+            span,
+        })
+    }
+
+    fn text(&self, item: &Spanned<Value>) -> &str {
+        let text = self.checker.source.text.get(item.span());
+        text.unwrap_or_default()
+    }
+
+    /// Text of a value in the file, without line ends.
+    fn label(&self, item: &Spanned<Value>) -> String {
+        match item.get_ref().as_str() {
+            Some("") => "as in the scene".to_owned(),
+            Some(text) => text.to_owned(),
+            None => Vec::from_iter(self.text(item).split_whitespace()).join(" "),
         }
     }
+
+    /// Sets the sizes by the rule or from the list of `size`. Returns the formula of the size of a
+    /// `value`.
+    fn sizes(&mut self, size: &Located<Value>, values: &mut [ParameterValue]) -> Option<String> {
+        let mut name = "size of value".to_owned();
+        let sizes: Vec<f64> = match size.as_ref().map(|size| (size.span(), size.get_ref())) {
+            None => return Some(name),
+            Some((span, Value::String(rule))) => {
+                name = rule.split_whitespace().collect();
+                let rule = Some(Spanned::new(span, name.clone()));
+                let size = self.checker.word(self.at, "size", &rule, &RULES, &SIZES)?;
+                let numbers = values.iter().map(|v| v.number.unwrap_or(f64::NAN));
+                numbers.map(size).collect()
+            }
+            Some((_, Value::Array(sizes))) if sizes.len() == values.len() => {
+                let sizes = sizes.iter().map(|size| number(size).unwrap_or(f64::NAN));
+                sizes.collect()
+            }
+            Some((span, _)) => {
+                let message = format!("a rule, or {} numbers, one a value", values.len());
+                let example = STUDY.example("parameter", "size");
+                return self.wrong_type("size", span, message, example);
+            }
+        };
+        for (i, (value, size)) in values.iter_mut().zip(&sizes).enumerate() {
+            let (problem, words, remedy) = if !(*size > 0.0 && size.is_finite()) {
+                (
+                    format!(
+                        ": {} has the size {size}, which is not above 0",
+                        value.label
+                    ),
+                    "no size above 0",
+                    "give one size above 0 for each value, as a list: size = [1.0, 0.5]",
+                )
+            } else if sizes[..i].contains(size) {
+                (
+                    format!(": two values have the size {size}"),
+                    "the same size",
+                    "a size says how fine a value is; leave out `size` where the values are not \
+                     finer and coarser (they then count from coarse to fine as they are written)",
+                )
+            } else {
+                value.size = Some(*size);
+                continue;
+            };
+            return self.refuse("size", value.span.clone(), problem, words, remedy);
+        }
+        Some(name)
+    }
+
+    /// Position of the value of `base`, which equals one of the values or its label.
+    fn base(
+        &mut self,
+        base: &Located<Value>,
+        values: &[ParameterValue],
+        needed: bool,
+    ) -> Option<usize> {
+        let (span, problem) = if let Some(base) = base {
+            let (label, number) = (self.label(base), number(base.get_ref()));
+            let is_equal = |v: &ParameterValue| number.is_some() && v.number == number;
+            let found = values.iter().position(|v| v.label == label);
+            if let Some(found) = found.or_else(|| values.iter().position(is_equal)) {
+                return Some(found);
+            }
+            (base.span(), " is not one of the values")
+        } else if needed && values.len() > 1 {
+            let problem = " is missing: with several parameters one at a time, each needs a base";
+            (self.at.span.clone(), problem)
+        } else {
+            return Some(0);
+        };
+        // As they would be written.
+        let shown = values.iter().map(|v| match v.label.parse::<f64>() {
+            Ok(_) => v.label.clone(),
+            Err(_) => format!("\"{}\"", v.label),
+        });
+        let shown: Vec<String> = shown.collect();
+        let all = dovetail_mesh::text::list(&shown);
+        let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
+        self.refuse(
+            "base",
+            span,
+            problem.to_owned(),
+            "not one of the values",
+            remedy,
+        )
+    }
+}
+
+/// Value as a number, if it is a finite one.
+fn number(value: &Value) -> Option<f64> {
+    let number = value.as_integer().map(|v| v as f64).or(value.as_float());
+    number.filter(|v| v.is_finite())
 }
 
 /// Sorts numerical values with sizes from coarse to fine, other numbers from low to high.
@@ -270,10 +424,7 @@ fn sort(kind: Kind, values: &mut [ParameterValue]) {
         Kind::Load | Kind::Design => v.number,
     };
     if values.iter().all(|v| place(v).is_some()) {
-        values.sort_by(|a, b| {
-            let order = place(a).partial_cmp(&place(b));
-            order.unwrap_or(std::cmp::Ordering::Equal)
-        });
+        values.sort_by(|a, b| f64::total_cmp(&place(a).unwrap_or(0.0), &place(b).unwrap_or(0.0)));
     }
 }
 
@@ -282,8 +433,11 @@ fn sort(kind: Kind, values: &mut [ParameterValue]) {
 pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: bool) {
     let named = parameters.iter().enumerate();
     let named = named.map(|(i, p)| {
-        let path = format!("parameter.{i}.name");
-        (path, p.name.clone(), p.span.clone())
+        (
+            format!("parameter.{i}.name"),
+            p.name.clone(),
+            p.span.clone(),
+        )
     });
     checker.distinct(&named.collect::<Vec<_>>());
     for (i, parameter) in parameters.iter().enumerate() {
@@ -296,197 +450,16 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
             }
         }
     }
-    let mut counts = parameters.iter().map(|p| p.values.len());
-    let cases = counts.try_fold(1usize, usize::checked_mul);
-    if let (true, Some(first)) = (
-        grid && cases.is_none_or(|c| c > MOST_CASES),
-        parameters.first(),
-    ) {
-        let cases = cases.map_or("very many".to_owned(), |c| c.to_string());
+    let counts = parameters.iter().map(|p| p.values.len());
+    let cases = counts.fold(1, usize::saturating_mul);
+    if grid && cases > MOST_CASES {
         let message = format!("a grid of {cases} cases is more than {MOST_CASES}");
         let remedy = "take fewer values, or mode = \"one_at_a_time\"";
-        checker.fault(first.span.clone(), fault(message, "too many", remedy));
-    }
-}
-
-/// Reads a value: with a `key` the value of the key, else `{ label, set, size }`.
-fn value(
-    checker: &mut Checker,
-    at: &Table,
-    key: &Located<String>,
-    item: &Spanned<Value>,
-) -> Option<ParameterValue> {
-    let span = item.span();
-    if let Some(key) = key {
-        let text = checker.source.text.get(span.clone()).unwrap_or_default();
-        let set = setting(key.get_ref(), item.get_ref(), text.to_owned());
-        return Some(ParameterValue {
-            label: label(checker, item),
-            set: set.into_iter().collect(),
-            number: Some(number(item.get_ref())).filter(|v| v.is_finite()),
-            size: None,
-            span,
-        });
-    }
-    let joint: JointValue = match item.get_ref().clone().try_into() {
-        Ok(joint) => joint,
-        Err(error) => {
-            let fault = Fault::WrongType {
-                path: at.key("values"),
-                message: error.message().to_owned(),
-                example: JOINT,
-            };
-            checker.fault(span, fault);
-            return None;
-        }
-    };
-    let settings = joint.set.iter();
-    let set = settings.filter_map(|(key, value)| setting(key, value, value.to_string()));
-    Some(ParameterValue {
-        label: joint.label,
-        set: set.collect(),
-        number: None,
-        size: joint.size,
-        span,
-    })
-}
-
-/// Setting `KEY=VALUE`; `None` for an empty text, which leaves the key as in the scene.
-fn setting(key: &str, value: &Value, text: String) -> Option<String> {
-    (value.as_str() != Some("")).then(|| format!("{}={text}", key.trim()))
-}
-
-fn label(checker: &Checker, item: &Spanned<Value>) -> String {
-    match item.get_ref().as_str() {
-        Some("") => "as in the scene".to_owned(),
-        Some(text) => text.to_owned(),
-        None => {
-            let text = checker.source.text.get(item.span()).unwrap_or_default();
-            text.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
-    }
-}
-
-/// Value as a number; NaN if it is not a number.
-fn number(value: &Value) -> f64 {
-    match value {
-        Value::Integer(v) => *v as f64,
-        Value::Float(v) => *v,
-        _ => f64::NAN,
-    }
-}
-
-/// Sets the sizes by the rule or from the list of `size`; values that set several keys may have
-/// their own. Returns the rule, if any.
-fn sizes(
-    checker: &mut Checker,
-    at: &Table,
-    raw: &RawParameter,
-    items: &[Spanned<Value>],
-    values: &mut [ParameterValue],
-) -> Option<Option<String>> {
-    let path = at.key("size");
-    let mut by_rule = None;
-    match raw.size.as_ref().map(|size| (size.span(), size.get_ref())) {
-        None => {}
-        Some((span, Value::String(rule))) => {
-            let compact: String = rule.split_whitespace().collect();
-            by_rule = Some(compact.clone());
-            let rule = Some(Spanned::new(span, compact));
-            let size = checker.word(at, "size", &rule, &RULES, &SIZES)?;
-            for (value, item) in values.iter_mut().zip(items) {
-                value.size = Some(size(number(item.get_ref())));
-            }
-        }
-        Some((_, Value::Array(sizes))) if sizes.len() == values.len() => {
-            for (value, size) in values.iter_mut().zip(sizes) {
-                value.size = Some(number(size));
-            }
-        }
-        Some((span, _)) => {
-            let fault = Fault::WrongType {
-                path,
-                message: format!("a rule, or {} numbers, one a value", values.len()),
-                example: STUDY.example("parameter", "size"),
-            };
-            checker.fault(span, fault);
-            return None;
-        }
-    }
-    let has_sizes = values.iter().any(|v| v.size.is_some());
-    for (
-        i,
-        ParameterValue {
-            label, span, size, ..
-        },
-    ) in values.iter().enumerate()
-    {
-        let of_earlier = || values[..i].iter().any(|v| v.size == *size);
-        let (message, words, remedy) = match *size {
-            None if has_sizes => (
-                format!("some values have a size, {label} has none"),
-                "no size",
-                "give each value a `size`, or none",
-            ),
-            Some(size) if !(size > 0.0 && size.is_finite()) => (
-                format!("{label} has the size {size}, which is not above 0"),
-                "no size above 0",
-                "give one size above 0 for each value, as a list: size = [1.0, 0.5]",
-            ),
-            Some(size) if of_earlier() => (
-                format!("two values have the size {size}"),
-                "the same size",
-                "a size says how fine a value is; leave out `size` where the values are not finer \
-                 and coarser (they then count from coarse to fine as they are written)",
-            ),
-            _ => continue,
-        };
         checker.fault(
-            span.clone(),
-            fault(format!("`{path}`: {message}"), words, remedy),
+            parameters[0].span.clone(),
+            fault(message, "too many", remedy),
         );
-        return None;
     }
-    Some(by_rule)
-}
-
-/// Position of the value of `base`, which equals one of the values or its label.
-fn base(
-    checker: &mut Checker,
-    at: &Table,
-    base: &Located<Value>,
-    items: &[Spanned<Value>],
-    values: &[ParameterValue],
-    needed: bool,
-) -> Option<usize> {
-    let (span, problem) = match base {
-        None if !needed || values.len() == 1 => return Some(0),
-        None => (
-            at.span.clone(),
-            "is missing: with several parameters one at a time, each needs a base",
-        ),
-        Some(base) => {
-            let text = label(checker, base);
-            let wanted = number(base.get_ref());
-            let same = |item: &Spanned<Value>| number(item.get_ref()) == wanted;
-            let found = values.iter().position(|v| v.label == text);
-            match found.or_else(|| items.iter().position(same)) {
-                Some(found) => return Some(found),
-                None => (base.span(), "is not one of the values"),
-            }
-        }
-    };
-    // As they would be written.
-    let shown = values.iter().map(|v| match v.label.parse::<f64>() {
-        Ok(_) => v.label.clone(),
-        Err(_) => format!("\"{}\"", v.label),
-    });
-    let shown: Vec<String> = shown.collect();
-    let all = dovetail_mesh::text::list(&shown);
-    let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
-    let message = format!("`{}` {problem}", at.key("base"));
-    checker.fault(span, fault(message, "not one of the values", remedy));
-    None
 }
 
 #[cfg(test)]
@@ -521,7 +494,7 @@ mod tests {
         ] {
             assert_eq!(Kind::of_key(key), Kind::Load, "{key}");
         }
-        assert_eq!(KINDS.map(Kind::word), KIND_WORDS);
+        assert!(KINDS.iter().map(|kind| kind.word()).eq(KIND_WORDS));
     }
 
     #[test]

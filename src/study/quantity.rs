@@ -104,12 +104,10 @@ pub fn name_and_unit(word: &str) -> (String, &'static str) {
     found.unwrap_or_default()
 }
 
-/// Name with its unit, such as `force (N)`; the name alone if there is no unit.
-pub fn with_unit(name: &str, unit: &str) -> String {
-    match unit {
-        "" => name.to_owned(),
-        unit => format!("{name} ({unit})"),
-    }
+/// Title of a key or a figure, such as `force (N)` for `force_n`.
+pub fn title(word: &str) -> String {
+    let (name, unit) = name_and_unit(word);
+    words::with_unit(&name, unit)
 }
 
 /// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
@@ -154,32 +152,35 @@ impl Quantity {
     /// Figures of the quantity in a summary, with their values; figures that the run does not have
     /// are left out.
     pub fn figures(self, summary: &Summary) -> Vec<(Figure, f64)> {
-        let figure = |heading: String, of: Option<&str>| Figure {
-            quantity: self,
-            heading,
-            name: of.map_or(self.name.to_owned(), |of| format!("{} of {of}", self.name)),
+        let figure = |heading: String, of: Option<&str>, value: Option<f64>| {
+            let name = of.map_or(self.name.to_owned(), |of| format!("{} of {of}", self.name));
+            let figure = Figure {
+                quantity: self,
+                heading,
+                name,
+            };
+            Some((figure, value.filter(|v| v.is_finite())?))
         };
-        let own = |value: Option<f64>, of| vec![(figure(self.word.to_owned(), of), value)];
-        let (of_static, of_response) = (&summary.static_state, &summary.response);
-        let response = of_response.as_ref();
-        let figures = match self.of {
-            Of::Run(of) => own(of(summary), None),
-            Of::Static(of) => own(of_static.as_ref().and_then(of), None),
-            Of::Response(of) => own(response.and_then(of), None),
-            Of::Observed(of) => {
-                let observation = response.and_then(|r| r.observation.as_deref());
-                own(response.and_then(of), observation)
-            }
-            Of::Count(of) => own(response.and_then(of).map(|n| n as f64), None),
+        let state = summary.static_state.as_ref();
+        let response = summary.response.as_ref();
+        let mut observation = None;
+        let value = match self.of {
             Of::Contact(of) => {
-                let contacts = of_static.iter().flat_map(|s| &s.contacts);
+                let contacts = state.iter().flat_map(|s| &s.contacts);
                 let heading = |c: &ContactSummary| format!("{}_{}", c.name, self.word);
-                let own = |c: &ContactSummary| (figure(heading(c), Some(&c.name)), of(c));
-                contacts.map(own).collect()
+                let own = |c: &ContactSummary| figure(heading(c), Some(&c.name), of(c));
+                return contacts.filter_map(own).collect();
             }
+            Of::Run(of) => of(summary),
+            Of::Static(of) => state.and_then(of),
+            Of::Response(of) => response.and_then(of),
+            Of::Observed(of) => {
+                observation = response.and_then(|r| r.observation.as_deref());
+                response.and_then(of)
+            }
+            Of::Count(of) => response.and_then(of).map(|n| n as f64),
         };
-        let there = figures.into_iter().filter_map(|(f, v)| Some((f, v?)));
-        there.filter(|(_, v)| v.is_finite()).collect()
+        Vec::from_iter(figure(self.word.to_owned(), observation, value))
     }
 }
 
@@ -209,8 +210,8 @@ pub mod tests {
         ] {
             assert_eq!(name_and_unit(word), (name.to_owned(), unit));
         }
-        assert_eq!(with_unit("force", "N"), "force (N)");
-        assert_eq!(with_unit("friction", ""), "friction");
+        assert_eq!(title("force_n"), "force (N)");
+        assert_eq!(title("friction"), "friction");
     }
 
     #[test]

@@ -1,11 +1,15 @@
 //! Results of the cases: the figures and the cost from the summary.json of each.
 
+use std::path::Path;
+
 use super::cases::Case;
 use super::error::StudyError;
-use super::file::Study;
-use super::folder::{self, Found, Settings};
+use super::file::{Mode, Study};
+use super::folder::{CaseRecord, OutcomeRecord, Plan, read_json};
+use super::parameter::{Kind, Parameter};
 use super::quantity::Figure;
-use crate::export::manifest::{StageSummary, Summary};
+use crate::exit::ExitStatus;
+use crate::export::manifest::{ResponseSummary, RunState, Summary};
 use dovetail_solver::run::Stage;
 
 /// A case and its result.
@@ -17,11 +21,12 @@ pub struct CaseResult {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ended {
-    WithFigures(Figures),
+    WithFigures(Box<Figures>),
     Failed {
         exit_code: Option<i32>,
         message: String,
     },
+    /// No run to the end with the present request.
     NotRun,
 }
 
@@ -30,8 +35,7 @@ pub enum Ended {
 pub struct Figures {
     /// Figures and their values; figures that the run does not have are left out.
     pub values: Vec<(Figure, f64)>,
-    /// Name of the observed displacement of the peak.
-    pub observation: Option<String>,
+    pub response: ResponseSummary,
     /// Wall time of the case, s, without the modes with held flanks, which only the study requests.
     pub seconds: f64,
     /// Processor time of all threads and of gmsh, s, without the modes with held flanks; `None` if
@@ -41,14 +45,16 @@ pub struct Figures {
     pub peak_memory_mib: Option<f64>,
     /// Stages taken from the cache: their cost is not in the figures above.
     pub from_cache: Vec<Stage>,
-    /// True if the largest amplitude is at an end of the frequencies: it may be higher outside.
-    pub peak_at_end_of_range: bool,
-    /// Number of frequencies.
-    pub points: usize,
-    /// Number of frequencies that did not converge.
-    pub unconverged: usize,
     /// Day of the run in universal time: `2004-02-29`.
     pub day: String,
+}
+
+impl Figures {
+    /// Number of frequencies that did not converge.
+    pub fn unconverged(&self) -> usize {
+        let response = &self.response;
+        response.points.saturating_sub(response.converged_points)
+    }
 }
 
 impl CaseResult {
@@ -60,22 +66,20 @@ impl CaseResult {
     }
 
     pub fn value(&self, heading: &str) -> Option<f64> {
-        let values = &self.figures()?.values;
-        values
-            .iter()
-            .find(|(f, _)| f.heading == heading)
-            .map(|(_, v)| *v)
+        let mut values = self.figures()?.values.iter();
+        values.find(|(f, _)| f.heading == heading).map(|(_, v)| *v)
     }
 
     /// Returns `true` if the peak may lie outside the frequencies.
     pub fn peak_at_end_of_range(&self) -> bool {
-        self.figures().is_some_and(|f| f.peak_at_end_of_range)
+        self.figures()
+            .is_some_and(|f| f.response.peak_at_end_of_range)
     }
 
     /// Word for the outcome in tables.
     pub fn outcome(&self) -> &'static str {
         match &self.ended {
-            Ended::WithFigures(f) if f.unconverged == 0 => "converged",
+            Ended::WithFigures(f) if f.unconverged() == 0 => "converged",
             Ended::WithFigures(_) => "some_unconverged",
             Ended::Failed { .. } => "failed",
             Ended::NotRun => "not_run",
@@ -83,46 +87,114 @@ impl CaseResult {
     }
 }
 
-/// Reads the results of the cases.
-pub fn collect(
-    study: &Study,
-    cases: &[Case],
-    settings: &Settings,
-) -> Result<Vec<CaseResult>, StudyError> {
-    let read = |case: &Case| {
-        let record = folder::record(study, case, settings)?;
-        let ended = match folder::find(&record, &settings.folder(case))? {
-            Found::Complete(summary) => {
-                of_run(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
-            }
-            Found::Failed { exit_code, message } => Ended::Failed { exit_code, message },
-            Found::Nothing => Ended::NotRun,
+impl Plan {
+    /// Results of the cases.
+    ///
+    /// # Errors
+    /// As for [`Plan::record`].
+    pub fn results(&self) -> Result<Vec<CaseResult>, StudyError> {
+        let result = |case: &Case| {
+            let ended = self.ended(case, &self.record(case)?);
+            let case = case.clone();
+            Ok(CaseResult { case, ended })
         };
-        let case = case.clone();
-        Ok(CaseResult { case, ended })
-    };
-    cases.iter().map(read).collect()
-}
+        self.cases.iter().map(result).collect()
+    }
 
-/// Figures of the cases, in the order of the quantities of the study.
-pub fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
-    let mut found: Vec<Figure> = Vec::new();
-    for quantity in &study.quantities {
-        let values = results.iter().filter_map(CaseResult::figures);
-        for (figure, _) in values.flat_map(|f| &f.values) {
-            let is_known = found.iter().any(|known| known.heading == figure.heading);
-            if figure.quantity == *quantity && !is_known {
-                found.push(figure.clone());
+    /// Reads the folder of a case. It has a result if its program ended with one (exit code 0 or 3)
+    /// and case.json has the present request: the same program, overrides and input files, byte for
+    /// byte.
+    pub fn ended(&self, case: &Case, record: &CaseRecord) -> Ended {
+        let folder = self.folder(case);
+        let earlier: Option<CaseRecord> = read_json(&folder.join("case.json"));
+        let outcome: Option<OutcomeRecord> = read_json(&folder.join("outcome.json"));
+        let is_answered = earlier.is_some_and(|earlier| record.is_answered_by(&earlier));
+        match outcome.filter(|_| is_answered).map(|o| o.exit_code) {
+            None => Ended::NotRun,
+            Some(exit_code) if !ExitStatus::has_results(exit_code) => Ended::Failed {
+                exit_code,
+                message: why_failed(&folder),
+            },
+            Some(_) => {
+                let summary: Option<Summary> = read_json(&folder.join("summary.json"));
+                let figures = summary.and_then(|summary| of_run(&self.study, &summary));
+                figures.map_or(Ended::NotRun, |f| Ended::WithFigures(Box::new(f)))
             }
         }
     }
-    found
+}
+
+/// Reason why the case in a folder failed: that of its summary.json, else the last line of its log.
+fn why_failed(folder: &Path) -> String {
+    let summary: Option<Summary> = read_json(&folder.join("summary.json"));
+    let why = summary.filter(|s| s.state == RunState::Failed);
+    why.and_then(|s| s.why).unwrap_or_else(|| {
+        let log = std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default();
+        let last = log.lines().rfind(|line| !line.trim().is_empty());
+        last.unwrap_or("nothing was logged").trim().to_owned()
+    })
+}
+
+/// Cases of a study with their results.
+#[derive(Debug, Clone, Copy)]
+pub struct Runs<'s> {
+    pub study: &'s Study,
+    pub results: &'s [CaseResult],
+}
+
+impl<'s> Runs<'s> {
+    /// Figures of the cases, in the order of the quantities of the study.
+    pub fn figures(self) -> Vec<Figure> {
+        let mut found: Vec<Figure> = Vec::new();
+        for quantity in &self.study.quantities {
+            let values = self.results.iter().filter_map(CaseResult::figures);
+            for (figure, _) in values.flat_map(|f| &f.values) {
+                let is_known = found.iter().any(|known| known.heading == figure.heading);
+                if figure.quantity == *quantity && !is_known {
+                    found.push(figure.clone());
+                }
+            }
+        }
+        found
+    }
+
+    /// Value of a figure of a case.
+    pub fn value(self, case: usize, heading: &str) -> Option<f64> {
+        self.results[case].value(heading)
+    }
+
+    /// Parameters, each with the position of its value in a case.
+    pub fn chosen(self, case: usize) -> impl Iterator<Item = (&'s Parameter, usize)> {
+        let values = self.results[case].case.values.iter().copied();
+        self.study.parameters.iter().zip(values)
+    }
+
+    /// These cases in groups that have the same values of the parameters of these `kinds`. One at a
+    /// time there is only the group of the base, as nothing is varied elsewhere.
+    pub fn groups(self, cases: &[usize], kinds: &[Kind]) -> Vec<Vec<usize>> {
+        let mut groups: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+        for &case in cases {
+            let fixed = self.chosen(case).filter(|(p, _)| kinds.contains(&p.kind));
+            let fixed: Vec<usize> = fixed.map(|(_, v)| v).collect();
+            match groups.iter_mut().find(|(known, _)| *known == fixed) {
+                Some((_, group)) => group.push(case),
+                None => groups.push((fixed, vec![case])),
+            }
+        }
+        // The base is the first case.
+        if self.study.mode == Mode::OneAtATime {
+            groups.truncate(1);
+        }
+        groups.into_iter().map(|(_, group)| group).collect()
+    }
 }
 
 /// Figures of a run; `None` if it has no response.
 fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
-    let response = summary.response.as_ref()?;
-    let (held, counted): (Vec<&StageSummary>, Vec<&StageSummary>) = summary
+    let quantities = study.quantities.iter();
+    let values = quantities.flat_map(|q| q.figures(summary)).collect();
+    let response = summary.response.clone()?;
+    let (held, counted): (Vec<_>, Vec<_>) = summary
         .stages
         .iter()
         .partition(|s| s.id == Stage::HeldModes);
@@ -130,17 +202,13 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let held_processor_s: f64 = held.iter().filter_map(|s| s.processor_seconds).sum();
     let memory = counted.iter().filter_map(|s| s.peak_memory_mib);
     let cached = counted.iter().filter(|s| s.from_cache);
-    let quantities = study.quantities.iter();
     Some(Figures {
-        values: quantities.flat_map(|q| q.figures(summary)).collect(),
-        observation: response.observation.clone(),
+        values,
+        response,
         seconds: summary.seconds - held_s,
         processor_seconds: summary.processor_seconds.map(|s| s - held_processor_s),
         peak_memory_mib: memory.reduce(f64::max),
         from_cache: cached.map(|s| s.id).collect(),
-        peak_at_end_of_range: response.peak_at_end_of_range,
-        points: response.points,
-        unconverged: response.points.saturating_sub(response.converged_points),
         day: summary.begun.split('T').next().unwrap_or("").to_owned(),
     })
 }
@@ -148,9 +216,29 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::manifest::ResponseSummary;
+    use crate::export::manifest::StageSummary;
     use crate::study::analysis::tests::study;
-    use crate::study::file::Mode;
+
+    #[test]
+    fn why_a_case_failed_is_what_its_summary_says_else_the_end_of_its_log() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(why_failed(folder.path()), "nothing was logged");
+        std::fs::write(folder.path().join("log.txt"), "  mesh 1.0 s\nKilled\n\n").unwrap();
+        assert_eq!(why_failed(folder.path()), "Killed");
+        let mut summary = Summary {
+            why: Some("meshing failed: gmsh was stopped".into()),
+            ..Summary::default()
+        };
+        let path = folder.path().join("summary.json");
+        crate::export::manifest::write_summary(&path, &summary).unwrap();
+        assert_eq!(why_failed(folder.path()), "Killed");
+        summary.state = RunState::Failed;
+        crate::export::manifest::write_summary(&path, &summary).unwrap();
+        assert_eq!(
+            why_failed(folder.path()),
+            "meshing failed: gmsh was stopped"
+        );
+    }
 
     #[test]
     fn the_cost_leaves_out_what_only_the_study_asked_for_and_names_what_was_cached() {
@@ -190,8 +278,7 @@ mod tests {
             ("peak_amplitude_m", 0.25)
         );
         assert_eq!(figures.day, "2004-02-29");
-        assert_eq!((figures.points, figures.unconverged), (3, 1));
-        assert!(figures.peak_at_end_of_range);
+        assert_eq!((figures.response.points, figures.unconverged()), (3, 1));
         assert_eq!(
             (figures.seconds, figures.processor_seconds),
             (3.5, Some(6.0))

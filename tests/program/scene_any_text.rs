@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use dovetail::scene;
-use dovetail::study::{StudyText, cases};
+use dovetail::study::{Study, cases};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec};
 use miette::{GraphicalReportHandler, GraphicalTheme};
@@ -85,7 +85,7 @@ fn the_seeds_of_fuzzing_are_possible() {
     }
     let file = fuzz.join("seeds/study/grid.toml");
     let text = std::fs::read_to_string(&file).unwrap();
-    let study = StudyText::of(&text, &file).parse(&[]);
+    let study = Study::parse(&text, &file, &[]);
     assert_eq!(cases(&study.unwrap()).len(), 24);
 }
 

@@ -160,10 +160,10 @@ fn column(balance: &Balance<'_>, jacobian: &Jacobian, u: &[f64], frequency_hz: f
 fn bordered(inner: &Mat<f64>, column: &[f64], row: &[f64], corner: f64) -> Mat<f64> {
     let own = column.len();
     let mut out = Mat::zeros(own + 1, own + 1);
-    for j in 0..own {
+    for (j, last) in row.iter().enumerate() {
         let into = out.col_as_slice_mut(j);
         into[..own].copy_from_slice(inner.col_as_slice(j));
-        into[own] = row[j];
+        into[own] = *last;
     }
     let last = out.col_as_slice_mut(own);
     last[..own].copy_from_slice(column);
