@@ -3,6 +3,8 @@
 
 #[path = "../examples/coulomb_mass.rs"]
 mod coulomb_mass;
+#[path = "../examples/folded_curve.rs"]
+mod folded_curve;
 #[path = "../examples/integration_check.rs"]
 mod integration_check;
 #[path = "../examples/mesh_modes.rs"]
@@ -40,6 +42,23 @@ fn a_mass_on_friction_approaches_den_hartogs_amplitude() {
     let [few, many] = [9, 31].map(|harmonics| coulomb_mass::amplitude_m(harmonics) / exact - 1.0);
     println!("9 harmonics {few:+.1e}, 31 {many:+.1e}");
     assert!(many.abs() < 0.4 * few.abs() && many.abs() < 0.01);
+}
+
+/// The curve turns back at its upper fold, and on at its lower one, which the tests of
+/// `dlft/branch` compare with steps in time.
+#[test]
+fn the_curve_of_a_mass_with_a_stop_runs_round_two_folds() {
+    let points = folded_curve::curve();
+    let rises: Vec<bool> = points.windows(2).map(|p| p[1].0 > p[0].0).collect();
+    let turns: Vec<usize> = (1..rises.len())
+        .filter(|i| rises[*i] != rises[i - 1])
+        .collect();
+    let [upper, lower] = turns[..] else {
+        panic!("{points:?}");
+    };
+    assert_close(points[upper].0, 0.2016, 1e-3);
+    assert!(points[lower].0 < points[upper].0 - 0.02, "{points:?}");
+    assert!(points[lower].1 < 0.5 * points[upper].1, "{points:?}");
 }
 
 /// At 5000 rpm scipy finds these frequencies for the same matrices
