@@ -42,7 +42,7 @@ pub fn figure(v: f64, digits: usize) -> String {
     format!("{:.after$}", rounded(v, digits)).replace('-', "−")
 }
 
-/// Number with at most [`SHORT_DIGITS`] digits, without zeros at the end of its fraction.
+/// Number with at most `SHORT_DIGITS` digits, without zeros at the end of its fraction.
 pub fn short(v: f64) -> String {
     let text = figure(v, SHORT_DIGITS);
     let (fraction, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
