@@ -12,7 +12,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// Folder for one test with a scene and a study, removed at its end.
 struct Folder(shared_folder::Folder);
 
-/// What a study says.
+/// Texts that a study printed.
 struct Said {
     stdout: String,
     /// Standard error on one line.

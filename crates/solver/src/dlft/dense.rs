@@ -53,6 +53,16 @@ pub fn powell(
     (end, system.evaluator.take(u))
 }
 
+/// Solves J dx = -f with the factor of J. Returns `false` without a usable answer.
+pub fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> bool {
+    let Some(factor) = factor else {
+        return false;
+    };
+    dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
+    factor.solve_column_in_place(dx);
+    dx.iter().all(|d| d.is_finite())
+}
+
 struct ExactSystem<'a, 'b> {
     dense: DenseBalance<'a, 'b>,
     /// Factor of the Jacobian at the last linearisation.
@@ -81,12 +91,7 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
         self.factor = Some(Lu::new(self.dense.jacobian(x)));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let Some(factor) = &self.factor else {
-            return false;
-        };
-        dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
-        factor.solve_column_in_place(dx);
-        dx.iter().all(|d| d.is_finite())
+        exactly_corrected(self.factor.as_ref(), f, dx)
     }
     fn is_late(&self) -> bool {
         self.dense.is_late()

@@ -107,7 +107,7 @@ pub fn sweep(
     )
 }
 
-/// Does something with what the frequencies of a response share.
+/// Solves by a [`Run`], which lives as long as `solve`.
 pub(super) fn in_run<T>(
     problem: &Problem,
     damping: Rayleigh,
@@ -215,7 +215,7 @@ fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
     }
 }
 
-/// What the frequencies of a response share.
+/// Solvers and data that the frequencies of a response share.
 pub(super) struct Run<'a> {
     /// Linear reference.
     pub(super) linear: ContactSystem<'a>,
@@ -498,15 +498,8 @@ mod of_a_mass;
 mod tests {
     use super::*;
     use crate::dlft::static_state::static_state;
-    use crate::problem::dovetail72::dovetail72;
+    use crate::problem::dovetail72::{damping, dovetail72};
     use std::sync::Mutex;
-
-    fn damping(problem: &Problem) -> Rayleigh {
-        Rayleigh {
-            stiffness_s: 2.0 * 0.001 / problem.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        }
-    }
 
     /// Static state and a sweep to where all pairs slip, with the harmonics that an accuracy needs.
     fn computed(threads: usize) -> (StaticState, Response) {

@@ -37,7 +37,7 @@ struct Bordered<'a> {
     solved: Vec<f64>,
     /// J w.
     image: Vec<f64>,
-    /// What the further equation has of the parameter once the other unknowns are eliminated.
+    /// Coefficient of the parameter in the further equation, once the others are eliminated.
     pivot: f64,
 }
 

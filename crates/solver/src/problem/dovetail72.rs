@@ -2,6 +2,7 @@
 
 use super::Problem;
 use crate::contact::PairLaw;
+use crate::reduction::damping::Rayleigh;
 use crate::reduction::superelement::read;
 
 /// Problem with a friction of 0.3 and no clearance, excited by `force_n`.
@@ -9,4 +10,9 @@ pub fn dovetail72(force_n: f64) -> Problem {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
     let reduced = read(folder.as_ref()).unwrap().model;
     Problem::of_one_law(reduced, PairLaw::rigid(0.3, 0.0), force_n)
+}
+
+/// 0.1 % of critical damping on the first stuck mode.
+pub fn damping(problem: &Problem) -> Rayleigh {
+    Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt())
 }

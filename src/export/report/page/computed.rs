@@ -1,4 +1,4 @@
-//! What was computed: bodies, contacts, loads and the method, in the words of a report.
+//! Account of what was computed: bodies, contacts, loads and the method, in the words of a report.
 
 use std::collections::BTreeMap;
 

@@ -9,7 +9,7 @@
 //! `R_f = (I - D) (Lambda_f U - F_f)`. The matrix is regular at a fold, where J is not.
 
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
-use crate::dlft::dense::formed;
+use crate::dlft::dense::{exactly_corrected, formed};
 use crate::dlft::linear_system::LinearSystem;
 use crate::dlft::newton_krylov::{
     KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale, relative_residual,
@@ -125,12 +125,7 @@ pub fn direction(
     } else {
         let linear = work.preconditioner.linear_system(balance, &jacobian);
         let scale = load_scale(balance, solver.newton.tolerance);
-        // The further equation in forces, as the others are.
-        let border = Border {
-            column,
-            row: row.iter().map(|v| v * scale[0]).collect(),
-            corner: corner * scale[0],
-        };
+        let border = border(column, (row, corner), scale);
         let mut right = vec![0.0; own + 1];
         right[own] = scale[0];
         let tolerance = TANGENT_TOLERANCE;
@@ -154,6 +149,15 @@ fn column(balance: &Balance<'_>, jacobian: &Jacobian, u: &[f64], frequency_hz: f
     let mut slope = balance.frequency_slope(u, TAU * frequency_hz);
     slope.iter_mut().for_each(|s| *s *= TAU);
     jacobian.less_contact_response(&slope, balance.unknowns_per_block())
+}
+
+/// Border of the linear solves: the further equation is in forces, as the others are.
+fn border(column: Vec<f64>, (row, corner): (&[f64], f64), scale: [f64; 2]) -> Border {
+    Border {
+        column,
+        row: row.iter().map(|v| v * scale[0]).collect(),
+        corner: corner * scale[0],
+    }
 }
 
 /// Matrix with a column and a row more.
@@ -318,12 +322,7 @@ impl NonlinearSystem for Exact<'_, '_> {
         self.factor = Some(Lu::new(matrix));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let Some(factor) = &self.factor else {
-            return false;
-        };
-        dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
-        factor.solve_column_in_place(dx);
-        dx.iter().all(|d| d.is_finite())
+        exactly_corrected(self.factor.as_ref(), f, dx)
     }
     fn length(&self, dx: &[f64]) -> f64 {
         self.state.length(dx)
@@ -374,11 +373,7 @@ impl NonlinearSystem for Krylov<'_, '_, '_> {
             ..
         } = &self.state;
         let linear = self.preconditioner.linear_system(balance, &jacobian);
-        let border = Border {
-            column,
-            row: plane.row.iter().map(|v| v * scale[0]).collect(),
-            corner: plane.corner * scale[0],
-        };
+        let border = border(column, (&plane.row, plane.corner), *scale);
         self.linear = Some((linear, border));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {

@@ -8,7 +8,6 @@ use crate::dlft::orbit::linear_point;
 use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Orbit, SolvedFrequency, Told};
-use dovetail_numerics::vector::norm;
 use std::f64::consts::TAU;
 
 /// Most points of a branch.
@@ -124,12 +123,7 @@ impl<'b, 's> Follower<'b, 's> {
             self.begin();
             let begun_hz = self.next_hz;
             self.has_left = begun_hz == to_hz;
-            let next_hz = begun_hz + toward * GAP * self.course.range_hz();
-            self.next_hz = if toward * (next_hz - to_hz) > 0.0 {
-                to_hz
-            } else {
-                next_hz
-            };
+            self.look_beyond(begun_hz);
             if stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0) {
                 return;
             }
@@ -199,14 +193,14 @@ impl<'b, 's> Follower<'b, 's> {
             return stops;
         }
         let Some(found) = step.reached else {
-            self.lost(&tracer);
+            self.look_beyond(tracer.last().frequency_hz);
             return false;
         };
         let (at_hz, length) = (found.frequency_hz, found.length);
         let mean = found.solution.balance.mean();
         let Some(solved) = solver.on_curve(at_hz, found.solution, &mut self.work) else {
             tracer.step_back();
-            self.lost(&tracer);
+            self.look_beyond(tracer.last().frequency_hz);
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
@@ -221,7 +215,7 @@ impl<'b, 's> Follower<'b, 's> {
             let solver = run.refinement.level(self.level);
             self.tracer = tracer.again(solver, &resolved.solved, &mut self.work);
             if self.tracer.is_none() {
-                self.next_hz = at_hz;
+                self.look_beyond(at_hz);
             }
         }
         self.record(resolved, at_hz, length);
@@ -247,11 +241,16 @@ impl<'b, 's> Follower<'b, 's> {
     fn refine_peaks(&mut self) {
         let observed = self.recent.first().map_or(0, |(_, a)| a.len());
         for observation in 0..observed {
+            let places = self.recent.iter().map(|(p, a)| (p.length, a[observation]));
+            if top_of(&places.collect::<Vec<_>>()).is_none() {
+                continue;
+            }
             let mut around: Vec<(Point, f64)> = (self.recent.iter())
                 .map(|(point, amplitudes)| (point.clone(), amplitudes[observation]))
                 .collect();
             for _ in 0..MOST_ADDED {
-                let Some(top) = top_of(&around) else {
+                let places = around.iter().map(|(p, a)| (p.length, *a));
+                let Some(top) = top_of(&places.collect::<Vec<_>>()) else {
                     break;
                 };
                 let Some((point, amplitude)) = self.add(&around, top, observation) else {
@@ -297,14 +296,9 @@ impl<'b, 's> Follower<'b, 's> {
         Some((point, amplitude))
     }
 
-    /// Goes on behind a gap.
-    fn lost(&mut self, tracer: &Tracer<'_, '_>) {
-        let toward = (self.course.to_hz - self.course.from_hz).signum();
-        let last_hz = tracer.last().frequency_hz;
-        self.next_hz = last_hz + toward * GAP * self.course.range_hz();
-        if toward * (self.next_hz - self.course.to_hz) > 0.0 {
-            self.next_hz = self.course.to_hz;
-        }
+    /// Looks for the next motion behind a gap after a frequency.
+    fn look_beyond(&mut self, frequency_hz: f64) {
+        self.next_hz = beyond(self.course, frequency_hz, self.next_hz);
     }
 
     fn record(&mut self, resolved: Resolved<'_>, frequency_hz: f64, length: f64) {
@@ -323,19 +317,34 @@ impl<'b, 's> Follower<'b, 's> {
     }
 }
 
-/// Length at which the parabola through three points has its top; `None` where the middle one is
-/// not the highest, or is within [`PEAK_ERROR`] of the top.
-fn top_of(around: &[(Point, f64)]) -> Option<f64> {
+/// Frequency behind a gap after another one, within the course, and not behind the one at which a
+/// motion was looked for last: a branch that turned back may be lost on its way back.
+fn beyond(course: Course, frequency_hz: f64, looked_for_hz: f64) -> f64 {
+    let Course { from_hz, to_hz, .. } = course;
+    let gap_hz = GAP * course.range_hz();
+    let left_hz = |from: f64| (to_hz - from).abs();
+    let next_hz = if left_hz(frequency_hz) > gap_hz {
+        frequency_hz + (to_hz - from_hz).signum() * gap_hz
+    } else {
+        to_hz
+    };
+    if left_hz(next_hz) < left_hz(looked_for_hz) {
+        next_hz
+    } else {
+        looked_for_hz
+    }
+}
+
+/// Length at which the parabola through three places, of a length and an amplitude each, has its
+/// top; `None` where the middle one is not the highest, or is within [`PEAK_ERROR`] of the top.
+fn top_of(around: &[(f64, f64)]) -> Option<f64> {
     let [(before, a), (highest, b), (after, c)] = around else {
         return None;
     };
     if !(b > a && b >= c) {
         return None;
     }
-    let [left, right] = [
-        highest.length - before.length,
-        after.length - highest.length,
-    ];
+    let [left, right] = [highest - before, after - highest];
     // Slopes of the chords, and the second divided difference.
     let [rise, fall] = [(b - a) / left, (c - b) / right];
     let curvature = (fall - rise) / (left + right);
@@ -351,7 +360,7 @@ fn top_of(around: &[(Point, f64)]) -> Option<f64> {
     } else {
         shift.clamp(-0.9 * left, -0.1 * left)
     };
-    Some(highest.length + shift)
+    Some(highest + shift)
 }
 
 impl Run<'_> {
@@ -369,34 +378,25 @@ impl Run<'_> {
             [course, back].map(|course| Follower::new(self, course, asked_hz));
         let stop = Some(middle_hz);
         rayon::join(|| rising.advance(stop), || falling.advance(stop));
+        let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {
+            a.zip(b)
+                .is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+        };
         let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle_hz));
-        if self.meet(&first, &second) {
+        if same(first.points.last(), second.points.last()) {
             let mut whole = first;
             whole.extend(second.reversed());
             return vec![whole];
         }
         rayon::join(|| rising.advance(None), || falling.advance(None));
-        let ends = [&rising, &falling].map(|f| f.branch.points.last());
-        let starts = [&rising, &falling].map(|f| f.branch.points.first());
-        let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {
-            a.zip(b)
-                .is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
-        };
-        if same(ends[0], starts[1]) || same(ends[1], starts[0]) {
-            let whole = if same(ends[0], starts[1]) {
-                rising.branch
-            } else {
-                falling.branch.reversed()
-            };
-            return vec![whole];
+        let [rising, falling] = [rising, falling].map(|half| half.branch);
+        if same(rising.points.last(), falling.points.first()) {
+            return vec![rising];
         }
-        vec![rising.branch, falling.branch]
-    }
-
-    /// Returns `true` if two branches end in the same motion.
-    fn meet(&self, a: &Branch, b: &Branch) -> bool {
-        let ends = a.points.last().zip(b.points.last());
-        ends.is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+        if same(falling.points.last(), rising.points.first()) {
+            return vec![falling.reversed()];
+        }
+        vec![rising, falling]
     }
 
     /// Returns `true` if two motions at one frequency have the same vibration. Pairs that stick
@@ -421,6 +421,30 @@ impl Run<'_> {
             x[..n].fill(0.0);
             step_length(&balance, &x)
         };
-        vibration(&moved) <= SAME * vibration(&a.x) || norm(&moved[n..]) == 0.0
+        vibration(&moved) <= SAME * vibration(&a.x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_is_looked_for_ever_further_on_and_last_at_the_end() {
+        for (from_hz, to_hz) in [(100.0, 200.0), (200.0, 100.0)] {
+            let course = Course {
+                from_hz,
+                to_hz,
+                curve_error: 1e-3,
+            };
+            let at = |share: f64| from_hz + share * (to_hz - from_hz);
+            let next = |share: f64, looked_for: f64| beyond(course, at(share), at(looked_for));
+            assert_eq!(next(0.0, 0.0), at(GAP));
+            assert_eq!(next(0.5, 0.2), at(0.5 + GAP));
+            // Lost on the way back from a fold.
+            assert_eq!(next(0.2, 0.5), at(0.5));
+            assert_eq!(next(0.999, 0.5), to_hz);
+            assert_eq!(next(0.2, 1.0), to_hz);
+        }
     }
 }

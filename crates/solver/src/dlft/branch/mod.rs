@@ -62,15 +62,8 @@ mod tests {
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
-    use crate::problem::dovetail72::dovetail72;
+    use crate::problem::dovetail72::{damping, dovetail72};
     use std::f64::consts::TAU;
-
-    fn damping(problem: &Problem) -> Rayleigh {
-        Rayleigh {
-            stiffness_s: 2.0 * 0.001 / problem.reduced.omega2[0].sqrt(),
-            mass_per_s: 0.0,
-        }
-    }
 
     /// Frequency and amplitude of each point.
     fn curve(branch: &Branch) -> Vec<(f64, f64)> {

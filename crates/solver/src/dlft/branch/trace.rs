@@ -48,8 +48,20 @@ pub struct Point {
     pub direction: Direction,
     /// Change of T along it.
     pub motion_along: Vec<f64>,
+    /// Scales of the length at the point.
+    scales: Scales,
+    /// Coefficients of dU and df in the length of a change along the direction.
+    across: (Vec<f64>, f64),
     /// Length of the curve up to the point.
     pub length: f64,
+}
+
+/// Changes in which the length of a curve is to grow at a point.
+enum Ahead<'a> {
+    /// Those of the frequency, with this sign.
+    Frequency(f64),
+    /// Those along the direction of a point nearby.
+    As(&'a Point),
 }
 
 /// Range through which a curve is followed, and how closely.
@@ -93,7 +105,7 @@ pub struct Found<'b> {
     pub length: f64,
 }
 
-/// What came of a step.
+/// Points of the curve that a step came to.
 pub struct Step<'b> {
     /// Points at the frequencies asked for that the step passed, in their order.
     pub passed: Vec<Found<'b>>,
@@ -113,17 +125,15 @@ impl<'b, 's> Tracer<'b, 's> {
         (solution, frequency_hz): (&Solution<'_>, f64),
         work: &mut Work,
     ) -> Option<Self> {
-        let row = vec![0.0; solution.u.len()];
-        let corner = (course.to_hz - course.from_hz).signum();
         let motion = motion(&solution.balance, &solution.u, frequency_hz);
         let scales = Scales {
             motion: norm(&motion).max(f64::MIN_POSITIVE),
             range_hz: course.range_hz(),
         };
+        let ahead = Ahead::Frequency((course.to_hz - course.from_hz).signum());
         let at = (solution, frequency_hz);
-        let ahead = (&row[..], corner);
         Some(Self {
-            last: Point::at(solver, at, motion, ahead, (scales, 0.0), work)?,
+            last: Point::at(solver, at, motion, &ahead, (scales, 0.0), work)?,
             largest_motion: scales.motion,
             solver,
             course,
@@ -141,23 +151,17 @@ impl<'b, 's> Tracer<'b, 's> {
         solution: &Solution<'_>,
         work: &mut Work,
     ) -> Option<Self> {
-        let Self { last, course, .. } = self;
-        let frequency_hz = last.frequency_hz;
+        let frequency_hz = self.last.frequency_hz;
         let motion = motion(&solution.balance, &solution.u, frequency_hz);
-        let scales = Scales {
-            motion: norm(&motion).max(LEAST_MOTION * self.largest_motion),
-            range_hz: course.range_hz(),
-        };
-        let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
-        let (row, corner) = across(&gauge, &last, scales);
+        let scales = self.scales(&motion);
         let at = (solution, frequency_hz);
-        let place = (scales, last.length);
-        let passed_length = last.length;
+        let ahead = Ahead::As(&self.last);
+        let passed_length = self.last.length;
         Some(Self {
-            last: Point::at(solver, at, motion, (&row, corner), place, work)?,
+            last: Point::at(solver, at, motion, &ahead, (scales, passed_length), work)?,
             largest_motion: self.largest_motion.max(scales.motion),
             solver,
-            course,
+            course: self.course,
             before: None,
             step: self.step.min(FIRST_STEP),
             passed_length,
@@ -208,14 +212,8 @@ impl<'b, 's> Tracer<'b, 's> {
         work: &mut Work,
     ) -> Option<Found<'b>> {
         let (u, frequency_hz) = between(first, second, fraction);
-        let scales = Scales {
-            motion: norm(&first.motion).max(LEAST_MOTION * self.largest_motion),
-            range_hz: self.course.range_hz(),
-        };
-        let balance = self.solver.balance(first.frequency_hz, first.mean)?;
-        let gauge = Gauge::at(&balance, &first.u, first.frequency_hz);
         let span = second.length - first.length;
-        let plane = plane(&gauge, first, scales, span, (&u, frequency_hz));
+        let plane = first.plane(span, (&u, frequency_hz));
         let start = (&u[..], frequency_hz);
         let newton = self.solver.newton;
         let (solution, frequency_hz) =
@@ -229,38 +227,32 @@ impl<'b, 's> Tracer<'b, 's> {
 
     /// Point at a solution between two points, with the direction of the curve.
     pub fn point_at(&self, found: &Found<'_>, like: &Point, work: &mut Work) -> Option<Point> {
+        let motion = motion(
+            &found.solution.balance,
+            &found.solution.u,
+            found.frequency_hz,
+        );
+        let place = (self.scales(&motion), found.length);
         let at = (&found.solution, found.frequency_hz);
-        let Solution { balance, u, .. } = &found.solution;
-        let motion = motion(balance, u, found.frequency_hz);
-        let scales = Scales {
-            motion: norm(&motion).max(LEAST_MOTION * self.largest_motion),
-            range_hz: self.course.range_hz(),
-        };
-        let (row, corner) = across(&Gauge::at(balance, u, found.frequency_hz), like, scales);
-        let place = (scales, found.length);
-        Point::at(self.solver, at, motion, (&row, corner), place, work)
+        Point::at(self.solver, at, motion, &Ahead::As(like), place, work)
     }
 
-    fn scales(&self) -> Scales {
-        let least = (LEAST_MOTION * self.largest_motion).max(f64::MIN_POSITIVE);
+    /// Scales of the length where the motion is this.
+    fn scales(&self, motion: &[f64]) -> Scales {
+        let size = norm(motion);
+        let least = LEAST_MOTION * self.largest_motion.max(size);
         Scales {
-            motion: norm(&self.last.motion).max(least),
+            motion: size.max(least).max(f64::MIN_POSITIVE),
             range_hz: self.course.range_hz(),
         }
     }
 
     /// Tries a step; `None` where a shorter one is to be tried.
     fn attempt(&mut self, asked_hz: &[f64], work: &mut Work) -> Option<Step<'b>> {
-        let (scales, h, solver) = (self.scales(), self.step, self.solver);
-        let Point {
-            frequency_hz: last_hz,
-            mean,
-            ..
-        } = self.last;
-        let balance = solver.balance(last_hz, mean)?;
-        let gauge = Gauge::at(&balance, &self.last.u, last_hz);
-        let at_end = self.last.ahead(h);
-        let plane = plane(&gauge, &self.last, scales, h, (&at_end.0, at_end.1));
+        let (h, solver) = (self.step, self.solver);
+        let Point { scales, mean, .. } = self.last;
+        let (u, frequency_hz) = self.last.ahead(h);
+        let plane = self.last.plane(h, (&u, frequency_hz));
         let (predicted, predicted_hz) = self.predicted(h);
         let options = NewtonOptions {
             max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
@@ -281,9 +273,7 @@ impl<'b, 's> Tracer<'b, 's> {
         if distance > FAR * h {
             return None;
         }
-        let ahead = (&plane.row[..], plane.corner);
-        let at = (&found, frequency_hz);
-        let next = self.point(at, reached.clone(), ahead, scales, work)?;
+        let next = self.point((&found, frequency_hz), reached.clone(), work)?;
         let may_shorten = h > 4.0 * SHORTEST_STEP;
         let along = (&next.motion_along[..], next.direction.frequency_hz);
         let last_along = (
@@ -361,30 +351,19 @@ impl<'b, 's> Tracer<'b, 's> {
     }
 
     /// Point at a solution, the one after the last.
-    fn point(
-        &self,
-        (solution, frequency_hz): (&Solution<'_>, f64),
-        reached: Vec<f64>,
-        ahead: (&[f64], f64),
-        scales: Scales,
-        work: &mut Work,
-    ) -> Option<Point> {
-        let both = reached.iter().zip(&self.last.motion);
+    fn point(&self, at: (&Solution<'_>, f64), reached: Vec<f64>, work: &mut Work) -> Option<Point> {
+        let last = &self.last;
+        let both = reached.iter().zip(&last.motion);
         let moved: Vec<f64> = both.map(|(a, b)| a - b).collect();
-        let size = norm(&reached);
-        let own = Scales {
-            motion: size.max(LEAST_MOTION * self.largest_motion.max(size)),
-            ..scales
-        };
+        let own = self.scales(&reached);
         // A step is measured by what the motion is in its middle, as its ends are by theirs.
         let middle = Scales {
-            motion: (own.motion * scales.motion).sqrt(),
-            ..scales
+            motion: (own.motion * last.scales.motion).sqrt(),
+            ..own
         };
-        let distance = middle.length(&moved, frequency_hz - self.last.frequency_hz);
-        let place = (own, self.last.length + distance);
-        let at = (solution, frequency_hz);
-        Point::at(self.solver, at, reached, ahead, place, work)
+        let distance = middle.length(&moved, at.1 - last.frequency_hz);
+        let place = (own, last.length + distance);
+        Point::at(self.solver, at, reached, &Ahead::As(last), place, work)
     }
 
     /// Fractions of the curve between the last point and `next` at which it crosses a frequency.
@@ -443,18 +422,41 @@ impl Point {
         (u, self.frequency_hz + length * self.direction.frequency_hz)
     }
 
-    /// Point at a solution with its motion, and the direction in which `ahead` grows. `place` has
-    /// the scales at the point and the length of the curve up to it.
+    /// Plane across the direction of the point, through `at`, in units of the step h.
+    fn plane(&self, h: f64, at: (&[f64], f64)) -> Plane {
+        let (row, corner) = &self.across;
+        let row: Vec<f64> = row.iter().map(|v| v / h).collect();
+        let corner = corner / h;
+        Plane {
+            value: dot(&row, at.0) + corner * at.1,
+            row,
+            corner,
+        }
+    }
+
+    /// Point at a solution with its motion. `place` has the scales there and the length of the curve
+    /// up to it.
     fn at(
         solver: &FrequencySolver<'_>,
         (solution, frequency_hz): (&Solution<'_>, f64),
         motion: Vec<f64>,
-        ahead: (&[f64], f64),
+        ahead: &Ahead<'_>,
         (scales, length): (Scales, f64),
         work: &mut Work,
     ) -> Option<Self> {
-        let mut direction = direction(solver, (solution, frequency_hz), ahead, work)?;
         let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
+        let across = |motion_along: &[f64], along_hz: f64| {
+            let by = (scales.motion * scales.motion).recip();
+            let weights: Vec<f64> = motion_along.iter().map(|t| t * by).collect();
+            let (row, of_motion) = gauge.coefficients(&weights);
+            let own = along_hz / (scales.range_hz * scales.range_hz);
+            (row, of_motion + own)
+        };
+        let (row, corner) = match ahead {
+            Ahead::Frequency(sign) => (vec![0.0; solution.u.len()], *sign),
+            Ahead::As(point) => across(&point.motion_along, point.direction.frequency_hz),
+        };
+        let mut direction = direction(solver, (solution, frequency_hz), (&row, corner), work)?;
         let mut motion_along = gauge.along(&direction);
         // Of length 1.
         let by = scales.length(&motion_along, direction.frequency_hz).recip();
@@ -466,31 +468,12 @@ impl Point {
             u: solution.u.clone(),
             mean: solution.balance.mean(),
             motion,
+            across: across(&motion_along, direction.frequency_hz),
+            scales,
             direction,
             motion_along,
             length,
         })
-    }
-}
-
-/// Coefficients of dU and df in the length of a change along the direction of a point.
-fn across(gauge: &Gauge, point: &Point, scales: Scales) -> (Vec<f64>, f64) {
-    let by = (scales.motion * scales.motion).recip();
-    let weights: Vec<f64> = point.motion_along.iter().map(|t| t * by).collect();
-    let (row, of_motion) = gauge.coefficients(&weights);
-    let own = point.direction.frequency_hz / (scales.range_hz * scales.range_hz);
-    (row, of_motion + own)
-}
-
-/// Plane across the direction of a point, through `at`, in units of the step h.
-fn plane(gauge: &Gauge, point: &Point, scales: Scales, h: f64, at: (&[f64], f64)) -> Plane {
-    let (mut row, mut corner) = across(gauge, point, scales);
-    row.iter_mut().for_each(|v| *v /= h);
-    corner /= h;
-    Plane {
-        value: dot(&row, at.0) + corner * at.1,
-        row,
-        corner,
     }
 }
 
