@@ -98,11 +98,11 @@ impl Store for RunStore<'_, '_> {
             }
         };
         if !earlier.is_empty() {
-            self.reporter.note(&format!(
-                "{} of {} frequencies were solved before",
-                earlier.len(),
-                inputs.points
-            ));
+            let before = earlier.len();
+            self.reporter.note(&match inputs.points {
+                Some(points) => format!("{before} of {points} frequencies were solved before"),
+                None => format!("{before} points of the curve were solved before"),
+            });
         }
         ControlFlow::Continue(earlier)
     }
@@ -115,6 +115,7 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
         damping,
         state,
         settings,
+        points,
         ..
     } = inputs;
     let mut hasher = blake3::Hasher::new();
@@ -122,7 +123,7 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
     // Numbers are written so that they read back to the bit.
     let (loads, laws) = (&problem.excitations, &problem.laws);
     let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
-    hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}").as_bytes());
+    hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}{points:?}").as_bytes());
     if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
         unreachable!("a hasher takes all bytes");
     }

@@ -1,6 +1,7 @@
 //! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
 //! verify.csv. Each table is one list of columns ([`super::table`]).
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::ExportError;
@@ -19,8 +20,9 @@ use dovetail_solver::run::{Crossing, Family};
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
 
-/// Writes response.csv: one row per frequency, including the frequencies added at peaks (`added` is
-/// 1). `point` is the number of the frequency, which is also in the name of its file of the flanks.
+/// Writes response.csv: one row per point, in the order in which each branch runs, including the
+/// frequencies added at the peaks of a grid (`added` is 1). `branch` counts from 1. `point` is the
+/// number of the point, which is also in the name of its file of the flanks.
 /// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
 /// reference. A point that did not converge keeps its outcome, iterations, residual and linear
@@ -30,9 +32,13 @@ pub const ASSEMBLY: &str = "assembly";
 pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
+    let branches: HashMap<usize, usize> = (response.orbits.iter().enumerate())
+        .map(|(row, orbit)| (orbit.point, response.branch_of(row) + 1))
+        .collect();
     let mut table: Columns<'_, Orbit> = Columns::default();
     table.add("point", |o| o.point);
     table.add("added", |o| usize::from(response.is_added(o)));
+    table.add("branch", move |o| branches.get(&o.point).copied());
     table.add("frequency_hz", |o| o.frequency_hz);
     table.add("outcome", |o| o.outcome.word());
     for (i, name) in names.iter().enumerate() {

@@ -256,9 +256,23 @@ fn curve(
         label,
         kind,
         dashed: false,
-        points: response.orbits.iter().map(point).collect(),
+        points: points_of(response, point),
         peak: None,
     }
+}
+
+/// Points of all curves of a response, with one without a value between two of them.
+fn points_of(response: &Response, point: impl Fn(&Orbit) -> Point) -> Vec<Point> {
+    let mut points: Vec<Point> = Vec::with_capacity(response.orbits.len());
+    for curve in response.curves() {
+        points.extend(
+            points
+                .last()
+                .map(|last| Point::exact(last.frequency_hz, None)),
+        );
+        points.extend(response.orbits[curve].iter().map(&point));
+    }
+    points
 }
 
 /// Label such as `with 3 harmonics`, or `with 1 to 7 harmonics` if the frequencies have different

@@ -91,17 +91,46 @@ impl FlankSeries {
         Ok(())
     }
 
-    /// Writes the collection of the written files, beside their folder; `points` is the number of
-    /// frequencies.
+    /// Removes the files of points that are none of these orbits.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn keep_alone(&mut self, folder: &Path, orbits: &[Orbit]) -> Result<(), ExportError> {
+        let kept: BTreeSet<usize> = orbits.iter().map(|orbit| orbit.point).collect();
+        let others = self
+            .written
+            .iter()
+            .filter(|(point, _)| !kept.contains(point));
+        for (_, (_, file)) in others {
+            let path = folder.join(file);
+            std::fs::remove_file(&path)
+                .map_err(|source| ExportError::RemoveOld { path, source })?;
+        }
+        self.written.retain(|point, _| kept.contains(point));
+        Ok(())
+    }
+
+    /// Writes the collection of the written files of these orbits, beside their folder. Its time is
+    /// the frequency, or the row of response.csv where the frequency turns back.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_collection(&self, path: &Path, points: usize) -> Result<(), ExportError> {
-        let entries: Vec<(f64, String)> = self.written.values().cloned().collect();
+    pub fn write_collection(&self, path: &Path, orbits: &[Orbit]) -> Result<(), ExportError> {
+        let rises = orbits.is_sorted_by(|a, b| a.frequency_hz < b.frequency_hz);
+        let entry = |(row, orbit): (usize, &Orbit)| {
+            let (frequency_hz, file) = self.written.get(&orbit.point)?;
+            Some((if rises { *frequency_hz } else { row as f64 }, file.clone()))
+        };
+        let entries: Vec<(f64, String)> = orbits.iter().enumerate().filter_map(entry).collect();
         let comment = format!(
-            "timestep = frequency in Hz; {} points converged, {} did not and are left out",
+            "timestep = {}; {} points converged, {} did not and are left out",
+            if rises {
+                "frequency in Hz"
+            } else {
+                "row of response.csv, from 0"
+            },
             entries.len(),
-            points - entries.len()
+            orbits.len() - entries.len()
         );
         write_pvd(path, &entries, &comment)
     }

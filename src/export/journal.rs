@@ -17,7 +17,7 @@ use dovetail_solver::dlft::SolvedFrequency;
 /// Name of the journal in the folder of a run, where it remains until the run ends.
 pub const JOURNAL: &str = "response.journal";
 
-const MARK: &[u8; 18] = b"dovetail journal 2";
+const MARK: &[u8; 18] = b"dovetail journal 3";
 const HASH: usize = 32;
 
 /// Hash of all inputs of a response.
@@ -271,6 +271,7 @@ mod tests {
             mean: Mean::Retained,
             next_level: 2,
             again: false,
+            along: None,
         }
     }
 

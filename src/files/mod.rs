@@ -30,7 +30,8 @@ use crate::warning::{Warning, by_weight};
 use crate::words::capital;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency};
+use dovetail_solver::dlft::branch::so_far;
+use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
 use dovetail_solver::fem::stress;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::reduction::superelement::{self, Superelement};
@@ -95,7 +96,6 @@ pub struct Files {
     /// Conditions under the titles of pictures of the response.
     in_motion: String,
     /// Largest number of frequencies that are added at peaks.
-    most_added: usize,
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
@@ -147,7 +147,6 @@ impl Files {
             further_plots: output.further_plots.clone(),
             at_rest: at_rest(scene),
             in_motion: in_motion(scene),
-            most_added: scene.response.most_added_points,
             begun: Instant::now(),
             beginning,
             journal,
@@ -481,10 +480,10 @@ impl Files {
     fn write_tables(&self) -> Result<(), RunError> {
         for solving in &self.solving {
             let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
-            csv::write_response(&self.out.file(&solving.table)?, &names, &solving.partial())?;
+            let partial = solving.partial();
+            csv::write_response(&self.out.file(&solving.table)?, &names, &partial)?;
             if let Some(flanks) = &solving.flanks {
-                let rows = solving.solved.len();
-                flanks.write_collection(&self.out.file(FLANKS)?, rows)?;
+                flanks.write_collection(&self.out.file(FLANKS)?, &partial.orbits)?;
             }
         }
         Ok(self.journal.sync()?)
@@ -509,9 +508,11 @@ struct Solving {
     /// All requested frequencies, Hz.
     frequencies_hz: Vec<f64>,
     /// Solved frequencies by their numbers; the orbits have no fields.
-    solved: BTreeMap<usize, (Orbit, LinearPoint)>,
+    solved: BTreeMap<usize, SolvedFrequency>,
     /// Flanks of the scene's own response, if fields are written.
     flanks: Option<FlankSeries>,
+    /// Number of the files of flanks that summary.json names, written or about to be.
+    listed: usize,
     /// Time of the last update of the tables, and its duration.
     written: (Instant, Duration),
 }
@@ -519,10 +520,16 @@ struct Solving {
 impl Solving {
     /// Solved part of the response, for tables.
     fn partial(&self) -> Response {
-        let mut solved: Vec<_> = self.solved.values().cloned().collect();
-        solved.sort_by(|(a, _), (b, _)| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let (orbits, linear) = solved.into_iter().unzip();
+        let mut solved: Vec<SolvedFrequency> = self.solved.values().cloned().collect();
+        if solved.iter().any(|solved| solved.along.is_some()) {
+            return so_far(solved);
+        }
+        let frequency_hz = |solved: &SolvedFrequency| solved.orbit.frequency_hz;
+        solved.sort_by(|a, b| frequency_hz(a).total_cmp(&frequency_hz(b)));
+        let solved = solved.into_iter().map(|s| (s.orbit, s.linear));
+        let (orbits, linear): (Vec<Orbit>, Vec<LinearPoint>) = solved.unzip();
         Response {
+            branches: vec![Branch::swept(orbits.len())],
             orbits,
             linear,
             linear_curve: Vec::new(),
@@ -534,16 +541,26 @@ impl Solving {
 
     /// Adds a frequency, and writes its file of the flanks.
     fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
-        let SolvedFrequency { orbit, linear, .. } = solved;
+        let orbit = &solved.orbit;
         let without_fields = Orbit {
             x: Vec::new(),
             lambda: Vec::new(),
             modal: Vec::new(),
             ..orbit.clone()
         };
-        let point = (without_fields, linear.clone());
+        let point = SolvedFrequency {
+            orbit: without_fields,
+            linear: solved.linear.clone(),
+            along: solved.along.clone(),
+            ..*solved
+        };
         self.solved.insert(orbit.point, point);
         if let Some(flanks) = &mut self.flanks {
+            if orbit.point >= self.listed {
+                let from = self.listed;
+                self.listed = orbit.point + LISTED;
+                out.list((from..self.listed).map(FlankSeries::file))?;
+            }
             flanks.write(out.path(), orbit)?;
         }
         Ok(())
@@ -692,10 +709,6 @@ impl Files {
     ) -> Result<(), RunError> {
         let is_own = compared_harmonics.is_none();
         let bodies = reduced.bodies.as_ref().filter(|_| is_own && self.fields);
-        if bodies.is_some() {
-            let most = frequencies_hz.len() + self.most_added;
-            self.out.list((0..most).map(FlankSeries::file))?;
-        }
         self.solving.push(Solving {
             inputs: Inputs::default(),
             table: table_of(compared_harmonics),
@@ -708,6 +721,7 @@ impl Files {
             frequencies_hz: frequencies_hz.to_vec(),
             solved: BTreeMap::new(),
             flanks: bodies.map(|bodies| FlankSeries::new(bodies.model())),
+            listed: 0,
             written: (Instant::now(), Duration::ZERO),
         });
         Ok(())
@@ -770,7 +784,8 @@ impl Files {
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, &sweep(found))?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
-            flanks.write_collection(&out.file(FLANKS)?, response.orbits.len())?;
+            flanks.keep_alone(out.path(), &response.orbits)?;
+            flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;
         }
         if let Some(bodies) = &reduced.bodies {
             self.motion = self.write_response_on_mesh(bodies, response)?;
@@ -784,6 +799,9 @@ fn makes_mesh(scene: &Scene) -> bool {
     let mesh = scene.assembly().and_then(|assembly| assembly.mesh.as_ref());
     mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
 }
+
+/// Number of files of the flanks that are named in summary.json at once before they are written.
+const LISTED: usize = 200;
 
 /// File name of the collection of the flanks at each frequency.
 const FLANKS: &str = "flank.pvd";

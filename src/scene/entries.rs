@@ -800,7 +800,7 @@ const RESPONSE: [Key; 16] = [
         "frequency_hz",
         Kind::Numbers(2, "Hz"),
         "- or `times_first_linear_mode`",
-        "`[from, to]` with 0 < from < to, or from = to with `points = 1`",
+        "`[from, to]` with 0 < from < to, or from = to for one frequency",
         "frequency_hz = [440.0, 460.0]",
     ),
     key(
@@ -813,15 +813,17 @@ const RESPONSE: [Key; 16] = [
     key(
         "points",
         Kind::Whole(Some(1), Some(1_000_000)),
-        "200",
-        "evenly spaced, ends included",
+        "-",
+        "a grid of so many frequencies, evenly spaced, ends included; without this key the curve is \
+         [followed along its length](method.md#following-a-branch), also where it folds, with \
+         points where it bends and at its peaks",
         "points = 200",
     ),
     key(
         "most_added_points",
         Kind::Whole(Some(0), Some(1000)),
         "12",
-        "frequencies that may be added at the peaks of the observed amplitudes, until the \
+        "frequencies that may be added to a grid at the peaks of the observed amplitudes, until the \
          curve through the highest one and its neighbours rises at most 0.1 % above it",
         "most_added_points = 0",
     ),

@@ -49,7 +49,7 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
         "static={ load_steps = 3 }",
     ])
     .unwrap();
-    assert_eq!(scene.response.points, 21);
+    assert_eq!(scene.response.points, Some(21));
     let assembly = scene.assembly().unwrap();
     assert_eq!(assembly.contacts[0].friction, 0.1);
     assert_eq!(assembly.contacts[1].friction, 0.3);

@@ -47,14 +47,9 @@ pub fn curve() -> Vec<(f64, f64)> {
     settings.slip_threshold_m = Some(1e-9);
     let state = static_state(&problem, 1, settings.newton);
     let damping = Rayleigh::of_mass(0.03);
-    let branches = follow(&problem, damping, &state, &settings, &|_| ());
-    let points = branches.iter().flat_map(|branch| &branch.points);
+    let response = follow(&problem, damping, &state, &settings, &[], &|_| ());
+    let points = response.orbits.iter();
     points
-        .map(|point| {
-            (
-                point.orbit.frequency_hz,
-                point.orbit.observed_amplitude_m[0],
-            )
-        })
+        .map(|orbit| (orbit.frequency_hz, orbit.observed_amplitude_m[0]))
         .collect()
 }

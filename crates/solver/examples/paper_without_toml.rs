@@ -68,7 +68,7 @@ fn scene(assembly: Assembly) -> Scene {
         },
         static_state: StaticSpec::default(),
         response: ResponseSpec {
-            points: 11,
+            points: Some(11),
             ..ResponseSpec::new(range, resolution)
         },
     }

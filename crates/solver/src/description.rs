@@ -71,9 +71,10 @@ impl Default for StaticSpec {
 pub struct ResponseSpec {
     /// First and last frequency.
     pub range: FrequencyRange,
-    /// Number of frequencies, evenly spaced.
-    pub points: usize,
-    /// Most frequencies that may be added at the peaks of the observed amplitudes.
+    /// Number of frequencies of a grid, evenly spaced; `None`: the curve is followed along its
+    /// length, round folds, with points where it bends.
+    pub points: Option<usize>,
+    /// Most frequencies that may be added to a grid at the peaks of the observed amplitudes.
     pub most_added_points: usize,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
@@ -101,12 +102,11 @@ pub struct ResponseSpec {
 }
 
 impl ResponseSpec {
-    /// Response over a range with the defaults of a scene: 200 frequencies, and up to 12 more at
-    /// peaks.
+    /// Response over a range with the defaults of a scene: the curve is followed.
     pub fn new(range: FrequencyRange, resolution: Resolution) -> Self {
         Self {
             range,
-            points: 200,
+            points: None,
             most_added_points: 12,
             resolution,
             compare_harmonics: None,

@@ -12,9 +12,9 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<ResponseSpec> {
     let at = Table::of("response", raw.span(), None);
     let raw = raw.get_ref();
-    let points = checker.count(&at, "points", &raw.points);
+    let points = checker.optional_count(&at, "points", &raw.points, None);
     let added = checker.count(&at, "most_added_points", &raw.most_added_points);
-    let range = frequency_range(checker, &at, raw, points);
+    let range = frequency_range(checker, &at, raw, points.flatten());
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
     let compare = checker.optional_count(&at, "compare_harmonics", &raw.compare_harmonics, most);
@@ -178,7 +178,7 @@ fn frequency_range(
         }
     };
     let [from, to] = value.get_ref().0;
-    let one_point = from == to && points == Some(1);
+    let one_point = from == to && points.is_none_or(|points| points == 1);
     if from <= 0.0 || (from >= to && !one_point) {
         checker.fault(
             value.span(),

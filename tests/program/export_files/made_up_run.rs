@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail_mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::dlft::{
-    CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
+    Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
 use dovetail_solver::model::Material;
 use dovetail_solver::model::{
@@ -417,6 +417,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
         linear: linear.clone(),
         linear_curve: linear,
         orbits: orbits.collect(),
+        branches: vec![Branch::swept(points)],
         asked: points,
         second_motions: Vec::new(),
         slip_threshold_m: 1e-7,

@@ -4,6 +4,8 @@
 //! each block has n = 3 pairs entries (N, t1, t2 per pair).
 //! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::problem::LinearReference;
@@ -240,6 +242,56 @@ pub struct SolvedFrequency {
     /// True if the frequency was solved once more, from its other side, after the frequencies that
     /// began from the first attempt. `orbit` is then the better of both motions.
     pub again: bool,
+    /// Place along its branch; `None` where the frequencies were swept.
+    pub along: Option<Along>,
+}
+
+/// Part of a branch that a solved frequency was found by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Part {
+    /// Beginning of the branch, or of its rest behind a gap.
+    Begun,
+    /// End of a step along the branch.
+    Reached,
+    /// Frequency asked for, inside of a step.
+    Passed,
+    /// Point added at a peak.
+    Added,
+}
+
+/// Place of a solved frequency along its branch, and what the branch is followed on with after an
+/// interruption.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Along {
+    /// True for the branch that begins at the last frequency of the range.
+    pub from_last: bool,
+    /// Step of the follower, counted from 0, in which the frequency was solved.
+    pub step: usize,
+    /// Part of the branch that it belongs to.
+    pub part: Part,
+    /// Length of the branch up to it.
+    pub length: f64,
+    /// Direction of the branch; `None` where it could not be followed on, and for those passed and
+    /// added.
+    pub heading: Option<Heading>,
+}
+
+/// Direction of a branch at a point, and the scales of its length there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Heading {
+    /// Change of the observed first harmonics in a length of 1, m: cosine and sine part of each
+    /// observed displacement.
+    pub motion_m: Vec<f64>,
+    /// Change of the frequency in a length of 1, Hz.
+    pub frequency_hz: f64,
+    /// Size of the observed motion that a change is measured against, m.
+    pub scale_m: f64,
+    /// Largest size of the observed motion so far, m.
+    pub largest_m: f64,
+    /// Length of the next step.
+    pub next_step: f64,
 }
 
 impl SolvedFrequency {
@@ -253,30 +305,84 @@ impl SolvedFrequency {
 impl Response {
     /// Returns `true` if the frequency was added to those asked for.
     pub fn is_added(&self, orbit: &Orbit) -> bool {
-        orbit.point >= self.asked
+        !self.is_followed() && orbit.point >= self.asked
+    }
+
+    /// Number of the branch that has an orbit, counted from 0.
+    pub fn branch_of(&self, index: usize) -> usize {
+        let before = |branch: &Branch| branch.points.end <= index;
+        self.branches.partition_point(before)
+    }
+
+    /// Returns `true` if the branches were followed along their length.
+    pub fn is_followed(&self) -> bool {
+        self.branches
+            .iter()
+            .any(|branch| !branch.lengths.is_empty())
+    }
+
+    /// Positions in `orbits` of each curve without a gap: of each branch, or of its parts between
+    /// gaps.
+    pub fn curves(&self) -> Vec<Range<usize>> {
+        let of_branch = |branch: &Branch| {
+            let Range { start, end } = branch.points;
+            let starts = std::iter::once(start).chain(branch.gaps.iter().copied());
+            let ends = branch.gaps.iter().copied().chain([end]);
+            let parts = starts.zip(ends).map(|(from, to)| from..to);
+            parts.collect::<Vec<_>>()
+        };
+        self.branches.iter().flat_map(of_branch).collect()
+    }
+}
+
+/// Branch of a response: a curve of motions over the frequency, in the order in which it runs. Its
+/// frequency may turn back.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Branch {
+    /// Positions of its points in the orbits of the response.
+    pub points: Range<usize>,
+    /// Positions in the orbits before which the branch was lost, and a motion looked for anew.
+    pub gaps: Vec<usize>,
+    /// Length of the branch up to each of its points; empty where the frequencies were swept.
+    pub lengths: Vec<f64>,
+}
+
+impl Branch {
+    /// Branch of so many frequencies that were swept.
+    pub fn swept(points: usize) -> Self {
+        Self {
+            points: 0..points,
+            ..Self::default()
+        }
     }
 }
 
 /// A frequency response.
 #[derive(Debug, Clone)]
 pub struct Response {
-    /// Linear reference at the frequencies of `orbits`.
+    /// Linear reference at the frequency of each orbit.
     pub linear: Vec<LinearPoint>,
-    /// Linear reference at the frequencies asked for and at others, ascending, so close that no
+    /// Linear reference at the frequencies of the orbits and at others, ascending, so close that no
     /// peak is missed.
     pub linear_curve: Vec<LinearPoint>,
-    /// Motion at each frequency, ascending.
+    /// Motions, one branch after the other, in the order in which each runs. Swept frequencies are
+    /// one branch and ascend.
     pub orbits: Vec<Orbit>,
-    /// Number of frequencies asked for; the others were added at peaks.
+    /// Branches of the response.
+    pub branches: Vec<Branch>,
+    /// Number of frequencies asked for; the others were added at peaks. Without meaning where
+    /// branches were followed, along which none counts as added.
     pub asked: usize,
-    /// Ranges in which another motion was found in addition to that of `orbits`, ascending.
+    /// Ranges in which several motions were found, ascending.
     pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
 }
 
-/// Range of frequencies at which two motions were found, and the frequency in it at which they
-/// differ most.
+/// Range of frequencies at which several motions were found, and the frequency in it at which two
+/// of them differ most: that of the curve and the one that the other half of a sweep found, or the
+/// largest and the smallest of the branches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SecondMotion {
@@ -288,9 +394,9 @@ pub struct SecondMotion {
     pub frequency_hz: f64,
     /// Number of the observed displacement whose amplitude differs most, 0 = first.
     pub observation: usize,
-    /// Amplitude of that displacement on the curve.
+    /// Amplitude of that displacement on the curve of a sweep, or the largest of the branches.
     pub amplitude_m: f64,
-    /// Amplitude of that displacement in the other motion.
+    /// Amplitude of that displacement in the other motion, or the smallest of the branches.
     pub other_amplitude_m: f64,
 }
 

@@ -132,7 +132,7 @@ impl Top {
 
 /// Top of the parabola through three points, as its height above the middle one and its distance
 /// from it; zeros where the parabola has none.
-fn vertex([low, middle, high]: [(f64, f64); 3]) -> (f64, f64) {
+pub fn vertex([low, middle, high]: [(f64, f64); 3]) -> (f64, f64) {
     let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     let (before, after) = (slope(low, middle), slope(middle, high));
     // a (f - f_m)^2 + b (f - f_m) + c: its top is c - b^2 / (4 a).

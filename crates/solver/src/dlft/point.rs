@@ -868,6 +868,23 @@ impl<'a> FrequencySolver<'a> {
         })
     }
 
+    /// Solution that is known, evaluated; `None` where its mean cannot be retained, or where it has
+    /// not as many unknowns.
+    pub fn evaluated(&self, frequency_hz: f64, u: &[f64], mean: Mean) -> Option<Solution<'_>> {
+        let balance = self.balance(frequency_hz, mean)?;
+        (u.len() == self.unknowns()).then(|| Solution {
+            evaluation: balance.evaluate(u),
+            u: u.to_vec(),
+            balance,
+            end: NewtonEnd {
+                status: NewtonStatus::Converged,
+                iterations: 0,
+                measure: 0.0,
+                residuals: Vec::new(),
+            },
+        })
+    }
+
     /// Returns `true` if corrections are taken from a factor of the whole Jacobian.
     pub fn is_exact(&self) -> bool {
         !matches!(self.stepping(), Method::Krylov(_))

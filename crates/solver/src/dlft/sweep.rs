@@ -17,7 +17,7 @@ use super::peaks::{Top, highest};
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
 use super::second_motion::{Look, second_motions};
-use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
+use super::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -228,7 +228,7 @@ pub(super) struct Run<'a> {
     /// Listener to the solution.
     pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
     /// Distance beyond which a pair counts as slipping, m.
-    slip_threshold_m: f64,
+    pub(super) slip_threshold_m: f64,
 }
 
 impl Run<'_> {
@@ -265,11 +265,22 @@ impl Run<'_> {
         Response {
             linear,
             linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
+            branches: vec![Branch::swept(orbits.len())],
             orbits,
             asked,
             second_motions: two.ranges,
             slip_threshold_m: self.slip_threshold_m,
         }
+    }
+
+    /// Points that an earlier run solved along one of the two branches, in the order of solution.
+    pub(super) fn earlier_along(&self, from_last: bool) -> Vec<&SolvedFrequency> {
+        let is_of =
+            |s: &&SolvedFrequency| s.along.as_ref().is_some_and(|a| a.from_last == from_last);
+        let mut found: Vec<&SolvedFrequency> =
+            self.earlier.values().copied().filter(is_of).collect();
+        found.sort_by_key(|solved| solved.orbit.point);
+        found
     }
 
     /// Harmonics of the lowest level.
@@ -322,6 +333,7 @@ impl Run<'_> {
             orbit: self.orbit_of(resolved, (point, frequency_hz), work),
             linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
             again: false,
+            along: None,
         }
     }
 
@@ -357,6 +369,7 @@ impl Run<'_> {
                     mean: Mean::Free,
                     next_level: 0,
                     again: true,
+                    along: None,
                 }));
             }
         }

@@ -5,8 +5,8 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
-use crate::dlft::peaks::{Top, heights};
-use crate::dlft::{CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
+use crate::dlft::peaks::{Top, heights, vertex};
+use crate::dlft::{Branch, CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
 /// One harmonic of a real signal: `amplitude cos(k w t - phase_rad)`.
@@ -121,13 +121,14 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
 #[non_exhaustive]
 pub struct SweepFields {
     /// Number of frequencies that the means are taken over: those asked for, without those added at
-    /// peaks.
+    /// peaks, or all points of branches that were followed.
     pub points: usize,
-    /// Mean of the friction power over the points, W; 0 where there are none. Times `points` it is
-    /// the sum over frequencies of the paper's Figure 6.
+    /// Mean of the friction power over the points, W; 0 where there are none. Frequencies of a grid
+    /// count alike, and times `points` it is the sum over frequencies of the paper's Figure 6. A
+    /// point of a branch that was followed counts by the range of frequencies that is nearest to it.
     pub friction_power_mean_w: Vec<f64>,
-    /// Fraction of the points at which the pair, closed in the static state, separates; 0 where
-    /// there are none.
+    /// Fraction of the points at which the pair, closed in the static state, separates, counted in
+    /// the same way; 0 where there are none.
     pub opening_share: Vec<f64>,
     /// True if the pair, closed in the static state, separates at any frequency with a motion,
     /// added ones included; the paper's Figure 5.
@@ -140,21 +141,24 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
     let mut opening = vec![0.0; pairs];
     let mut separates = vec![false; pairs];
     let mut points = 0;
-    for orbit in with_motion(response) {
-        let added = response.is_added(orbit);
-        points += usize::from(!added);
+    let mut whole = 0.0;
+    let weights = weights(response);
+    for (orbit, weight) in response.orbits.iter().zip(weights) {
+        if !orbit.outcome.has_motion() {
+            continue;
+        }
+        points += usize::from(!response.is_added(orbit));
+        whole += weight;
         for (i, cycle) in orbit.cycles.iter().enumerate() {
             let opens = cycle.status == CycleStatus::Opening;
             separates[i] |= opens;
-            if !added {
-                power_w[i] += cycle.friction_power_w;
-                opening[i] += f64::from(u8::from(opens));
-            }
+            power_w[i] += weight * cycle.friction_power_w;
+            opening[i] += weight * f64::from(u8::from(opens));
         }
     }
     let mean = |sums: Vec<f64>| -> Vec<f64> {
-        let means = sums.into_iter().map(|sum| sum / points.max(1) as f64);
-        means.collect()
+        let whole = if whole > 0.0 { whole } else { 1.0 };
+        sums.into_iter().map(|sum| sum / whole).collect()
     };
     SweepFields {
         points,
@@ -162,6 +166,24 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
         opening_share: mean(opening),
         separates,
     }
+}
+
+/// Weight of each orbit in a mean over the frequencies.
+fn weights(response: &Response) -> Vec<f64> {
+    let orbits = &response.orbits;
+    if !response.is_followed() {
+        let of = |orbit| f64::from(u8::from(!response.is_added(orbit)));
+        return orbits.iter().map(of).collect();
+    }
+    let mut weights = vec![0.0; orbits.len()];
+    for curve in response.curves() {
+        for (i, two) in curve.clone().zip(orbits[curve].windows(2)) {
+            let half_hz = 0.5 * (two[1].frequency_hz - two[0].frequency_hz).abs();
+            weights[i] += half_hz;
+            weights[i + 1] += half_hz;
+        }
+    }
+    weights
 }
 
 /// Friction power below this fraction of the power put in counts as rounding.
@@ -217,19 +239,42 @@ pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
     }))
 }
 
-/// Returns `true` if the largest amplitude is at an end of a range of several frequencies: the
+/// Returns `true` if the largest amplitude is at an end of a branch of several frequencies: the
 /// curve may continue to rise outside.
 pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
-    let last = response.orbits.len().saturating_sub(1);
-    let top = peak(response, observation);
-    last > 0 && top.is_some_and(|top| top.index == 0 || top.index == last)
+    let Some(top) = peak(response, observation) else {
+        return false;
+    };
+    let branch = response.branches.get(response.branch_of(top.index));
+    branch.is_some_and(|Branch { points, .. }| {
+        points.len() > 1 && (top.index == points.start || top.index + 1 == points.end)
+    })
 }
 
 /// Relative height of the parabola through the highest point and its two neighbours above that
-/// point, which the curve may hide between its points. `None` at an end of the range, and beside a
-/// frequency without a result.
+/// point, which the curve may hide between its points: over the frequency, or over the length of a
+/// branch that was followed. `None` at an end of a curve, and beside a frequency without a result.
 pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
-    Some(Top::of(&response.orbits, observation)?.rise)
+    if !response.is_followed() {
+        return Some(Top::of(&response.orbits, observation)?.rise);
+    }
+    let top = peak(response, observation)?;
+    let branch = response.branches.get(response.branch_of(top.index))?;
+    let curve = (response.curves().into_iter()).find(|curve| curve.contains(&top.index))?;
+    let around = top.index.checked_sub(1)?..top.index + 2;
+    let is_inside = curve.start <= around.start && around.end <= curve.end;
+    let near = response
+        .orbits
+        .get(around.clone())
+        .filter(|near| is_inside && near.iter().all(|orbit| orbit.outcome.has_motion()))?;
+    let place = |(i, orbit): (usize, &Orbit)| {
+        let length = branch.lengths.get(i - branch.points.start)?;
+        Some((*length, *orbit.observed_amplitude_m.get(observation)?))
+    };
+    let places: Option<Vec<(f64, f64)>> = around.zip(near).map(place).collect();
+    let three: [(f64, f64); 3] = places?.try_into().ok()?;
+    let (above_m, _) = vertex(three);
+    Some(above_m / top.amplitude_m).filter(|rise| rise.is_finite())
 }
 
 /// Local maximum of an amplitude over frequency.
@@ -248,9 +293,16 @@ pub struct LocalPeak {
 /// count.
 const PROMINENT: f64 = 0.01;
 
-/// Local maxima of an observation inside the range, ascending in frequency.
+/// Local maxima of an observation inside of each branch, in the order in which it runs.
 pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
-    let heights: Vec<(usize, f64)> = heights(&response.orbits, observation).collect();
+    let of = |branch: &Branch| local_peaks_of(response, branch, observation);
+    response.branches.iter().flat_map(of).collect()
+}
+
+fn local_peaks_of(response: &Response, branch: &Branch, observation: usize) -> Vec<LocalPeak> {
+    let heights = heights(&response.orbits, observation);
+    let heights = heights.filter(|(index, _)| branch.points.contains(index));
+    let heights: Vec<(usize, f64)> = heights.collect();
     let local = |i: usize| -> Option<LocalPeak> {
         let (index, amplitude_m) = heights[i];
         // The lowest point on the way to a higher one, or to the end of the range.
@@ -437,6 +489,7 @@ mod tests {
                 orbit(20.0, Outcome::Stagnated, 99.0),
                 orbit(30.0, Outcome::Converged, 2.0),
             ],
+            branches: vec![Branch::swept(3)],
             asked: 3,
             second_motions: Vec::new(),
             slip_threshold_m: 1e-9,
@@ -555,6 +608,7 @@ mod tests {
         listed
             .orbits
             .insert(1, orbit(15.0, Outcome::Stagnated, 99.0));
+        listed.branches = vec![Branch::swept(listed.orbits.len())];
         let peaks = local_peaks(&listed, 0);
         let found: Vec<(usize, f64)> = peaks
             .iter()
@@ -641,6 +695,7 @@ mod tests {
         curve.orbits = [5.0, 10.0, 20.0, 33.0, 40.0]
             .map(|f| orbit(f, Outcome::Converged, amplitude(f)))
             .to_vec();
+        curve.branches = vec![Branch::swept(5)];
         let rise = peak_rise(&curve, 0).unwrap();
         assert!(
             (rise - (4.0 / amplitude(20.0) - 1.0)).abs() < 1e-12,
@@ -650,9 +705,11 @@ mod tests {
         curve.orbits[3].outcome = Outcome::Stagnated;
         assert_eq!(peak_rise(&curve, 0), None);
         curve.orbits.drain(..2);
+        curve.branches = vec![Branch::swept(3)];
         assert!(peak_is_at_an_end(&curve, 0));
         assert_eq!(peak_rise(&curve, 0), None);
         curve.orbits.truncate(1);
+        curve.branches = vec![Branch::swept(1)];
         assert!(!peak_is_at_an_end(&curve, 0));
     }
 

@@ -126,8 +126,8 @@ pub struct ResponseInputs<'a> {
     pub state: &'a StaticState,
     /// Frequencies, harmonics and solver.
     pub settings: &'a SweepSettings,
-    /// Number of frequencies asked for.
-    pub points: usize,
+    /// Number of frequencies of the grid; `None` where the curve is followed.
+    pub points: Option<usize>,
 }
 
 /// Error where something moves by more than its body is long.

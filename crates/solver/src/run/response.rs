@@ -6,14 +6,14 @@ use super::reduced::Reduced;
 use super::session::{Event, Session, Stage};
 use crate::description::{FrequencyRange, ResponseSpec};
 use crate::dlft::accuracy::samples_for;
+use crate::dlft::branch::follow;
 use crate::dlft::demand;
 use crate::dlft::eps::Eps;
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
-use crate::dlft::{Response, StaticState, Told};
-
+use crate::dlft::{Branch, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
@@ -23,8 +23,10 @@ use dovetail_numerics::memory;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Frequencies of the response, Hz, ascending.
+/// Frequencies of the response, Hz, ascending: those of the grid, or the two ends of the range
+/// where the curve is followed.
 ///
 /// # Errors
 /// [`Error::NoLinearMode`] where they count from the first of the linear modes `omega2`, and there
@@ -37,7 +39,8 @@ pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<
             (from * first, to * first)
         }
     };
-    let points = response.points;
+    let ends = if from == to { 1 } else { 2 };
+    let points = response.points.unwrap_or(ends);
     let last = points.saturating_sub(1).max(1) as f64;
     Ok((0..points)
         .map(|i| from + (to - from) * i as f64 / last)
@@ -170,19 +173,27 @@ impl Responses<'_, '_> {
             damping,
             state,
             settings: &settings,
-            points: self.frequencies_hz.len(),
+            points: spec.points,
         });
         let ControlFlow::Continue(earlier) = solved else {
             return Err(Error::Stopped);
         };
-        let steps = session.steps(self.frequencies_hz.len(), "frequencies");
+        let follows = spec.points.is_none() && self.frequencies_hz.len() > 1;
+        let steps = if follows {
+            session.steps(100, "% of the range")
+        } else {
+            session.steps(self.frequencies_hz.len(), "frequencies")
+        };
+        let reached = Reached::new(self.frequencies_hz);
         // An observer that ends the run takes effect after the sweep.
         let tell = |told: Told<'_>| match told {
             Told::Solved(solved) => {
                 let mut solved = solved.clone();
                 sides.judge_orbit(&mut solved.orbit);
                 let _ = session.tell(&Event::Frequency(&solved));
-                if !solved.again {
+                if follows {
+                    (0..reached.more_percent(&solved)).for_each(|_| steps.step());
+                } else if !solved.again {
                     steps.step();
                 }
             }
@@ -199,13 +210,15 @@ impl Responses<'_, '_> {
                 });
             }
         };
-        let response = sweep(problem, damping, state, &settings, &earlier, &tell);
+        let solve = if follows { follow } else { sweep };
+        let response = solve(problem, damping, state, &settings, &earlier, &tell);
         session.goes_on()?;
         Ok(response)
     }
 
     /// Response where all flanks are bonded: each mode answers by itself.
     fn linear(&self, resolution: Resolution) -> Response {
+        let frequencies_hz = &self.linear_frequencies_hz();
         let _stage = self
             .session
             .titled_stage(Stage::Response, "linear response");
@@ -215,20 +228,69 @@ impl Responses<'_, '_> {
             Resolution::Accuracy(_) => problem.highest_excited().max(1),
         };
         let system = ContactSystem::new(problem, self.damping);
-        let frequencies = || self.frequencies_hz.iter();
+        let frequencies = || frequencies_hz.iter();
         Response {
             linear: frequencies()
                 .map(|&f| linear_point(&system, harmonics, f))
                 .collect(),
-            linear_curve: linear_curve(&system, harmonics, self.frequencies_hz),
+            linear_curve: linear_curve(&system, harmonics, frequencies_hz),
             orbits: frequencies()
                 .enumerate()
                 .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
                 .collect(),
-            asked: self.frequencies_hz.len(),
+            branches: vec![Branch::swept(frequencies_hz.len())],
+            asked: frequencies_hz.len(),
             second_motions: Vec::new(),
             slip_threshold_m: 0.0,
         }
+    }
+
+    /// Frequencies of a response in closed form: those of the grid, or enough for a smooth curve.
+    fn linear_frequencies_hz(&self) -> Vec<f64> {
+        match (self.spec.points, self.frequencies_hz) {
+            (None, &[from, to]) => {
+                let step = (to - from) / (LINEAR_POINTS - 1) as f64;
+                (0..LINEAR_POINTS).map(|i| from + step * i as f64).collect()
+            }
+            (_, frequencies_hz) => frequencies_hz.to_vec(),
+        }
+    }
+}
+
+/// Frequencies of a response in closed form, where the scene has no grid.
+const LINEAR_POINTS: usize = 200;
+
+/// How much of the range the two followers of branches have behind them.
+struct Reached<'a> {
+    frequencies_hz: &'a [f64],
+    /// Per cent of the range, of each of the two.
+    percent: [AtomicUsize; 2],
+}
+
+impl<'a> Reached<'a> {
+    fn new(frequencies_hz: &'a [f64]) -> Self {
+        Self {
+            frequencies_hz,
+            percent: Default::default(),
+        }
+    }
+
+    /// Per cent of the range that a point adds to what is behind its follower.
+    fn more_percent(&self, solved: &SolvedFrequency) -> usize {
+        let ends = self.frequencies_hz.first().zip(self.frequencies_hz.last());
+        let (Some((from, to)), Some(along)) = (ends, &solved.along) else {
+            return 0;
+        };
+        let (begin, end) = if along.from_last {
+            (to, from)
+        } else {
+            (from, to)
+        };
+        let share = (solved.orbit.frequency_hz - begin) / (end - begin);
+        // Each follower has half of the range before it, unless both do not meet.
+        let now = (100.0 * share).clamp(0.0, 50.0) as usize;
+        let before = self.percent[usize::from(along.from_last)].fetch_max(now, Ordering::Relaxed);
+        now.saturating_sub(before)
     }
 }
 

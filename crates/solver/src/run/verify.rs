@@ -185,11 +185,15 @@ fn orbits(
     let given = !frequencies_hz.is_empty();
     if !given {
         let mut spec = scene.response.clone();
-        spec.points = spec.points.min(MOST_POINTS);
+        spec.points = spec.points.map(|points| points.min(MOST_POINTS));
         frequencies_hz = frequencies_of(&spec, reduced.linear_omega2(state))?;
     }
     // The frequencies compared are asked for by the caller, or found on the grid.
     let spec = ResponseSpec {
+        points: scene
+            .response
+            .points
+            .or(given.then_some(frequencies_hz.len())),
         most_added_points: 0,
         ..scene.response.clone()
     };

@@ -174,15 +174,18 @@ fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
     let asked_hz = [0.175, 0.185, 0.195];
     let settings = settings([&[0.1], &asked_hz[..], &[0.42]].concat(), 21);
     let state = static_state(&model, 10, settings.newton);
-    let branches = follow(&model, DAMPING, &state, &settings, &|_| ());
-    let [branch] = &branches[..] else {
-        panic!("{} branches", branches.len());
+    let response = follow(&model, DAMPING, &state, &settings, &[], &|_| ());
+    println!("{} points", response.orbits.len());
+    assert_eq!(response.curves().len(), 1, "{:?}", response.branches);
+    assert!(response.orbits.len() < 60);
+    // By steps in time both exist from 0.170 to 0.200 Hz.
+    let [two] = &response.second_motions[..] else {
+        panic!("{:?}", response.second_motions);
     };
-    println!("{} points", branch.points.len());
-    assert!(branch.gaps.is_empty() && branch.points.len() < 60);
+    assert!((two.from_hz - 0.170).abs() < 3e-3, "{two:?}");
+    assert!((two.to_hz - 0.200).abs() < 3e-3, "{two:?}");
     for hz in asked_hz {
-        let at = branch.points.iter().map(|p| &p.orbit);
-        let at = at.filter(|o| o.frequency_hz == hz);
+        let at = response.orbits.iter().filter(|o| o.frequency_hz == hz);
         let found: Vec<f64> = at.map(|o| half_range(&o.observed[0])).collect();
         let by_time = [0.14, 0.28].map(|from_hz| reached(from_hz, hz));
         println!("{hz} Hz: {found:.4?}, in time {by_time:.4?} m");

@@ -248,7 +248,13 @@ fn solution_words(contents: &Contents<'_>) -> Markup {
                 }
             }
             @if contents.sweep.is_some() {
-                " The periodic motion was sought at " (spec.points) " frequencies by harmonic balance with "
+                @match spec.points {
+                    Some(points) => {
+                        " The periodic motion was sought at " (counted(points, "frequency", "frequencies")) ", "
+                    }
+                    None => { " The curve of periodic motions was followed along its length, " }
+                }
+                "by harmonic balance with "
                 @match spec.resolution {
                     Resolution::Fixed { harmonics, samples } => {
                         (counted(harmonics, "harmonic", "harmonics")) " and " (samples) " samples of a period."

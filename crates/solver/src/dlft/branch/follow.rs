@@ -1,13 +1,15 @@
 //! Branches from both ends of a range of frequencies.
 
+use super::several::several_motions;
 use super::trace::{Course, Found, Point, Tracer};
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
+use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::orbit::linear_point;
 use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
-use crate::dlft::{Orbit, SolvedFrequency, Told};
+use crate::dlft::{Along, Branch, Orbit, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
 
 /// Most points of a branch.
@@ -23,19 +25,23 @@ const PEAK_ERROR: f64 = 1e-4;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
 const SAME: f64 = 1e-4;
 
-/// A curve of motions over the frequency, in the order in which it runs. Its frequency may turn
-/// back.
+/// Frequencies of a stretch at least. At the end of one the follower goes on from what is recorded
+/// of its points, with nothing else that only speeds up the solution: an interrupted run continues
+/// there, to the same bits.
+const STRETCH: usize = 20;
+
+/// Branch as it is followed, in the order in which it runs.
 #[derive(Debug, Clone, Default)]
-pub struct Branch {
+struct Followed {
     /// Motions along the branch.
-    pub points: Vec<SolvedFrequency>,
+    points: Vec<SolvedFrequency>,
     /// Length of the branch up to each point.
-    pub lengths: Vec<f64>,
+    lengths: Vec<f64>,
     /// Numbers of the points before which the branch was lost, and a motion looked for anew.
-    pub gaps: Vec<usize>,
+    gaps: Vec<usize>,
 }
 
-impl Branch {
+impl Followed {
     /// The branch up to its first point at a frequency; empty where there is none.
     fn until(&self, frequency_hz: f64) -> Self {
         let at = |p: &SolvedFrequency| p.orbit.frequency_hz == frequency_hz;
@@ -81,11 +87,18 @@ struct Follower<'b, 's> {
     course: Course,
     /// Frequencies at which motions are asked for, Hz.
     asked_hz: &'b [f64],
-    branch: Branch,
+    /// `true` for the branch that begins at the last frequency of the range.
+    from_last: bool,
+    branch: Followed,
     tracer: Option<Tracer<'b, 's>>,
     /// Last points of the curve with the largest departure of each observed displacement, m.
     recent: Vec<(Point, Vec<f64>)>,
     level: usize,
+    /// Number of the step.
+    step: usize,
+    /// Number of points solved, and at the end of the last stretch.
+    solved: usize,
+    stretch_from: usize,
     /// Frequency at which the next motion is looked for where no curve is followed, Hz.
     next_hz: f64,
     /// `true` once the branch has left the range.
@@ -94,39 +107,129 @@ struct Follower<'b, 's> {
 }
 
 impl<'b, 's> Follower<'b, 's> {
-    fn new(run: &'b Run<'s>, course: Course, asked_hz: &'b [f64]) -> Self {
-        Self {
+    /// Follower of the branch that begins where the course does, with the points of it that an
+    /// earlier run solved.
+    fn new(run: &'b Run<'s>, course: Course, asked_hz: &'b [f64], from_last: bool) -> Self {
+        let mut new = Self {
             run,
             course,
             asked_hz,
+            from_last,
             recent: Vec::new(),
-            branch: Branch::default(),
+            branch: Followed::default(),
             tracer: None,
             level: 0,
+            step: 0,
+            solved: 0,
+            stretch_from: 0,
             next_hz: course.from_hz,
             has_left: false,
             work: Work::default(),
-        }
+        };
+        new.restore();
+        new
     }
 
     /// Follows the branch until it leaves the range, or until a step passes `stop_hz`.
     fn advance(&mut self, stop_hz: Option<f64>) {
         let Course { from_hz, to_hz, .. } = self.course;
         let toward = (to_hz - from_hz).signum();
+        let is_at = |hz: f64| (self.branch.points.iter()).any(|p| p.orbit.frequency_hz == hz);
+        if stop_hz.is_some_and(is_at) {
+            return;
+        }
         while !self.has_left && self.branch.points.len() < MOST_POINTS {
-            if self.tracer.is_some() {
-                if self.step(stop_hz) {
-                    return;
-                }
-                continue;
+            let stops = if self.tracer.is_some() {
+                self.step(stop_hz)
+            } else {
+                self.begin();
+                let begun_hz = self.next_hz;
+                self.has_left = begun_hz == to_hz;
+                self.look_beyond(begun_hz);
+                stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0)
+            };
+            self.step += 1;
+            if self.tracer.is_some() && self.solved >= self.stretch_from + STRETCH {
+                self.begin_stretch();
             }
-            self.begin();
-            let begun_hz = self.next_hz;
-            self.has_left = begun_hz == to_hz;
-            self.look_beyond(begun_hz);
-            if stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0) {
+            if stops {
                 return;
             }
+        }
+    }
+
+    /// Takes over the stretches of the branch that an earlier run completed.
+    fn restore(&mut self) {
+        let earlier = self.run.earlier_along(self.from_last);
+        let of = |solved: &SolvedFrequency| solved.along.as_ref().map_or(0, |along| along.step);
+        let steps: Vec<&[&SolvedFrequency]> = earlier.chunk_by(|a, b| of(a) == of(b)).collect();
+        let (mut complete, mut solved, mut stretch_from) = (0, 0, 0);
+        // The last step may be incomplete.
+        for (i, step) in steps.iter().enumerate().take(steps.len().saturating_sub(1)) {
+            solved += step.len();
+            let mut ends = step.iter().filter_map(|s| s.along.as_ref());
+            let end = ends.rfind(|a| matches!(a.part, Part::Begun | Part::Reached));
+            if solved >= stretch_from + STRETCH && end.is_some_and(|a| a.heading.is_some()) {
+                (complete, stretch_from) = (i + 1, solved);
+            }
+        }
+        for solved in steps[..complete].concat() {
+            self.solved += 1;
+            (self.run.tell)(Told::Solved(solved));
+            self.branch.keep(solved.clone());
+        }
+        let last = self.branch.points.iter().filter_map(|p| p.along.as_ref());
+        if let Some(last) = last.map(|a| a.step).max() {
+            self.step = last + 1;
+            self.begin_stretch();
+        }
+    }
+
+    /// Goes on from what is recorded of the last points alone.
+    fn begin_stretch(&mut self) {
+        self.stretch_from = self.solved;
+        self.work = Work::default();
+        self.tracer = None;
+        self.recent.clear();
+        let of_curve = |p: &&SolvedFrequency| {
+            let along = p.along.as_ref();
+            along.is_some_and(|a| matches!(a.part, Part::Begun | Part::Reached))
+        };
+        let mut last: Vec<&SolvedFrequency> = Vec::new();
+        for point in self.branch.points.iter().rev().filter(of_curve) {
+            let goes_on = last.last().is_none_or(|after| {
+                let begun = |a: &Along| a.part == Part::Begun;
+                after.mean == point.mean
+                    && after.next_level == point.next_level
+                    && !after.along.as_ref().is_some_and(begun)
+            });
+            if last.len() == 3 || !goes_on {
+                break;
+            }
+            last.push(point);
+        }
+        last.reverse();
+        let Some(level) = last.last().map(|p| p.next_level) else {
+            return;
+        };
+        self.level = level;
+        let solver = self.run.refinement.level(level);
+        let passed = self.branch.lengths.last().copied().unwrap_or(0.0);
+        for point in last {
+            let before = self.recent.last().map(|(point, _)| point.clone());
+            let (course, work) = (self.course, &mut self.work);
+            self.tracer = Tracer::resumed(solver, course, point, (before, passed), work);
+            let Some(tracer) = &self.tracer else {
+                break;
+            };
+            let amplitudes = point.orbit.observed_amplitude_m.clone();
+            self.recent.push((tracer.last().clone(), amplitudes));
+        }
+        let begun = self.branch.points.iter().rev();
+        let begun = begun.filter(|p| p.along.as_ref().is_some_and(|a| a.part == Part::Begun));
+        if let Some(begun) = begun.map(|p| p.orbit.frequency_hz).next() {
+            self.next_hz = begun;
+            self.look_beyond(begun);
         }
     }
 
@@ -136,9 +239,6 @@ impl<'b, 's> Follower<'b, 's> {
         let last = self.branch.points.last();
         let neighbour = last.filter(|p| p.orbit.outcome.holds());
         let neighbour = neighbour.map(|p| Neighbour::of(&p.orbit, None));
-        if last.is_some() {
-            self.branch.gaps.push(self.branch.points.len());
-        }
         let at_hz = self.next_hz;
         self.work.start_counting(run.most_seconds);
         let found = run
@@ -147,7 +247,7 @@ impl<'b, 's> Follower<'b, 's> {
                 level.solve(at_hz, neighbour.as_ref(), work)
             });
         self.level = found.level;
-        if found.solved.is_converged() {
+        if found.solved.is_converged() && self.course.range_hz() > 0.0 {
             let solver = run.refinement.level(found.level);
             let at = (&found.solved, at_hz);
             self.tracer = Tracer::from(solver, self.course, at, &mut self.work);
@@ -157,7 +257,7 @@ impl<'b, 's> Follower<'b, 's> {
         if let Some(tracer) = &mut self.tracer {
             tracer.begin_at(length);
         }
-        self.record(found, at_hz, length);
+        self.record(found, at_hz, length, Part::Begun);
         self.remember();
     }
 
@@ -184,7 +284,7 @@ impl<'b, 's> Follower<'b, 's> {
                 let resolved = run
                     .refinement
                     .refined(frequency_hz, self.level, solution, work);
-                self.record(resolved, frequency_hz, length);
+                self.record(resolved, frequency_hz, length, Part::Passed);
             }
             self.work.start_counting(run.most_seconds);
         }
@@ -218,7 +318,7 @@ impl<'b, 's> Follower<'b, 's> {
                 self.look_beyond(at_hz);
             }
         }
-        self.record(resolved, at_hz, length);
+        self.record(resolved, at_hz, length, Part::Reached);
         self.remember();
         self.refine_peaks();
         stops
@@ -286,14 +386,8 @@ impl<'b, 's> Follower<'b, 's> {
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
         let resolved = run.refinement.refined(at_hz, self.level, solution, work);
-        let place = self.branch.lengths.partition_point(|l| *l < length);
-        self.record(resolved, at_hz, length);
-        let added = self.branch.points.pop()?;
-        self.branch.lengths.pop();
-        let amplitude = added.orbit.observed_amplitude_m[observation];
-        self.branch.points.insert(place, added);
-        self.branch.lengths.insert(place, length);
-        Some((point, amplitude))
+        let amplitudes = self.record(resolved, at_hz, length, Part::Added);
+        Some((point, amplitudes[observation]))
     }
 
     /// Looks for the next motion behind a gap after a frequency.
@@ -301,19 +395,62 @@ impl<'b, 's> Follower<'b, 's> {
         self.next_hz = beyond(self.course, frequency_hz, self.next_hz);
     }
 
-    fn record(&mut self, resolved: Resolved<'_>, frequency_hz: f64, length: f64) {
+    /// Records a point that is solved. Returns its observed amplitudes, m.
+    fn record(
+        &mut self,
+        resolved: Resolved<'_>,
+        frequency_hz: f64,
+        length: f64,
+        part: Part,
+    ) -> Vec<f64> {
         let run = self.run;
-        let place = (self.branch.points.len(), frequency_hz);
+        // Both branches number their points by turns.
+        let place = (2 * self.solved + usize::from(self.from_last), frequency_hz);
+        self.solved += 1;
+        let followed = self.tracer.as_ref();
+        let followed = followed.filter(|_| matches!(part, Part::Begun | Part::Reached));
         let solved = SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.level,
             orbit: run.orbit_of(resolved, place, &self.work),
             linear: linear_point(&run.linear, run.harmonics(), frequency_hz),
             again: false,
+            along: Some(Along {
+                from_last: self.from_last,
+                step: self.step,
+                part,
+                length,
+                heading: followed.map(Tracer::heading),
+            }),
         };
         (run.tell)(Told::Solved(&solved));
-        self.branch.points.push(solved);
-        self.branch.lengths.push(length);
+        let amplitudes = solved.orbit.observed_amplitude_m.clone();
+        self.branch.keep(solved);
+        amplitudes
+    }
+}
+
+impl Followed {
+    /// Adds a point, at its place along the branch.
+    fn keep(&mut self, solved: SolvedFrequency) {
+        let Self {
+            points,
+            lengths,
+            gaps,
+        } = self;
+        let along = solved.along.as_ref();
+        let is = |part| along.is_some_and(|a| a.part == part);
+        let length = along.map_or(0.0, |a| a.length);
+        if is(Part::Begun) && !points.is_empty() {
+            gaps.push(points.len());
+        }
+        let place = if is(Part::Added) {
+            lengths.partition_point(|l| *l < length)
+        } else {
+            points.len()
+        };
+        points.insert(place, solved);
+        lengths.insert(place, length);
     }
 }
 
@@ -363,19 +500,75 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
     Some(highest + shift)
 }
 
+/// Response that consists of these branches.
+fn assembled(branches: Vec<Followed>) -> Response {
+    let mut response = Response {
+        linear: Vec::new(),
+        linear_curve: Vec::new(),
+        orbits: Vec::new(),
+        branches: Vec::new(),
+        asked: 0,
+        second_motions: Vec::new(),
+        slip_threshold_m: 0.0,
+    };
+    for branch in branches {
+        let first = response.orbits.len();
+        let points = branch.points.into_iter();
+        let (orbits, linear): (Vec<_>, Vec<_>) = points.map(|s| (s.orbit, s.linear)).unzip();
+        response.orbits.extend(orbits);
+        response.linear.extend(linear);
+        response.branches.push(Branch {
+            points: first..response.orbits.len(),
+            gaps: branch.gaps.iter().map(|gap| first + gap).collect(),
+            lengths: branch.lengths,
+        });
+    }
+    response
+}
+
+/// Response so far of branches that are being followed: `solved` are the points found, in the order
+/// of their numbers. The linear reference is known at these alone.
+pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
+    let [mut rising, mut falling] = [Followed::default(), Followed::default()];
+    for solved in solved {
+        let from_last = solved.along.as_ref().is_some_and(|along| along.from_last);
+        let branch = if from_last { &mut falling } else { &mut rising };
+        branch.keep(solved);
+    }
+    assembled(vec![rising, falling.reversed()])
+}
+
 impl Run<'_> {
     /// Follows the branches that begin at the two ends of a range, each to the middle. Where they
     /// do not meet there, both are followed to where they leave the range: a curve that folds is
     /// then the same from both ends, and two branches that are not remain two.
-    pub(super) fn branches(&self, course: Course, asked_hz: &[f64]) -> Vec<Branch> {
+    pub(super) fn followed(&self, course: Course, asked_hz: &[f64]) -> Response {
+        let mut response = assembled(self.branches(course, asked_hz));
+        response.slip_threshold_m = self.slip_threshold_m;
+        let mut frequencies_hz: Vec<f64> = response.linear.iter().map(|p| p.frequency_hz).collect();
+        frequencies_hz.sort_by(f64::total_cmp);
+        frequencies_hz.dedup();
+        response.linear_curve = linear_curve(&self.linear, self.harmonics(), &frequencies_hz);
+        response.second_motions = several_motions(&response);
+        response
+    }
+
+    fn branches(&self, course: Course, asked_hz: &[f64]) -> Vec<Followed> {
+        if asked_hz.is_empty() {
+            return Vec::new();
+        }
         let middle_hz = 0.5 * (course.from_hz + course.to_hz);
         let back = Course {
             from_hz: course.to_hz,
             to_hz: course.from_hz,
             ..course
         };
-        let [mut rising, mut falling] =
-            [course, back].map(|course| Follower::new(self, course, asked_hz));
+        let [mut rising, mut falling] = [(course, false), (back, true)]
+            .map(|(course, from_last)| Follower::new(self, course, asked_hz, from_last));
+        if course.range_hz() == 0.0 {
+            rising.advance(None);
+            return vec![rising.branch];
+        }
         let stop = Some(middle_hz);
         rayon::join(|| rising.advance(stop), || falling.advance(stop));
         let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {

@@ -13,12 +13,13 @@
 mod bordered;
 mod follow;
 mod gauge;
+mod several;
 mod trace;
 
-pub use follow::Branch;
+pub use follow::so_far;
 
 use super::sweep::{Run, SweepSettings, in_run};
-use super::{StaticState, Told};
+use super::{Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
 use trace::Course;
@@ -34,25 +35,36 @@ const CURVE_ERROR: f64 = 1e-3;
 ///
 /// Branches that begin at neither end are not found.
 ///
-/// `tell` is called from any thread, for each point that is solved.
+/// `earlier` are points that an interrupted run of the same model with the same settings solved, in
+/// any order; complete stretches of 20 points are not solved again. `tell` is called from any
+/// thread, for each point that is solved, `earlier` ones included.
 pub fn follow(
     problem: &Problem,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
+    earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
-) -> Vec<Branch> {
-    let ends = settings.frequencies_hz.first();
-    let Some((&from_hz, &to_hz)) = ends.zip(settings.frequencies_hz.last()) else {
-        return Vec::new();
-    };
+) -> Response {
+    let frequencies_hz = &settings.frequencies_hz;
+    let ends = frequencies_hz.first().zip(frequencies_hz.last());
+    // Without a frequency there is nothing to solve.
+    let (from_hz, to_hz) = ends.map_or((0.0, 0.0), |(from, to)| (*from, *to));
     let course = Course {
         from_hz,
         to_hz,
         curve_error: CURVE_ERROR,
     };
-    let solve = |run: &Run<'_>| run.branches(course, &settings.frequencies_hz);
-    in_run(problem, damping, static_state, settings, &[], tell, solve)
+    let solve = |run: &Run<'_>| run.followed(course, frequencies_hz);
+    in_run(
+        problem,
+        damping,
+        static_state,
+        settings,
+        earlier,
+        tell,
+        solve,
+    )
 }
 
 #[cfg(test)]
@@ -63,12 +75,16 @@ mod tests {
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
     use crate::problem::dovetail72::{damping, dovetail72};
+    use std::collections::HashSet;
     use std::f64::consts::TAU;
+    use std::sync::Mutex;
 
-    /// Frequency and amplitude of each point.
-    fn curve(branch: &Branch) -> Vec<(f64, f64)> {
-        let points = branch.points.iter().map(|p| &p.orbit);
-        points
+    /// Frequency and amplitude of each point of a response of one branch without a gap.
+    fn curve(response: &Response) -> Vec<(f64, f64)> {
+        let whole = 0..response.orbits.len();
+        assert_eq!(response.curves(), [whole], "{:?}", response.branches);
+        let orbits = response.orbits.iter();
+        orbits
             .map(|o| (o.frequency_hz, o.observed_amplitude_m[0]))
             .collect()
     }
@@ -104,9 +120,9 @@ mod tests {
                 )
             });
             let asked = settings(asked.to_vec());
-            let branches = follow(&problem, damping(&problem), &state, &asked, &|_| ());
-            assert_eq!(branches.len(), 1, "{force}");
-            let points = curve(&branches[0]);
+            let followed = follow(&problem, damping(&problem), &state, &asked, &[], &|_| ());
+            let points = curve(&followed);
+            assert_eq!(followed.second_motions, []);
             assert!(points.len() < most_points, "{force}: {}", points.len());
             for orbit in &swept.orbits {
                 let hz = orbit.frequency_hz;
@@ -120,7 +136,7 @@ mod tests {
             let peak = highest(&mut points.iter().map(|p| p.1));
             let fine = highest(&mut fine.orbits.iter().map(|o| o.observed_amplitude_m[0]));
             assert!((peak / fine - 1.0).abs() < 1e-3, "{force}: {peak} {fine}");
-            let lengths = &branches[0].lengths;
+            let lengths = &followed.branches[0].lengths;
             assert_eq!(lengths.len(), points.len());
             assert!(lengths.windows(2).all(|l| l[0] <= l[1]), "{lengths:?}");
         }
@@ -142,10 +158,13 @@ mod tests {
                 settings.slip_threshold_m = Some(1e-9);
                 let state = static_state(&problem, 1, settings.newton);
                 let damping = made_up::DAMPING;
-                let branches = follow(&problem, damping, &state, &settings, &|_| ());
-                assert_eq!(branches.len(), 1);
-                assert!(branches[0].gaps.is_empty());
-                let points = curve(&branches[0]);
+                let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
+                let points = curve(&followed);
+                let [several] = &followed.second_motions[..] else {
+                    panic!("{:?}", followed.second_motions);
+                };
+                assert!((several.from_hz..several.to_hz).contains(&asked_hz));
+                assert!(several.amplitude_m > 1.05 * several.other_amplitude_m);
                 assert_eq!(
                     (points[0].0, points[points.len() - 1].0),
                     (ends[0], ends[1])
@@ -169,6 +188,71 @@ mod tests {
             for (a, b) in amplitudes[0].iter().zip(&amplitudes[1]) {
                 assert!((a / b - 1.0).abs() < 1e-6, "{amplitudes:?}");
             }
+        }
+    }
+
+    /// Wherever the run was broken off, between two points of either branch.
+    #[test]
+    fn a_branch_that_was_broken_off_goes_on_to_the_same_bits() {
+        let problem = mass_with_a_stop(1.0);
+        let resolution = Resolution::Fixed {
+            harmonics: 3,
+            samples: 64,
+        };
+        let frequencies_hz = (0..81).map(|i| 0.1 + 0.3 * f64::from(i) / 80.0).collect();
+        let mut settings = SweepSettings::new(frequencies_hz, resolution);
+        settings.slip_threshold_m = Some(1e-9);
+        let state = static_state(&problem, 1, settings.newton);
+        let run = |earlier: &[SolvedFrequency]| {
+            let told = Mutex::new(Vec::new());
+            let tell = |event: Told<'_>| {
+                if let Told::Solved(solved) = event {
+                    told.lock().unwrap().push(solved.clone());
+                }
+            };
+            let response = follow(
+                &problem,
+                made_up::DAMPING,
+                &state,
+                &settings,
+                earlier,
+                &tell,
+            );
+            let text = format!("{:?}{:?}", response.orbits, response.branches);
+            (text, told.into_inner().unwrap())
+        };
+        let (whole, told) = run(&[]);
+        let [rising, falling] = [false, true].map(|from_last| {
+            let of = |s: &&SolvedFrequency| s.along.as_ref().unwrap().from_last == from_last;
+            told.iter().filter(of).cloned().collect::<Vec<_>>()
+        });
+        assert!(rising.len().min(falling.len()) > 44, "{}", told.len());
+        for (low, high) in [(0, 0), (19, 23), (24, 41), (45, 22), (999, 30), (999, 999)] {
+            let first = |of: &[SolvedFrequency], n: usize| of[..n.min(of.len())].to_vec();
+            let mut earlier = [first(&falling, high), first(&rising, low)].concat();
+            for solved in &mut earlier {
+                // Told from what is computed.
+                solved.orbit.newton_iterations += 1000;
+            }
+            let (resumed, again) = run(&earlier);
+            let kept = again
+                .iter()
+                .filter(|s| s.orbit.newton_iterations >= 1000)
+                .count();
+            let least = [low, high]
+                .map(|n| n.min(44).saturating_sub(24))
+                .iter()
+                .sum::<usize>();
+            assert!(kept >= least, "{low} {high}: {kept} kept");
+            let expected = again.iter().map(|s| s.orbit.point).collect::<HashSet<_>>();
+            assert_eq!(expected.len(), again.len(), "no point is told twice");
+            let marked = |text: &str| {
+                let fields = text.split("newton_iterations: ");
+                fields
+                    .map(|f| f.trim_start_matches(char::is_numeric).to_owned())
+                    .collect::<String>()
+            };
+            assert!(marked(&resumed) == marked(&whole), "{low} {high}");
         }
     }
 }

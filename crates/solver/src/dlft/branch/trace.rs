@@ -4,6 +4,7 @@ use super::bordered::{Direction, Plane, correct, direction};
 use super::gauge::{Gauge, Scales, motion};
 use crate::dlft::point::{FrequencySolver, Solution, Work};
 use crate::dlft::retention::Mean;
+use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
@@ -62,6 +63,8 @@ enum Ahead<'a> {
     Frequency(f64),
     /// Those along the direction of a point nearby.
     As(&'a Point),
+    /// Those along a direction of the motion T and the frequency.
+    Along(&'a [f64], f64),
 }
 
 /// Range through which a curve is followed, and how closely.
@@ -168,6 +171,48 @@ impl<'b, 's> Tracer<'b, 's> {
         })
     }
 
+    /// Follower that goes on from a solution that is recorded with its heading, behind another
+    /// point. `passed_length` is the length of the curve up to which it is known.
+    pub fn resumed(
+        solver: &'b FrequencySolver<'s>,
+        course: Course,
+        solved: &SolvedFrequency,
+        (before, passed_length): (Option<Point>, f64),
+        work: &mut Work,
+    ) -> Option<Self> {
+        let along = solved.along.as_ref()?;
+        let heading = along.heading.as_ref()?;
+        let frequency_hz = solved.orbit.frequency_hz;
+        let solution = solver.evaluated(frequency_hz, &solved.orbit.x, solved.mean)?;
+        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let scales = Scales {
+            motion: heading.scale_m,
+            range_hz: course.range_hz(),
+        };
+        let ahead = Ahead::Along(&heading.motion_m, heading.frequency_hz);
+        let (at, place) = ((&solution, frequency_hz), (scales, along.length));
+        Some(Self {
+            last: Point::at(solver, at, motion, &ahead, place, work)?,
+            largest_motion: heading.largest_m,
+            solver,
+            course,
+            before,
+            step: heading.next_step,
+            passed_length,
+        })
+    }
+
+    /// Direction of the curve at the last point, as it is recorded.
+    pub fn heading(&self) -> Heading {
+        Heading {
+            motion_m: self.last.motion_along.clone(),
+            frequency_hz: self.last.direction.frequency_hz,
+            scale_m: self.last.scales.motion,
+            largest_m: self.largest_motion,
+            next_step: self.step,
+        }
+    }
+
     /// Last point.
     pub fn last(&self) -> &Point {
         &self.last
@@ -216,9 +261,8 @@ impl<'b, 's> Tracer<'b, 's> {
         let plane = first.plane(span, (&u, frequency_hz));
         let start = (&u[..], frequency_hz);
         let newton = self.solver.newton;
-        let (solution, frequency_hz) =
-            correct(self.solver, &plane, start, first.mean, newton, work)?;
-        solution.is_converged().then_some(Found {
+        let (solution, frequency_hz) = self.corrected(&plane, start, first.mean, newton, work)?;
+        Some(Found {
             solution,
             frequency_hz,
             length: first.length + fraction * span,
@@ -259,10 +303,7 @@ impl<'b, 's> Tracer<'b, 's> {
             ..solver.newton
         };
         let start = (&predicted[..], predicted_hz);
-        let (found, frequency_hz) = correct(solver, &plane, start, mean, options, work)?;
-        if !found.is_converged() {
-            return None;
-        }
+        let (found, frequency_hz) = self.corrected(&plane, start, mean, options, work)?;
         let reached = motion(&found.balance, &found.u, frequency_hz);
         let from = |other: &[f64]| -> Vec<f64> {
             let both = reached.iter().zip(other);
@@ -338,6 +379,33 @@ impl<'b, 's> Tracer<'b, 's> {
         })
     }
 
+    /// Solution in a plane, with this mean, or with the retained one where no free one is found and
+    /// friction does not hold the bodies any more; `None` where none is found.
+    fn corrected(
+        &self,
+        plane: &Plane,
+        start: (&[f64], f64),
+        mean: Mean,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let solver = self.solver;
+        let (found, frequency_hz) = correct(solver, plane, start, mean, options, work)?;
+        if found.is_converged() {
+            return Some((found, frequency_hz));
+        }
+        if mean == Mean::Retained {
+            return None;
+        }
+        let (found, frequency_hz) = correct(solver, plane, start, Mean::Retained, options, work)?;
+        if !found.is_converged() {
+            return None;
+        }
+        let found = solver.on_curve(frequency_hz, found, work)?;
+        let is_retained = found.balance.mean() == Mean::Retained;
+        (is_retained && found.is_converged()).then_some((found, frequency_hz))
+    }
+
     /// U and the frequency a step ahead: on the cubic through the last two points, or along the
     /// direction of the last one.
     fn predicted(&self, h: f64) -> (Vec<f64>, f64) {
@@ -405,8 +473,8 @@ impl<'b, 's> Tracer<'b, 's> {
         };
         let start = (&u[..], frequency_hz);
         let newton = self.solver.newton;
-        let (solution, _) = correct(self.solver, &plane, start, last.mean, newton, work)?;
-        solution.is_converged().then_some(Found {
+        let (solution, _) = self.corrected(&plane, start, last.mean, newton, work)?;
+        Some(Found {
             solution,
             frequency_hz,
             length: last.length + fraction * (next.length - last.length),
@@ -455,6 +523,7 @@ impl Point {
         let (row, corner) = match ahead {
             Ahead::Frequency(sign) => (vec![0.0; solution.u.len()], *sign),
             Ahead::As(point) => across(&point.motion_along, point.direction.frequency_hz),
+            Ahead::Along(motion_along, along_hz) => across(motion_along, *along_hz),
         };
         let mut direction = direction(solver, (solution, frequency_hz), (&row, corner), work)?;
         let mut motion_along = gauge.along(&direction);
