@@ -256,13 +256,15 @@ fn curve(
         label,
         kind,
         dashed: false,
-        points: points_of(response, point),
+        points: points_of(response, !matches!(kind, CurveKind::State(_)), point),
         peak: None,
     }
 }
 
-/// Points of all curves of a response, with one without a value between two of them.
-fn points_of(response: &Response, point: impl Fn(&Orbit) -> Point) -> Vec<Point> {
+/// Points of all curves of a response, with one without a value, at the frequency of the last,
+/// between two of them. Between the points of a branch that was followed they are on a cubic, unless
+/// they are counts.
+fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Point) -> Vec<Point> {
     let mut points: Vec<Point> = Vec::with_capacity(response.orbits.len());
     for curve in response.curves() {
         points.extend(
@@ -270,9 +272,83 @@ fn points_of(response: &Response, point: impl Fn(&Orbit) -> Point) -> Vec<Point>
                 .last()
                 .map(|last| Point::exact(last.frequency_hz, None)),
         );
-        points.extend(response.orbits[curve].iter().map(&point));
+        let branch = &response.branches[response.branch_of(curve.start)];
+        let lengths = branch.lengths.get(curve.start - branch.points.start..);
+        let lengths = lengths.and_then(|lengths| lengths.get(..curve.len()));
+        let own: Vec<Point> = response.orbits[curve].iter().map(&point).collect();
+        match lengths {
+            Some(lengths) if is_smooth => points.extend(rounded(&own, lengths)),
+            _ => points.extend(own),
+        }
     }
     points
+}
+
+/// Parts of an interval between two points of a branch that are drawn.
+const PARTS: usize = 8;
+/// Change of a phase between two points, in degrees, beyond which it has come round.
+const ROUND: f64 = 180.0;
+
+/// Points with others between them, on the cubics over the length of the curve.
+fn rounded(points: &[Point], lengths: &[f64]) -> Vec<Point> {
+    let frequency = slopes(points, lengths, |p| Some(p.frequency_hz));
+    let value = slopes(points, lengths, |p| p.value);
+    let mut all = Vec::with_capacity(PARTS * points.len());
+    for (i, two) in points.windows(2).enumerate() {
+        let [from, to] = [two[0], two[1]];
+        all.push(from);
+        let span = lengths[i + 1] - lengths[i];
+        let slopes = |of: &[f64]| [span * of[i], span * of[i + 1]];
+        let (Some(a), Some(b)) = (from.value, to.value) else {
+            continue;
+        };
+        if (b - a).abs() > ROUND {
+            continue;
+        }
+        for part in 1..PARTS {
+            let t = part as f64 / PARTS as f64;
+            let errors = from.error.zip(to.error);
+            all.push(Point {
+                frequency_hz: cubic([from.frequency_hz, to.frequency_hz], slopes(&frequency), t),
+                value: Some(cubic([a, b], slopes(&value), t)),
+                error: errors.map(|(a, b)| a + t * (b - a)),
+                is_accurate: from.is_accurate && to.is_accurate,
+            });
+        }
+    }
+    all.extend(points.last());
+    all
+}
+
+/// Value at `t` of the cubic with these values and slopes at 0 and 1.
+fn cubic([from, to]: [f64; 2], [leaving, arriving]: [f64; 2], t: f64) -> f64 {
+    let rise = t * t * (3.0 - 2.0 * t);
+    let (u, v) = (t * (1.0 - t) * (1.0 - t), t * t * (t - 1.0));
+    from + rise * (to - from) + u * leaving + v * arriving
+}
+
+/// Slopes of a quantity over the length at each point: those of the parabola through it and its
+/// neighbours, no steeper than lets the cubics rise and fall with the points alone (F. N. Fritsch,
+/// R. E. Carlson, SIAM J. Numer. Anal. 17, 1980). 0 where a value beside it is missing.
+fn slopes(points: &[Point], lengths: &[f64], of: impl Fn(&Point) -> Option<f64>) -> Vec<f64> {
+    let chord = |i: usize| {
+        let span = lengths.get(i + 1)? - lengths[i];
+        let change = of(&points[i + 1])? - of(&points[i])?;
+        (span > 0.0 && change.abs() <= ROUND).then(|| (change / span, span))
+    };
+    let slope = |i: usize| {
+        let before = i.checked_sub(1).and_then(chord);
+        let (Some((rise, left)), Some((fall, right))) = (before, chord(i)) else {
+            return before.or(chord(i)).map_or(0.0, |(slope, _)| slope);
+        };
+        let slope = (rise * right + fall * left) / (left + right);
+        if rise.signum() == fall.signum() {
+            slope.signum() * slope.abs().min(3.0 * rise.abs().min(fall.abs()))
+        } else {
+            slope
+        }
+    };
+    (0..points.len()).map(slope).collect()
 }
 
 /// Label such as `with 3 harmonics`, or `with 1 to 7 harmonics` if the frequencies have different
@@ -326,6 +402,33 @@ fn in_words<S: Serializer>(peak: &Option<PeakMark>, serializer: S) -> Result<S::
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Five points of a circle, over its length: the frequency turns back, the value has a peak.
+    #[test]
+    fn between_points_of_a_branch_the_curve_is_round_and_a_phase_that_comes_round_is_not() {
+        let lengths: Vec<f64> = (0..5).map(|i| 0.4 * f64::from(i)).collect();
+        let at = |l: &f64| Point {
+            error: Some(*l),
+            ..Point::exact(10.0 + l.sin(), Some(2.0 + l.cos()))
+        };
+        let points: Vec<Point> = lengths.iter().map(at).collect();
+        let drawn = rounded(&points, &lengths);
+        assert_eq!(drawn.len(), 4 * PARTS + 1);
+        for (i, p) in drawn.iter().enumerate() {
+            let radius = (p.frequency_hz - 10.0).hypot(p.value.unwrap() - 2.0);
+            assert!((radius - 1.0).abs() < 1e-2, "{radius}");
+            let length = p.error.unwrap();
+            assert!((length - 0.4 * i as f64 / PARTS as f64).abs() < 1e-12);
+        }
+        let phase = |l: &f64| Point::exact(10.0 + l, Some(if *l < 1.0 { 170.0 } else { -170.0 }));
+        let points: Vec<Point> = lengths.iter().map(phase).collect();
+        let drawn = rounded(&points, &lengths);
+        assert_eq!(drawn.len(), 3 * PARTS + 2);
+        assert!(drawn.iter().all(|p| p.value.unwrap().abs() == 170.0));
+        let mut points = points;
+        points[2].value = None;
+        assert_eq!(rounded(&points, &lengths).len(), 2 * PARTS + 3);
+    }
 
     #[test]
     fn the_axis_is_that_of_friction_where_the_linear_peak_is_much_higher() {

@@ -336,17 +336,37 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
         warnings.extend(truncation(response));
     }
     let names = reduced.observations();
-    for two in &response.second_motions {
+    let [one, other] = if response.is_followed() {
+        ["on the highest branch", "on the lowest"]
+    } else {
+        ["on the curve", "in the other motion"]
+    };
+    for several in &response.second_motions {
         warnings.push(doubt(format!(
-            "from {:.4} to {:.4} Hz two motions were found: at {:.4} Hz the amplitude of {} is {} on the curve and {} in the other \
-             motion (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached, and \
-             the peak may be that of the other",
-            two.from_hz,
-            two.to_hz,
-            two.frequency_hz,
-            names.get(two.observation).copied().unwrap_or_default(),
-            quantity(two.amplitude_m, "m", 4),
-            quantity(two.other_amplitude_m, "m", 4),
+            "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} {one} and {} {other} \
+             (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{}",
+            several.from_hz,
+            several.to_hz,
+            several.frequency_hz,
+            names.get(several.observation).copied().unwrap_or_default(),
+            quantity(several.amplitude_m, "m", 4),
+            quantity(several.other_amplitude_m, "m", 4),
+            if response.is_followed() {
+                ""
+            } else {
+                ", and the peak may be that of the other"
+            },
+        )));
+    }
+    let gaps: Vec<usize> = (response.branches.iter())
+        .flat_map(|branch| branch.gaps.iter().copied())
+        .collect();
+    if let Some(first) = gaps.first() {
+        let [from, to] = [first - 1, *first].map(|i| response.orbits[i].frequency_hz);
+        warnings.push(doubt(format!(
+            "the curve could not be followed everywhere: it has {}, the first from {from:.4} to {to:.4} Hz, where nothing is known of it; \
+             give a grid (response.points) to solve each frequency by itself",
+            counted(gaps.len(), "gap", "gaps"),
         )));
     }
     for (i, name) in names.into_iter().enumerate() {
@@ -401,9 +421,13 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
         )));
     }
     if let Some(rise) = peak_rise(response, observation).filter(|rise| *rise > LEAST_RISE) {
+        let remedy = if response.is_followed() {
+            "a narrower range"
+        } else {
+            "more response.points, a narrower range, or more response.most_added_points"
+        };
         warnings.push(doubt(format!(
-            "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
-             response.most_added_points",
+            "between two frequencies the peak of {name} may be {:.1} % higher: take {remedy}",
             100.0 * rise
         )));
     }

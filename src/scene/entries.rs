@@ -813,7 +813,7 @@ const RESPONSE: [Key; 16] = [
     key(
         "points",
         Kind::Whole(Some(1), Some(1_000_000)),
-        "-",
+        "none",
         "a grid of so many frequencies, evenly spaced, ends included; without this key the curve is \
          [followed along its length](method.md#following-a-branch), also where it folds, with \
          points where it bends and at its peaks",

@@ -227,7 +227,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         .to_owned();
     assert!(
         header.starts_with(
-            "point,added,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
+            "point,added,branch,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
         ),
         "{header}"
     );

@@ -80,9 +80,9 @@ fn what_a_scene_cannot_ask_for_is_refused() {
             "expected a whole number",
         ),
         (
-            "**No arc-length continuation.**",
-            "response.continuation=true",
-            "unknown key `response.continuation`",
+            "there is no continuation in force, friction or speed",
+            "response.force_n=[1,2]",
+            "unknown key `response.force_n`",
         ),
     ] {
         is_refused(sentence, setting, message);

@@ -6,6 +6,30 @@ const largestOf = (values) => values.reduce((most, v) => (v > most ? v : most), 
 /** The scale that shows most: that of the curves with `friction`, or of `all` where the linear curve leaves them room. */
 const bestScale = ({ curves, highest }) => (curves.some(({ points }) => largestOf(points.y) > highest) ? "friction" : "all");
 
+/**
+ * Parts of a curve along which the frequency rises, or falls and is turned round; one that turns back belongs to both
+ * parts. A point without a value at the frequency of the one before ends a branch.
+ */
+function passes({ x, y, error }) {
+  const parts = [];
+  let part = null;
+  for (let i = 0; i < x.length; i++) {
+    const last = part?.at(-1);
+    if (i > 0 && y[i] == null && x[i] === x[i - 1]) {
+      part = null;
+      continue;
+    }
+    if (part?.length > 1 && (x[i] > x[last]) !== (x[part[1]] > x[part[0]])) parts.push((part = [last]));
+    if (!part) parts.push((part = []));
+    part.push(i);
+  }
+  return parts.map((own) => {
+    if (x[own[0]] > x[own.at(-1)]) own.reverse();
+    const of = (values) => own.map((i) => values[i]);
+    return { x: of(x), y: of(y), ...(error && { error: of(error) }) };
+  });
+}
+
 /** An error of one digit, and of two where the first is 1. */
 function errorText(error) {
   const digits = error.toExponential(1).startsWith("1") ? 2 : 1;
@@ -27,25 +51,24 @@ function curveChart(place, chosen, peak_hz, state = null) {
       const v = valueAt(plot, series, index);
       return v == null ? "–" : withPrefix(v / axis.factor, unit);
     };
-    const withError = (plot, v, series, index) => {
-      const share = index == null ? null : error[own.points.x.indexOf(plot.data[0][index])];
+    const withError = ({ x, error }) => (plot, v, series, index) => {
+      const share = index == null ? null : error[x.indexOf(plot.data[0][index])];
       return share > 1e-4 ? `${value(plot, v, series, index)} ± ${errorText(share)}` : value(plot, v, series, index);
     };
     // The scale shows what is seen of the lines that are scaling, from zero on.
     const line = (label, { x, y }, style, isScaling = true) =>
       ({ x, y: scaled(y), isScaling, series: { label, value, points: { show: false }, ...style } });
-    const drawnLine = ({ label, kind, dashed, points }) => line(label, points, {
+    const drawnLine = ({ label, kind, dashed, points }) => passes(points).map((pass) => line(label, pass, {
       stroke: colourOf(`--${kind}`), width: kind === "linear" ? 1.5 : 2, ...(dashed && { dash: [6, 4] }),
-      ...(points === own.points && error && { value: withError }),
-    }, scaling !== "friction" || kind !== "linear");
-    const bound = (sign) => line("", {
-      x: own.points.x,
-      y: own.points.y.map((v, i) => (v == null || error[i] == null ? v : v * Math.max(1e-3, 1 + sign * error[i]))),
+      ...(points === own.points && error && { value: withError(pass) }),
+    }, scaling !== "friction" || kind !== "linear"));
+    const bound = ({ x, y, error }, sign) => line("", {
+      x, y: y.map((v, i) => (v == null || error[i] == null ? v : v * Math.max(1e-3, 1 + sign * error[i]))),
     }, { stroke: "transparent", width: 0 });
-    const bounds = error ? [bound(1), bound(-1)] : [];
+    const bounds = error ? passes(own.points).flatMap((pass) => [bound(pass, 1), bound(pass, -1)]) : [];
     const measured = (state?.measured ?? []).map(({ label, x, y }) =>
       line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }, scaling === "all"));
-    const lines = [...bounds, ...curves.map(drawnLine), ...measured], data = joined(lines);
+    const lines = [...bounds, ...curves.flatMap(drawnLine), ...measured], data = joined(lines);
     const columns = data.slice(1).filter((_, i) => lines[i].isScaling);
     const range = (plot) => {
       const [from, to] = plot.series[0].idxs ?? [0, data[0].length - 1];
@@ -55,7 +78,7 @@ function curveChart(place, chosen, peak_hz, state = null) {
     return {
       data,
       series: lines.map((l) => l.series),
-      bands: error ? [{ series: [1, 2], fill: colourOf("--band") }] : [],
+      bands: bounds.flatMap((_, i) => (i % 2 ? [{ series: [i, i + 1], fill: colourOf("--band") }] : [])),
       scales: scaling ? { y: scaling === "logarithmic" ? { distr: 3 } : { range } } : {},
       axes: [{ label: axis.unit ? `${quantity} (${axis.unit})` : quantity }],
       rest: rest < 0 ? null : rest,

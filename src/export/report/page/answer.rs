@@ -169,9 +169,8 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             @for two in &response.second_motion {
                 (line(false, &html! {
                     "From " (quantity(two.from_hz, "Hz", 5)) " to " (quantity(two.to_hz, "Hz", 5))
-                    " there are two motions: the curve has " (quantity(two.amplitude_m, "m", 4)) " at "
-                    (quantity(two.frequency_hz, "Hz", 5)) ", the other one "
-                    (quantity(two.other_amplitude_m, "m", 4)) "."
+                    " there are several motions: at " (quantity(two.frequency_hz, "Hz", 5)) " one has "
+                    (quantity(two.amplitude_m, "m", 4)) " and another " (quantity(two.other_amplitude_m, "m", 4)) "."
                 }))
             }
             @match response.peak_estimated_error {

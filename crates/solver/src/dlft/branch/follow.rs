@@ -22,6 +22,8 @@ const MOST_ADDED: usize = 8;
 /// A peak is found where the parabola through the highest point and those beside it rises by no
 /// more than this fraction above it.
 const PEAK_ERROR: f64 = 1e-4;
+/// Parts of the range at whose ends the linear reference is known in any case.
+const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
 const SAME: f64 = 1e-4;
 
@@ -545,7 +547,11 @@ impl Run<'_> {
     pub(super) fn followed(&self, course: Course, asked_hz: &[f64]) -> Response {
         let mut response = assembled(self.branches(course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
-        let mut frequencies_hz: Vec<f64> = response.linear.iter().map(|p| p.frequency_hz).collect();
+        let Course { from_hz, to_hz, .. } = course;
+        let even = (0..=LINEAR_PARTS)
+            .map(|i| from_hz + (to_hz - from_hz) * i as f64 / LINEAR_PARTS as f64);
+        let own = response.linear.iter().map(|p| p.frequency_hz);
+        let mut frequencies_hz: Vec<f64> = own.chain(even).collect();
         frequencies_hz.sort_by(f64::total_cmp);
         frequencies_hz.dedup();
         response.linear_curve = linear_curve(&self.linear, self.harmonics(), &frequencies_hz);
