@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Robustness at stick, slip and lift-off: a response over four decades of excitation on three meshes.
 
-    python3 scripts/transitions.py [--points 67] [--out output/transitions] [--mesh "8 x 18"] [--levels 0.01 2]
+    python3 scripts/transitions.py [--points 67 | --follow] [--out output/transitions] [--mesh "8 x 18"] [--levels 0.01 2]
 
 Each mesh is reduced once (`dovetail reduce`), then solved at ten levels of excitation from 0.01 to 20 N over 0.97 to
-1.03 of its first stuck mode, three harmonics, 128 samples. Prints a Markdown table, a line per mesh and level:
+1.03 of its first stuck mode, three harmonics, 128 samples, at a grid of frequencies or with the curve followed. Prints a Markdown table, a line per mesh and level:
 frequencies that converged, iterations, peak over that of the linear curve, pairs open there. Exit code 1 when a
 frequency has not converged. Needs target/release/dovetail and, for the finer meshes, gmsh.
 """
@@ -36,8 +36,7 @@ ratio = 0.001
 linear_mode = 1
 [response]
 times_first_linear_mode = [0.97, 1.03]
-points = {points}
-harmonics = 3
+{grid}harmonics = 3
 samples = 128
 """
 
@@ -52,6 +51,7 @@ def dovetail(command, scene, out, sets):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=67)
+    parser.add_argument("--follow", action="store_true", help="follow the curve in place of the grid")
     parser.add_argument("--out", type=Path, default=ROOT / "output/transitions")
     parser.add_argument("--mesh", choices=list(MESHES), action="append", help="this one alone")
     parser.add_argument("--levels", type=float, nargs="+", default=LEVELS_N, help="N")
@@ -66,7 +66,7 @@ def main():
         if reduced.returncode != 0:
             sys.exit(reduced.stderr)
         scene = folder / "scene.toml"
-        scene.write_text(SCENE.format(points=arguments.points))
+        scene.write_text(SCENE.format(grid="" if arguments.follow else f"points = {arguments.points}\n"))
         for level in arguments.levels:
             out = folder / f"{level}N"
             start = time.monotonic()

@@ -598,29 +598,37 @@ impl Run<'_> {
         vec![rising, falling]
     }
 
-    /// Returns `true` if two motions at one frequency have the same vibration. Pairs that stick
-    /// leave their means open.
+    /// Returns `true` if two motions at one frequency have the same vibration: that of what is
+    /// observed, or that of the pairs where nothing is. Pairs that stick leave their means open.
     fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
         if a.frequency_hz != b.frequency_hz || !a.outcome.has_motion() || !b.outcome.has_motion() {
             return false;
         }
-        if a.harmonics != b.harmonics {
-            let pairs = a.observed_amplitude_m.iter().zip(&b.observed_amplitude_m);
-            let mut off = pairs.map(|(a, b)| (a - b).abs() / a.max(*b));
+        let error = if a.harmonics == b.harmonics {
+            SAME
+        } else {
             let errors = [a, b].map(|orbit| orbit.estimated_error.unwrap_or(0.0));
-            let error = errors[0].max(errors[1]).max(SAME);
-            return off.all(|off| off <= error);
-        }
-        let solver = self.refinement.with(a.harmonics);
-        let balance = Balance::new(&solver.setting, TAU * a.frequency_hz);
-        let n = balance.unknowns_per_block();
-        let moved: Vec<f64> = a.x.iter().zip(&b.x).map(|(a, b)| a - b).collect();
-        let vibration = |x: &[f64]| {
-            let mut x = x.to_vec();
-            x[..n].fill(0.0);
-            step_length(&balance, &x)
+            errors[0].max(errors[1]).max(SAME)
         };
-        vibration(&moved) <= SAME * vibration(&a.x)
+        if a.observed.is_empty() {
+            let solver = self.refinement.with(a.harmonics.min(b.harmonics));
+            let balance = Balance::new(&solver.setting, TAU * a.frequency_hz);
+            let n = balance.unknowns_per_block();
+            let differs = |(a, b): (&f64, &f64)| a - b;
+            let moved: Vec<f64> = a.x.iter().zip(&b.x).map(differs).collect();
+            let vibration = |x: &[f64]| {
+                let mut x = x[..moved.len()].to_vec();
+                x[..n].fill(0.0);
+                step_length(&balance, &x)
+            };
+            return vibration(&moved) <= error * vibration(&a.x);
+        }
+        let size = |vibration: &mut dyn Iterator<Item = f64>| vibration.map(|c| c * c).sum::<f64>();
+        a.observed.iter().zip(&b.observed).all(|(a, b)| {
+            let moved = a.iter().zip(b).skip(1).map(|(a, b)| a - b);
+            let whole = size(&mut a.iter().skip(1).copied());
+            size(&mut { moved }) <= error * error * whole
+        })
     }
 }
 

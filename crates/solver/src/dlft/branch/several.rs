@@ -17,17 +17,19 @@ impl Pass<'_> {
         Some([self.0.first()?.0, self.0.last()?.0])
     }
 
-    /// Amplitude of an observation at a frequency, between two points; `None` outside.
-    fn amplitude_m(&self, frequency_hz: f64, observation: usize) -> Option<f64> {
+    /// Amplitude of an observation at a frequency, on the line between two points, and the
+    /// amplitudes of these; `None` outside.
+    fn amplitude_m(&self, frequency_hz: f64, observation: usize) -> Option<(f64, [f64; 2])> {
         let above = self.0.partition_point(|p| p.0 < frequency_hz);
         let (to_hz, to) = *self.0.get(above)?;
         let to = *to.get(observation)?;
         if to_hz == frequency_hz {
-            return Some(to);
+            return Some((to, [to; 2]));
         }
         let (from_hz, from) = *self.0.get(above.checked_sub(1)?)?;
         let from = *from.get(observation)?;
-        Some(from + (to - from) * (frequency_hz - from_hz) / (to_hz - from_hz))
+        let share = (frequency_hz - from_hz) / (to_hz - from_hz);
+        Some((from + (to - from) * share, [from, to]))
     }
 }
 
@@ -89,34 +91,39 @@ fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     joined
 }
 
-/// Place in a range at which the amplitudes of an observation differ most; `None` where they are
-/// alike everywhere.
+/// Place in a range at which the amplitudes of two motions differ most; `None` where they are alike
+/// everywhere. A point is compared with both points of another pass that its frequency lies
+/// between: what the curve does between two points is known by a cubic alone.
 fn widest(passes: &[Pass<'_>], [from_hz, to_hz]: [f64; 2]) -> Option<SecondMotion> {
-    let frequencies = passes.iter().flat_map(|pass| &pass.0).map(|p| p.0);
-    let inside = frequencies.filter(|hz| (from_hz..=to_hz).contains(hz));
-    let observations = passes.iter().flat_map(|pass| &pass.0).map(|p| p.1.len());
-    let observations = observations.max().unwrap_or(0);
-    let all: Vec<(f64, usize)> = inside
-        .flat_map(|hz| (0..observations).map(move |i| (hz, i)))
-        .collect();
-    let spread = |&(frequency_hz, observation): &(f64, usize)| {
-        let amplitudes = passes.iter();
-        let amplitudes = amplitudes.filter_map(|pass| pass.amplitude_m(frequency_hz, observation));
-        let amplitudes: Vec<f64> = amplitudes.collect();
-        let largest = amplitudes.iter().copied().reduce(f64::max)?;
-        let smallest = amplitudes.iter().copied().reduce(f64::min)?;
-        (largest - smallest > DIFFERENT * largest).then_some(SecondMotion {
-            from_hz,
-            to_hz,
-            frequency_hz,
-            observation,
-            amplitude_m: largest,
-            other_amplitude_m: smallest,
-        })
-    };
-    let share = |m: &SecondMotion| m.other_amplitude_m / m.amplitude_m;
-    let found = all.iter().filter_map(spread);
-    found.min_by(|a, b| share(a).total_cmp(&share(b)))
+    let mut widest: Option<SecondMotion> = None;
+    for (i, pass) in passes.iter().enumerate() {
+        let inside = pass.0.iter().filter(|p| (from_hz..=to_hz).contains(&p.0));
+        let places = inside.flat_map(|p| p.1.iter().enumerate().map(|(k, a)| (p.0, k, *a)));
+        for (frequency_hz, observation, own) in places {
+            let others = passes.iter().enumerate().filter(|(j, _)| *j != i);
+            for (_, other) in others {
+                let Some((between, ends)) = other.amplitude_m(frequency_hz, observation) else {
+                    continue;
+                };
+                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                let alike = low - DIFFERENT * low.max(own)..=high + DIFFERENT * high.max(own);
+                let share = |m: &SecondMotion| m.other_amplitude_m / m.amplitude_m;
+                let found = SecondMotion {
+                    from_hz,
+                    to_hz,
+                    frequency_hz,
+                    observation,
+                    amplitude_m: own.max(between),
+                    other_amplitude_m: own.min(between),
+                };
+                let is_wider = widest.as_ref().is_none_or(|w| share(&found) < share(w));
+                if !alike.contains(&own) && is_wider {
+                    widest = Some(found);
+                }
+            }
+        }
+    }
+    widest
 }
 
 #[cfg(test)]
