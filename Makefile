@@ -111,7 +111,7 @@ mutants: setup checks
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: problem:: \
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
-	    dlft::retention results::
+	    dlft::retention results:: --skip corrections_of
 	$(MUTANTS) --output output/mutants_sweep --package dovetail-solver -C=--lib \
 	    -f crates/solver/src/dlft/sweep.rs -f crates/solver/src/dlft/second_motion.rs \
 	    -- -- dlft::sweep::of_a_mass dlft::second_motion

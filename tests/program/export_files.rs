@@ -237,6 +237,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         let kept = [
             "point",
             "added",
+            "branch",
             "newton_iterations",
             "krylov_iterations",
             "frequency_hz",

@@ -930,7 +930,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     let response = &scene.response;
     assert_eq!(
         (response.resolution, response.points),
-        (Resolution::fixed(3, 128), None)
+        (Resolution::fixed(3, 128), Some(200))
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(

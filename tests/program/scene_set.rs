@@ -163,7 +163,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "excitation.0.harmonic",
         "excitation.0.phase_deg",
         "static",
-        "response.points",
         "response.samples",
         "response.eps",
         "response.eps_scale",
@@ -179,7 +178,8 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
 /// The library and the checker of scenes have the same defaults.
 #[test]
 fn a_response_that_asks_for_no_more_is_that_of_the_library() {
-    let leave_out = ["stuck_modes", "compare_harmonics"].map(|key| format!("response.{key}="));
+    let leave_out =
+        ["points", "stuck_modes", "compare_harmonics"].map(|key| format!("response.{key}="));
     let leave_out: Vec<&str> = leave_out.iter().map(String::as_str).collect();
     let fixed = parse(&leave_out).unwrap();
     let mut adapted = leave_out.clone();
