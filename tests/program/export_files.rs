@@ -97,7 +97,7 @@ fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     }
     let collection = "flank.pvd".to_owned();
     flanks
-        .write_collection(&out.join(&collection), &orbits)
+        .write_collection(&out.join(&collection), orbits)
         .unwrap();
     let files = orbits
         .iter()
