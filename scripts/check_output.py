@@ -372,13 +372,15 @@ def check_response(root, grids, summary):
     by_name = {grid.name: t for t, grid in series}
     total, opening = np.zeros(len(pairs)), np.zeros(len(pairs))
     separates = np.zeros(len(pairs), dtype=bool)
+    weight = weights(rows)
+    rises = all(np.diff([float(row["frequency_hz"]) for row in rows]) > 0)
     for n, i in enumerate(converged):
         name = f"flank/flank_{int(rows[i]['point']):04}.vtu"
         if name not in by_name:
             problem(f"{name}: missing, row {i} of {table} converged")
             continue
         grid = grids[name]
-        same(f"{name}: timestep against frequency_hz", by_name[name], frequency[n])
+        same(f"{name}: timestep against frequency_hz or the row", by_name[name], frequency[n] if rises else i)
         check_flank_geometry(grid, pairs, "contact.csv")
         joules = grid.pairs("friction_energy_j_m2") * grid.of_pairs("area_m2")
         watts = joules * frequency[n]
@@ -395,28 +397,41 @@ def check_response(root, grids, summary):
             problem(f"{name}: pressures are not ordered min <= mean <= max")
         if (low < 0).any():
             problem(f"{name}: a pressure below zero")
-        # Means take the frequencies that were asked for.
-        asked = rows[i]["added"] == "0"
-        total += watts * asked
-        opening += (status == 2) * asked
+        total += watts * weight[i]
+        opening += (status == 2) * weight[i]
         separates |= status == 2
-    check_sweep(pairs, total, opening, separates, [r for r in good if r["added"] == "0"])
+    asked = [r for r in good if r["added"] == "0"]
+    check_sweep(pairs, total, opening, separates, asked, sum(weight[i] for i in converged))
     facts.append(f"flank.pvd: {len(series)} files for {len(converged)} converged points "
                  f"of {len(rows)}; friction power {power.sum():.6e} W in all")
     if converged:
         check_peak(root, grids, good, converged, pairs, summary)
 
 
-def check_sweep(pairs, total, opening, separates, asked):
+def weights(rows):
+    """Weight of each row in the means over frequency: 1 on a grid, 0 where a frequency was added to it, and along a curve
+    that was followed the range of frequencies nearest to the point. A gap of such a curve counts as a part of it."""
+    grid = np.array([float(r["frequency_hz"]) for r in rows if r["added"] == "0"])
+    steps = np.diff(grid)
+    if len(steps) == 0 or np.allclose(steps, steps[0], rtol=1e-6):
+        return [float(r["added"] == "0") for r in rows]
+    weight = np.zeros(len(rows))
+    for i, step in enumerate(steps):
+        if rows[i]["branch"] == rows[i + 1]["branch"]:
+            weight[i : i + 2] += 0.5 * abs(step)
+    return weight.tolist()
+
+
+def check_sweep(pairs, total, opening, separates, asked, whole):
     """The means of contact.csv against the sums of the series."""
     table = "contact.csv"
     if not asked:
         return
     mean = column(pairs, "friction_power_mean_w", table)
-    same(f"{table}: friction_power_mean_w against the series", mean, total / len(asked),
+    same(f"{table}: friction_power_mean_w against the series", mean, total / whole,
          relative=SUM, absolute=1e-9 * np.abs(mean).max())
     same(f"{table}: opening_share against the series", column(pairs, "opening_share", table),
-         opening / len(asked), relative=SUM)
+         opening / whole, relative=SUM)
     flags = [int(r["opens_at_any_frequency"] == "true") for r in pairs]
     same(f"{table}: opens_at_any_frequency against the series", flags, separates.astype(int))
 

@@ -176,8 +176,8 @@ fn weights(response: &Response) -> Vec<f64> {
         return orbits.iter().map(of).collect();
     }
     let mut weights = vec![0.0; orbits.len()];
-    for curve in response.curves() {
-        for (i, two) in curve.clone().zip(orbits[curve].windows(2)) {
+    for Branch { points, .. } in &response.branches {
+        for (i, two) in points.clone().zip(orbits[points.clone()].windows(2)) {
             let half_hz = 0.5 * (two[1].frequency_hz - two[0].frequency_hz).abs();
             weights[i] += half_hz;
             weights[i + 1] += half_hz;
@@ -634,6 +634,23 @@ mod tests {
         // It is also known there whether a pair opens.
         assert_eq!(alone.separates, [true, false, false]);
         assert_eq!(found.separates, [true, true, false]);
+    }
+
+    #[test]
+    fn points_of_a_branch_that_was_followed_count_by_the_range_around_them() {
+        let mut followed = response();
+        followed.orbits = [(10.0, 1.0), (11.0, 2.0), (13.0, 4.0)]
+            .map(|(frequency_hz, power_w)| {
+                let mut orbit = orbit(frequency_hz, Outcome::Converged, 1.0);
+                orbit.cycles[0].friction_power_w = power_w;
+                orbit
+            })
+            .to_vec();
+        followed.branches[0].lengths = vec![0.0, 0.1, 0.3];
+        let found = sweep_fields(&followed, 3);
+        // 0.5, 1.5 and 1 Hz of 3 Hz.
+        assert_eq!(found.friction_power_mean_w[0], 2.5);
+        assert_eq!(found.points, 3);
     }
 
     /// Power over friction that depends on frequency alone: with twice and with ten times as many
