@@ -95,7 +95,6 @@ pub struct Files {
     at_rest: String,
     /// Conditions under the titles of pictures of the response.
     in_motion: String,
-    /// Largest number of frequencies that are added at peaks.
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
@@ -532,10 +531,8 @@ impl Solving {
             branches: vec![Branch::swept(orbits.len())],
             orbits,
             linear,
-            linear_curve: Vec::new(),
             asked: self.frequencies_hz.len(),
-            second_motions: Vec::new(),
-            slip_threshold_m: 0.0,
+            ..Response::default()
         }
     }
 

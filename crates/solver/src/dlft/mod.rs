@@ -359,7 +359,7 @@ impl Branch {
 }
 
 /// A frequency response.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Response {
     /// Linear reference at the frequency of each orbit.
     pub linear: Vec<LinearPoint>,

@@ -504,15 +504,7 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
 
 /// Response that consists of these branches.
 fn assembled(branches: Vec<Followed>) -> Response {
-    let mut response = Response {
-        linear: Vec::new(),
-        linear_curve: Vec::new(),
-        orbits: Vec::new(),
-        branches: Vec::new(),
-        asked: 0,
-        second_motions: Vec::new(),
-        slip_threshold_m: 0.0,
-    };
+    let mut response = Response::default();
     for branch in branches {
         let first = response.orbits.len();
         let points = branch.points.into_iter();

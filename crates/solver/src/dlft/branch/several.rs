@@ -134,15 +134,7 @@ mod tests {
 
     /// Response of branches through points of a frequency and an amplitude each.
     fn response(branches: &[&[(f64, f64)]]) -> Response {
-        let mut response = Response {
-            linear: Vec::new(),
-            linear_curve: Vec::new(),
-            orbits: Vec::new(),
-            branches: Vec::new(),
-            asked: 0,
-            second_motions: Vec::new(),
-            slip_threshold_m: 0.0,
-        };
+        let mut response = Response::default();
         for branch in branches {
             let first = response.orbits.len();
             let orbit = |(hz, a): &(f64, f64)| made_up::orbit(*hz, Outcome::Converged, &[*a]);
