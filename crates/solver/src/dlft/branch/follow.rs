@@ -233,6 +233,12 @@ impl<'b, 's> Follower<'b, 's> {
             self.next_hz = begun;
             self.look_beyond(begun);
         }
+        // No direction was found: the branch is lost where it came to, not where it began.
+        if self.tracer.is_none()
+            && let Some(last_hz) = self.branch.points.last().map(|p| p.orbit.frequency_hz)
+        {
+            self.look_beyond(last_hz);
+        }
     }
 
     /// Looks for a motion to follow, on from where the branch was lost.
