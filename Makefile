@@ -20,8 +20,7 @@ views: setup checks
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks
 	cargo test --locked --workspace
-	target/debug/dovetail run scenes/paper.toml --out output/check --quiet \
-	    --set response.points=21
+	target/debug/dovetail run scenes/paper.toml --out output/check --quiet
 	$(PYTHON) scripts/check_output.py output/check
 
 # The slow tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, the
@@ -113,8 +112,7 @@ mutants: setup checks
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
 	    dlft::retention results:: --skip corrections_of
 	$(MUTANTS) --output output/mutants_sweep --package dovetail-solver -C=--lib \
-	    -f crates/solver/src/dlft/sweep.rs -f crates/solver/src/dlft/second_motion.rs \
-	    -- -- dlft::sweep::of_a_mass dlft::second_motion
+	    -f crates/solver/src/dlft/sweep.rs -- -- dlft::sweep::of_a_mass
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Redraws Figures 3 to 6 of the paper from a run of scenes/paper.toml.
+"""Redraws Figures 3 to 6 of the paper from a run of scenes/paper.toml on a grid, like the paper's.
 
-    python3 scenes/paper_figures.py output/paper output/paper_figures
+    dovetail run scenes/paper.toml --set response.points=200 --out output/paper_grid
+    python3 scenes/paper_figures.py output/paper_grid output/paper_figures
 
 Figures 3 and 4 are the response with one and with three harmonics, beside the linear one. Figures 5
 and 6 are the flanks: at how many frequencies each pair separates, and the friction power of each
@@ -38,7 +39,7 @@ def number(cell):
 
 
 def summed(contact, mean):
-    """Sums over the frequencies that were asked for, of their means: the paper shows sums."""
+    """Sums over the frequencies of the grid, of their means: the paper shows sums."""
     return [m * n for m, n in zip(contact[mean], contact["converged_points"])]
 
 

@@ -400,8 +400,7 @@ def check_response(root, grids, summary):
         total += watts * weight[i]
         opening += (status == 2) * weight[i]
         separates |= status == 2
-    asked = [r for r in good if r["added"] == "0"]
-    check_sweep(pairs, total, opening, separates, asked, sum(weight[i] for i in converged))
+    check_sweep(pairs, total, opening, separates, good, sum(weight[i] for i in converged))
     facts.append(f"flank.pvd: {len(series)} files for {len(converged)} converged points "
                  f"of {len(rows)}; friction power {power.sum():.6e} W in all")
     if converged:
@@ -409,12 +408,11 @@ def check_response(root, grids, summary):
 
 
 def weights(rows):
-    """Weight of each row in the means over frequency: 1 on a grid, 0 where a frequency was added to it, and along a curve
-    that was followed the range of frequencies nearest to the point. A gap of such a curve counts as a part of it."""
-    grid = np.array([float(r["frequency_hz"]) for r in rows if r["added"] == "0"])
-    steps = np.diff(grid)
+    """Weight of each row in the means over frequency: 1 on a grid, and along a curve that was followed the range of
+    frequencies nearest to the point. A gap of such a curve counts as a part of it."""
+    steps = np.diff([float(r["frequency_hz"]) for r in rows])
     if len(steps) == 0 or np.allclose(steps, steps[0], rtol=1e-6):
-        return [float(r["added"] == "0") for r in rows]
+        return [1.0] * len(rows)
     weight = np.zeros(len(rows))
     for i, step in enumerate(steps):
         if rows[i]["branch"] == rows[i + 1]["branch"]:
@@ -422,10 +420,10 @@ def weights(rows):
     return weight.tolist()
 
 
-def check_sweep(pairs, total, opening, separates, asked, whole):
+def check_sweep(pairs, total, opening, separates, good, whole):
     """The means of contact.csv against the sums of the series."""
     table = "contact.csv"
-    if not asked:
+    if not good:
         return
     mean = column(pairs, "friction_power_mean_w", table)
     same(f"{table}: friction_power_mean_w against the series", mean, total / whole,

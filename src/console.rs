@@ -222,7 +222,6 @@ impl Console {
         match event {
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
             Event::LoopAdvances(steps) => self.loop_advances(*steps),
-            Event::LoopGrows => self.loop_grows(),
             Event::LoopEnds => self.loop_ends(),
             Event::Tries {
                 frequency_hz,
@@ -267,16 +266,6 @@ impl Console {
             turn.last_line = Instant::now();
             let line = turn.line();
             self.note(&line);
-        }
-    }
-
-    fn loop_grows(&mut self) {
-        let Some(turn) = self.loops.last_mut() else {
-            return;
-        };
-        turn.steps += 1;
-        if let Some(bar) = &turn.bar {
-            bar.inc_length(1);
         }
     }
 

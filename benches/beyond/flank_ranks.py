@@ -39,7 +39,6 @@ times_first_linear_mode = [0.995, 1.003]
 points = 21
 harmonics = 3
 samples = 128
-most_added_points = 0
 """
 LEAF = 16
 SOFTEST = 6  # Rigid motions of a blade that nothing but the contacts holds.

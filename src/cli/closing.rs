@@ -186,12 +186,8 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));
     }
     if let Some(response) = &summary.response {
-        let added = match response.added_points {
-            0 => String::new(),
-            added => format!(", {added} of them added at peaks"),
-        };
         text += &format!(
-            "{}{} of {} converged{added}\n",
+            "{}{} of {} converged\n",
             heading("frequencies"),
             response.converged_points,
             response.points

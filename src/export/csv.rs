@@ -20,9 +20,8 @@ use dovetail_solver::run::{Crossing, Family};
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
 
-/// Writes response.csv: one row per point, in the order in which each branch runs, including the
-/// frequencies added at the peaks of a grid (`added` is 1). `branch` counts from 1. `point` is the
-/// number of the point, which is also in the name of its file of the flanks.
+/// Writes response.csv: one row per point, in the order in which each branch runs. `branch` counts
+/// from 1. `point` is the number of the point, which is also in the name of its file of the flanks.
 /// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
 /// reference. A point that did not converge keeps its outcome, iterations, residual and linear
@@ -37,7 +36,6 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
         .collect();
     let mut table: Columns<'_, Orbit> = Columns::default();
     table.add("point", |o| o.point);
-    table.add("added", |o| usize::from(response.is_added(o)));
     table.add("branch", move |o| branches.get(&o.point).copied());
     table.add("frequency_hz", |o| o.frequency_hz);
     table.add("outcome", |o| o.outcome.word());

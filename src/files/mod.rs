@@ -531,7 +531,6 @@ impl Solving {
             branches: vec![Branch::swept(orbits.len())],
             orbits,
             linear,
-            asked: self.frequencies_hz.len(),
             ..Response::default()
         }
     }

@@ -14,7 +14,7 @@ use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::modes::hertz;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
+    jump_hz, linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
 };
 use dovetail_solver::results::small::{
     AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
@@ -336,26 +336,16 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
         warnings.extend(truncation(response));
     }
     let names = reduced.observations();
-    let [one, other] = if response.is_followed() {
-        ["on the highest branch", "on the lowest"]
-    } else {
-        ["on the curve", "in the other motion"]
-    };
     for several in &response.second_motions {
         warnings.push(doubt(format!(
-            "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} {one} and {} {other} \
-             (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{}",
+            "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} in the largest and {} in the \
+             smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached",
             several.from_hz,
             several.to_hz,
             several.frequency_hz,
             names.get(several.observation).copied().unwrap_or_default(),
             quantity(several.amplitude_m, "m", 4),
             quantity(several.other_amplitude_m, "m", 4),
-            if response.is_followed() {
-                ""
-            } else {
-                ", and the peak may be that of the other"
-            },
         )));
     }
     let gaps: Vec<usize> = (response.branches.iter())
@@ -400,7 +390,8 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
     )))
 }
 
-/// Warnings that a peak may lie outside the range or between two frequencies.
+/// Warnings that a peak may lie outside the range or between two frequencies, or belong to another
+/// motion.
 fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let at_end = peak(response, observation).filter(|_| peak_is_at_an_end(response, observation));
@@ -420,11 +411,17 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
             linear.frequency_hz
         )));
     }
+    if let Some([from_hz, to_hz]) = jump_hz(response, observation) {
+        warnings.push(doubt(format!(
+            "the amplitude of {name} jumps between {from_hz:.4} and {to_hz:.4} Hz, where the curve may fold and other motions be possible: \
+             leave response.points out, and the curve is followed round its folds"
+        )));
+    }
     if let Some(rise) = peak_rise(response, observation).filter(|rise| *rise > LEAST_RISE) {
         let remedy = if response.is_followed() {
             "a narrower range"
         } else {
-            "more response.points, a narrower range, or more response.most_added_points"
+            "more response.points, or leave them out: the curve is then followed to its peak"
         };
         warnings.push(doubt(format!(
             "between two frequencies the peak of {name} may be {:.1} % higher: take {remedy}",

@@ -795,7 +795,7 @@ const STATIC: [Key; 1] = [key(
     "load_steps = 10",
 )];
 
-const RESPONSE: [Key; 16] = [
+const RESPONSE: [Key; 15] = [
     key(
         "frequency_hz",
         Kind::Numbers(2, "Hz"),
@@ -814,18 +814,11 @@ const RESPONSE: [Key; 16] = [
         "points",
         Kind::Whole(Some(1), Some(1_000_000)),
         "none",
-        "a grid of so many frequencies, evenly spaced, ends included; without this key the curve is \
-         [followed along its length](method.md#following-a-branch), also where it folds, with \
-         points where it bends and at its peaks",
+        "a grid of so many frequencies, evenly spaced, ends included, of which each is solved by \
+         itself; without this key the curve is [followed along its \
+         length](method.md#following-a-branch), also where it folds, with points where it bends and \
+         at its peaks",
         "points = 200",
-    ),
-    key(
-        "most_added_points",
-        Kind::Whole(Some(0), Some(1000)),
-        "12",
-        "frequencies that may be added to a grid at the peaks of the observed amplitudes, until the \
-         curve through the highest one and its neighbours rises at most 0.1 % above it",
-        "most_added_points = 0",
     ),
     key(
         "accuracy",

@@ -180,7 +180,6 @@ pub struct RawResponse {
     pub frequency_hz: Located<Numbers<2>>,
     pub times_first_linear_mode: Located<Numbers<2>>,
     pub points: Located<Count>,
-    pub most_added_points: Located<Count>,
     pub accuracy: Located<Number>,
     pub harmonics: Located<Count>,
     pub compare_harmonics: Located<Count>,

@@ -82,7 +82,7 @@ fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
 
 #[test]
 fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
-    let set = [SMALL, "response.points=3", "response.most_added_points=0"];
+    let set = [SMALL, "response.points=3"];
     let folders = [1, 2].map(|threads| {
         let folder = Folder::new(&format!("run-{threads}"));
         let mut command = dovetail("run", &folder, &set);

@@ -227,7 +227,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         .to_owned();
     assert!(
         header.starts_with(
-            "point,added,branch,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
+            "point,branch,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
         ),
         "{header}"
     );
@@ -236,7 +236,6 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let emptied = |k: &str| {
         let kept = [
             "point",
-            "added",
             "branch",
             "newton_iterations",
             "krylov_iterations",

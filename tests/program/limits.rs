@@ -209,7 +209,6 @@ fn flanks_on_springs_are_taken() {
             "mesh.file=../meshes/dovetail_small.msh".to_owned(),
             "response.points=5".to_owned(),
             "response.compare_harmonics=".to_owned(),
-            "response.most_added_points=0".to_owned(),
             "response.frequency_hz=[440,460]".to_owned(),
         ];
         for side in ["left", "right"] {

@@ -92,7 +92,6 @@ direction = [0, 0, 1]
 frequency_hz = [80, 88]
 points = 17
 harmonics = 3
-most_added_points = 0
 stuck_modes = 240               # With fewer the modes left out move the frequency by 1e-8.
 "#;
 

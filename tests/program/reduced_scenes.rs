@@ -145,8 +145,7 @@ fn a_range_without_the_linear_peak_is_warned_of() {
     assert!(!wide.contains("largest linear amplitude"), "{wide}");
 }
 
-/// Frequencies that are added count among those to be solved, and each way that is tried has a
-/// line.
+/// Each way that is tried has a line, and no line has more than the whole.
 #[test]
 fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
     let folder = Folder::new("verbose");
@@ -172,8 +171,6 @@ fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
         said.contains("Hz: 3 harmonics, from the neighbour"),
         "{said}"
     );
-    let response = &json(&folder)["response"];
-    assert!(response["added_points"].as_u64().unwrap() > 0, "{response}");
     for line in said.lines().filter(|line| line.contains("frequencies: ")) {
         let share = line.split(" (").nth(1).and_then(|s| s.split(' ').next());
         assert!(share.unwrap().parse::<u32>().unwrap() <= 100, "{line}");

@@ -202,7 +202,7 @@ proptest! {
         line in select(vec![
             "young_pa = 113.8e9", "poisson = 0.34", "density_kg_m3 = 4430", "friction = 0.3",
             "speed_rpm = 5000", "ratio = 0.001", "force_n = 2.0", "samples = 128", "harmonics = 3",
-            "points = 200", "metres_per_unit = 1e-3", "harmonic = 1", "[0, 1, 0]", "[0.98, 1.02]",
+            "compare_harmonics = 1", "metres_per_unit = 1e-3", "harmonic = 1", "[0, 1, 0]", "[0.98, 1.02]",
         ]),
         value in prop_oneof![any::<f64>().prop_map(|v| format!("{v:?}")), any::<i64>().prop_map(|v| v.to_string())],
     ) {

@@ -221,12 +221,12 @@ fn a_wrong_type_shows_how_to_write_the_key() {
         ],
     );
     refused(
-        "points = 200",
+        "# points = 200",
         "points = 2.5",
         &["`response.points`", "expected a whole number, 0 or more"],
     );
     refused(
-        "points = 200",
+        "# points = 200",
         "points = -3",
         &["`response.points`", "-3", "expected a whole number"],
     );
@@ -388,7 +388,7 @@ fn impossible_numbers_are_refused() {
         &["`static.load_steps` is 0"],
     );
     refused(
-        "points = 200",
+        "# points = 200",
         "points = 0",
         &["`response.points` is 0", "from 1 to"],
     );
@@ -529,19 +529,19 @@ fn an_excitation_above_the_kept_harmonics_is_refused() {
 
 #[test]
 fn a_range_runs_upwards_from_above_zero() {
-    for range in ["[1.02, 0.98]", "[1.0, 1.0]", "[0.0, 1.0]", "[-1.0, 1.0]"] {
-        let words = [
-            "`response.times_first_linear_mode` runs from",
-            "[from, to] with 0 < from < to",
-        ];
+    let words = [
+        "`response.times_first_linear_mode` runs from",
+        "[from, to] with 0 < from < to",
+    ];
+    for range in ["[1.02, 0.98]", "[0.0, 1.0]", "[-1.0, 1.0]"] {
         refused("[0.98, 1.02]", range, &words);
     }
-    let scene = parse(
-        PAPER,
-        &["response.frequency_hz=[450, 450]", "response.points=1"],
-    )
-    .unwrap();
-    assert_eq!(scene.response.points, Some(1));
+    // One frequency is no grid of several.
+    refused("[0.98, 1.02]", "[1.0, 1.0]\npoints = 2", &words);
+    for points in ["points = 1", ""] {
+        let (text, _) = edited("[0.98, 1.02]", 0, &format!("[1.0, 1.0]\n{points}"));
+        assert!(parse(&text, &[]).is_ok(), "{points}");
+    }
 }
 
 #[test]
@@ -620,7 +620,7 @@ fn keys_that_exclude_each_other_are_refused_together() {
     refused_on(&text, line_of(&text, "geometry ="), &words);
     let words = ["`damping.ratio` and `damping.mass_per_s` exclude each other"];
     refused("linear_mode = 1", "mass_per_s = 0.1", &words);
-    let (text, _) = edited("points = 200", 0, "frequency_hz = [440, 460]");
+    let (text, _) = edited("# points = 200", 0, "frequency_hz = [440, 460]");
     let words =
         ["`response.frequency_hz` and `response.times_first_linear_mode` exclude each other"];
     refused_on(&text, line_of(&text, "times_first"), &words);
@@ -875,7 +875,7 @@ fn all_problems_of_a_file_come_at_once_in_the_order_of_its_lines() {
     };
     let values = PAPER
         .replace("poisson = 0.34", "poisson = 0.6")
-        .replace("points = 200", "points = 0");
+        .replace("# points = 200", "points = 0");
     let from = values.find("[[observe]]").unwrap();
     let to = values.find("[static]").unwrap();
     let without_observe = format!("{}{}", &values[..from], &values[to..]);
@@ -890,7 +890,7 @@ fn all_problems_of_a_file_come_at_once_in_the_order_of_its_lines() {
     let text = PAPER
         .replacen("order = 2 }", "order = \"2\" }", 1)
         .replace("poisson =", "poison =")
-        .replace("points = 200", "points = \"many\"");
+        .replace("# points = 200", "points = \"many\"");
     let words = [
         "mesh.parameters.order",
         "blade.poison",
@@ -930,7 +930,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     let response = &scene.response;
     assert_eq!(
         (response.resolution, response.points),
-        (Resolution::fixed(3, 128), Some(200))
+        (Resolution::fixed(3, 128), None)
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(

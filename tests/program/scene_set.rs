@@ -178,8 +178,7 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
 /// The library and the checker of scenes have the same defaults.
 #[test]
 fn a_response_that_asks_for_no_more_is_that_of_the_library() {
-    let leave_out =
-        ["points", "stuck_modes", "compare_harmonics"].map(|key| format!("response.{key}="));
+    let leave_out = ["stuck_modes", "compare_harmonics"].map(|key| format!("response.{key}="));
     let leave_out: Vec<&str> = leave_out.iter().map(String::as_str).collect();
     let fixed = parse(&leave_out).unwrap();
     let mut adapted = leave_out.clone();
@@ -235,10 +234,10 @@ fn an_unknown_path_names_the_valid_ones() {
         &["no element \"2\"", "left, right; a number"],
     );
     refused(
-        &["response.points.x=0"],
+        &["response.samples.x=0"],
         &[
-            "`response.points` is a single value",
-            "--set response.points=VALUE",
+            "`response.samples` is a single value",
+            "--set response.samples=VALUE",
         ],
     );
     refused(

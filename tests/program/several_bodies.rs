@@ -126,7 +126,7 @@ fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {
 fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
     let [low, middle, high] = [1.0, 10.0, 18.0].map(|force| {
         let force_n = format!("excitation.0.force_n={force}");
-        let settings = set(&[&force_n, "response.points=16", "response.harmonics=3"]);
+        let settings = set(&[&force_n, "response.harmonics=3"]);
         let summary = Run::new("run", "platform_damper", "wedge", &settings).summary();
         let response = &summary["response"];
         assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
@@ -202,7 +202,7 @@ fn the_prestress_of_the_static_state_is_repeated_until_the_normal_forces_are_sti
 
 #[test]
 fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
-    let settings = set(&["response.points=6"]);
+    let settings = set(&["response.harmonics=3"]);
     let summary = Run::new("run", "shroud", "rubbing", &settings).summary();
     let response = &summary["response"];
     assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
@@ -297,7 +297,6 @@ fn the_bolted_beam_bears_its_bolts_and_vibrates_where_it_was_published() {
         "excitation.0.force_n=1e-3",
         "response.points=3",
         "response.harmonics=1",
-        "response.most_added_points=0",
     ]);
     let run = Run::new("run", "brake_reuss", "bolted", &small);
     let summary = run.summary();

@@ -100,7 +100,7 @@ fn scene() -> String {
         "[[load]]\non = \"UPPER{}\"\ndirection = [0, 0, -1]\nforce_n = {PRESSING_N}\n\
          [damping]\nmass_per_s = 20\nstiffness_s = 0\n\
          [[excitation]]\nbase_acceleration_m_s2 = {BASE_M_S2}\ndirection = [1, 0, 0]\n\
-         [response]\nfrequency_hz = [{first}, {last}]\npoints = {}\nmost_added_points = 0\n",
+         [response]\nfrequency_hz = [{first}, {last}]\npoints = {}\n",
         BLOCKS - 1,
         FREQUENCIES_HZ.len()
     )

@@ -115,7 +115,6 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
         .lines()
         .filter(|l| l.contains("; residuals "))
         .collect();
-    // Frequencies that are added at the peak are solved in the same way.
     let points = summary(&folder)["response"]["points"].as_u64().unwrap();
     assert_eq!(lines.len() as u64, points, "{stderr}");
     for line in lines {

@@ -78,7 +78,6 @@ mass_per_s = {b!r}
 [response]
 frequency_hz = {hertz}
 points = {len(omegas)}
-most_added_points = 0
 harmonics = {harmonics}
 samples = {SAMPLES}
 tolerance = 1e-10

@@ -67,10 +67,7 @@ fn scene(assembly: Assembly) -> Scene {
             linear_mode: 1,
         },
         static_state: StaticSpec::default(),
-        response: ResponseSpec {
-            points: Some(11),
-            ..ResponseSpec::new(range, resolution)
-        },
+        response: ResponseSpec::new(range, resolution),
     }
 }
 

@@ -71,11 +71,9 @@ impl Default for StaticSpec {
 pub struct ResponseSpec {
     /// First and last frequency.
     pub range: FrequencyRange,
-    /// Number of frequencies of a grid, evenly spaced; `None`: the curve is followed along its
-    /// length, round folds, with points where it bends.
+    /// Number of frequencies of a grid, evenly spaced, of which each is solved by itself; `None`: the
+    /// curve is followed along its length, round folds, with points where it bends.
     pub points: Option<usize>,
-    /// Most frequencies that may be added to a grid at the peaks of the observed amplitudes.
-    pub most_added_points: usize,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// Number of harmonics of a second response, which is drawn beside the first.
@@ -107,7 +105,6 @@ impl ResponseSpec {
         Self {
             range,
             points: None,
-            most_added_points: 12,
             resolution,
             compare_harmonics: None,
             eps: EpsChoice::Dynamic,

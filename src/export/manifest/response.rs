@@ -13,10 +13,8 @@ use dovetail_solver::results::quantities::{
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
-    /// Number of frequencies, including the frequencies added at peaks.
+    /// Number of points: frequencies of a grid, or points of the branches that were followed.
     pub points: usize,
-    /// Number of frequencies added at peaks.
-    pub added_points: usize,
     pub converged_points: usize,
     /// Frequencies that have a motion and did not converge: the estimated error is above the
     /// requested accuracy.
@@ -178,11 +176,6 @@ pub fn response_summary(
     let inaccurate = response.orbits.iter().filter(inaccurate);
     ResponseSummary {
         points: response.orbits.len(),
-        added_points: response
-            .orbits
-            .iter()
-            .filter(|o| response.is_added(o))
-            .count(),
         converged_points: response
             .orbits
             .iter()

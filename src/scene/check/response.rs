@@ -13,7 +13,6 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let at = Table::of("response", raw.span(), None);
     let raw = raw.get_ref();
     let points = checker.optional_count(&at, "points", &raw.points, None);
-    let added = checker.count(&at, "most_added_points", &raw.most_added_points);
     let range = frequency_range(checker, &at, raw, points.flatten());
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
@@ -46,7 +45,6 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     Some(ResponseSpec {
         range: range?,
         points: points?,
-        most_added_points: added?,
         resolution: resolution?,
         compare_harmonics: compare?,
         eps: eps?,

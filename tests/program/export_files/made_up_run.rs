@@ -418,7 +418,6 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
         linear_curve: linear,
         orbits: orbits.collect(),
         branches: vec![Branch::swept(points)],
-        asked: points,
         second_motions: Vec::new(),
         slip_threshold_m: 1e-7,
     }

@@ -98,7 +98,7 @@ impl Joint {
              [damping]\nratio = 0.001\n\
              [[excitation]]\non = \"excitation\"\ndirection = {direction:?}\nforce_n = {force_n:?}\n\
              [[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\ndirection = {direction:?}\n\
-             [response]\ntimes_first_linear_mode = [0.99, 1.01]\npoints = 3\nmost_added_points = 0\nharmonics = 2\n\
+             [response]\ntimes_first_linear_mode = [0.99, 1.01]\npoints = 3\nharmonics = 2\n\
              tolerance = {NEWTON:e}\n",
             contact("left"),
             contact("right"),

@@ -118,7 +118,8 @@ impl StaticState {
 pub struct Orbit {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
-    /// Number of the frequency. Those asked for count from 0, rising; added ones follow.
+    /// Number of the frequency, from 0: rising over those that were swept, and in the order in which
+    /// a branch was followed.
     pub point: usize,
     /// Outcome of the solution.
     pub outcome: Outcome,
@@ -215,8 +216,6 @@ pub enum Told<'a> {
     /// A frequency is solved, or was solved before. One that is solved again is reported again
     /// ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
-    /// A frequency is added to those to be solved.
-    Adds,
     /// A strategy is tried at a frequency.
     Tries {
         /// Frequency of the first harmonic.
@@ -303,11 +302,6 @@ impl SolvedFrequency {
 }
 
 impl Response {
-    /// Returns `true` if the frequency was added to those asked for.
-    pub fn is_added(&self, orbit: &Orbit) -> bool {
-        !self.is_followed() && orbit.point >= self.asked
-    }
-
     /// Number of the branch that has an orbit, counted from 0.
     pub fn branch_of(&self, index: usize) -> usize {
         let before = |branch: &Branch| branch.points.end <= index;
@@ -371,18 +365,15 @@ pub struct Response {
     pub orbits: Vec<Orbit>,
     /// Branches of the response.
     pub branches: Vec<Branch>,
-    /// Number of frequencies asked for; the others were added at peaks. Without meaning where
-    /// branches were followed, along which none counts as added.
-    pub asked: usize,
-    /// Ranges in which several motions were found, ascending.
+    /// Ranges in which several motions were found, ascending. They are not looked for where
+    /// frequencies were swept.
     pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
 }
 
-/// Range of frequencies at which several motions were found, and the frequency in it at which two
-/// of them differ most: that of the curve and the one that the other half of a sweep found, or the
-/// largest and the smallest of the branches.
+/// Range of frequencies at which several motions were found, and the frequency in it at which the
+/// largest and the smallest of them differ most.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SecondMotion {
@@ -394,9 +385,9 @@ pub struct SecondMotion {
     pub frequency_hz: f64,
     /// Number of the observed displacement whose amplitude differs most, 0 = first.
     pub observation: usize,
-    /// Amplitude of that displacement on the curve of a sweep, or the largest of the branches.
+    /// Largest amplitude of that displacement.
     pub amplitude_m: f64,
-    /// Amplitude of that displacement in the other motion, or the smallest of the branches.
+    /// Smallest amplitude of that displacement.
     pub other_amplitude_m: f64,
 }
 
@@ -424,7 +415,6 @@ pub mod peaks;
 mod point;
 pub mod retention;
 mod rounded;
-mod second_motion;
 pub mod settings;
 pub mod static_state;
 pub mod sweep;

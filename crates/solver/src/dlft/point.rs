@@ -336,25 +336,6 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
-    /// Motion of a neighbour followed to another frequency; `None` where it is not found from
-    /// there.
-    pub fn follow(
-        &self,
-        frequency_hz: f64,
-        neighbour: &Neighbour,
-        work: &mut Work,
-    ) -> Option<Solution<'_>> {
-        let strategy = Strategy::FromNeighbour(self.stepping());
-        self.attempt(
-            strategy,
-            frequency_hz,
-            neighbour.mean,
-            Some(neighbour),
-            work,
-        )
-        .filter(Solution::is_converged)
-    }
-
     /// Corrects a solution with fewer harmonics by one Newton step of this balance.
     pub fn estimate_truncation(
         &self,

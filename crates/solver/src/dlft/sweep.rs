@@ -13,10 +13,8 @@ use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
-use super::peaks::{Top, highest};
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
-use super::second_motion::{Look, second_motions};
 use super::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::problem::Problem;
@@ -51,9 +49,6 @@ pub struct SweepSettings {
     pub solver: Solver,
     /// Slip threshold, m; `None`: 1e-5 of the largest static slip.
     pub slip_threshold_m: Option<f64>,
-    /// Most frequencies that may be added where an observed amplitude has its peak
-    /// ([`Top::next_hz`]).
-    pub most_added: usize,
     /// Seconds after which a frequency is given up, which makes the result depend on the machine.
     /// `None`: no limit.
     pub most_seconds: Option<f64>,
@@ -75,13 +70,14 @@ impl SweepSettings {
             periods: Periods::UntilPeriodic,
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
-            most_added: 0,
             most_seconds: None,
         }
     }
 }
 
-/// Computes the response at every frequency, and at those added at peaks.
+/// Computes the response at every frequency, each by itself from the one before. What the curve does
+/// between two of them, and whether another motion exists at one, is not looked for
+/// ([`follow`](super::branch::follow) does).
 ///
 /// `earlier` are frequencies that an interrupted sweep of the same model with the same settings
 /// solved, in any order. They are not solved again, except for those of an incomplete stretch.
@@ -232,7 +228,7 @@ pub(super) struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Sweeps the frequencies from both ends, and adds those at peaks.
+    /// Sweeps the frequencies from both ends.
     fn swept(&self, settings: &SweepSettings) -> Response {
         let frequencies_hz = &settings.frequencies_hz;
         let middle = frequencies_hz.len().div_ceil(2);
@@ -241,34 +237,15 @@ impl Run<'_> {
         let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
         let (mut solved, upper) = rayon::join(|| self.half(rising), || self.half(&falling));
         solved.extend(upper.into_iter().rev());
-        let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
+        let (mut orbits, linear): (Vec<Orbit>, Vec<_>) =
             solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
         self.retry_from_other_side(&mut orbits, &linear, middle);
-        let solver_of = |harmonics| self.refinement.with(harmonics);
-        let at_meeting = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point + 1) {
-            [below, above] if below == middle && above == middle + 1 => Look::Always,
-            _ => Look::AtSteps,
-        };
-        let mut two = second_motions(&orbits, at_meeting, solver_of);
-        let asked = orbits.len();
-        self.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
-        let tops: Vec<usize> = (0..self.observations())
-            .filter_map(|observation| highest(&orbits, observation))
-            .map(|(i, _)| orbits[i].point)
-            .collect();
-        let at_added = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point) {
-            [below, above] if below.max(above) < asked => Look::Never,
-            ends if ends.iter().any(|point| tops.contains(point)) => Look::Always,
-            _ => Look::AtSteps,
-        };
-        two.add(second_motions(&orbits, at_added, solver_of));
         Response {
             linear,
             linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
             branches: vec![Branch::swept(orbits.len())],
             orbits,
-            asked,
-            second_motions: two.ranges,
+            second_motions: Vec::new(),
             slip_threshold_m: self.slip_threshold_m,
         }
     }
@@ -286,12 +263,6 @@ impl Run<'_> {
     /// Harmonics of the lowest level.
     pub(super) fn harmonics(&self) -> usize {
         self.refinement.lowest().setting.fourier.harmonics()
-    }
-
-    /// Number of observed displacements.
-    fn observations(&self) -> usize {
-        let system = self.refinement.lowest().setting.system;
-        system.problem.reduced.observations.len()
     }
 
     /// Sweeps half of the range; `points` has numbers and frequencies in the order of the sweep.
@@ -415,53 +386,6 @@ impl Run<'_> {
         orbit.krylov_iterations += again.krylov_iterations;
         orbit.newton_residuals.splice(..0, again.newton_residuals);
         true
-    }
-
-    /// Adds frequencies between those asked for until the parabola through each peak of an observed
-    /// amplitude rises little above it. At most `most` are added, none after one that fails, and
-    /// none where the curve steps to another motion.
-    fn add_at_peaks(
-        &self,
-        orbits: &mut Vec<Orbit>,
-        linear: &mut Vec<LinearPoint>,
-        steps_hz: &[[f64; 2]],
-        most: usize,
-    ) {
-        let asked = orbits.len();
-        let observed = self.observations();
-        while orbits.len() < asked + most {
-            let steps = |hz: &f64| steps_hz.iter().any(|[from, to]| from < hz && hz < to);
-            let next = |i| Top::of(orbits, i)?.next_hz().filter(|hz| !steps(hz));
-            let Some(frequency_hz) = (0..observed).find_map(next) else {
-                return;
-            };
-            (self.tell)(Told::Adds);
-            let at = orbits.partition_point(|o| o.frequency_hz < frequency_hz);
-            let point = (orbits.len(), frequency_hz);
-            let earlier = self.solved_before(point, false).cloned();
-            let solved = earlier.unwrap_or_else(|| {
-                let (below, above) = (&orbits[at - 1], &orbits[at]);
-                let last = Last {
-                    neighbour: Some(Neighbour::of(above, Some(&Neighbour::of(below, None)))),
-                    level: self
-                        .refinement
-                        .level_of(below.harmonics.max(above.harmonics)),
-                };
-                let mut work = Work::default();
-                let mut solved = self.point(point, &last, &mut work);
-                for neighbour in [below, above] {
-                    self.solve_again(&mut solved.orbit, neighbour, &mut work);
-                }
-                solved
-            });
-            (self.tell)(Told::Solved(&solved));
-            let converged = solved.orbit.outcome.is_converged();
-            orbits.insert(at, solved.orbit);
-            linear.insert(at, solved.linear);
-            if !converged {
-                return;
-            }
-        }
     }
 
     pub(super) fn orbit_of(
@@ -602,79 +526,6 @@ mod tests {
             assert_eq!(taken, rising / 20 * 20 + falling / 20 * 20);
             assert!(format!("{whole:?}") == format!("{resumed:?}"));
         }
-    }
-
-    /// The frequencies are so coarse that the peak lies 9 % above the highest.
-    #[test]
-    fn frequencies_are_added_until_the_peak_is_found() {
-        let problem = dovetail72(1.0);
-        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
-        let state = static_state(
-            &problem,
-            10,
-            SweepSettings::new(vec![], Resolution::Accuracy(0.1)).newton,
-        );
-        let respond =
-            |from: f64, step: f64, count: u32, most_added: usize, earlier: &[SolvedFrequency]| {
-                let frequencies_hz = (0..count).map(|i| first_hz * (from + step * f64::from(i)));
-                let harmonics = 1;
-                let resolution = Resolution::Fixed {
-                    harmonics,
-                    samples: 64,
-                };
-                let settings = SweepSettings {
-                    most_added,
-                    ..SweepSettings::new(frequencies_hz.collect(), resolution)
-                };
-                let told = Mutex::new(Vec::new());
-                let tell = |told_now: Told<'_>| {
-                    if let Told::Solved(solved) = told_now {
-                        told.lock().unwrap().push(solved.clone());
-                    }
-                };
-                let response = sweep(
-                    &problem,
-                    damping(&problem),
-                    &state,
-                    &settings,
-                    earlier,
-                    &tell,
-                );
-                (response, told.into_inner().unwrap())
-            };
-        let highest = |response: &Response| {
-            let amplitudes = response.orbits.iter().map(|o| o.observed_amplitude_m[0]);
-            amplitudes.fold(0.0, f64::max)
-        };
-        let fine = highest(&respond(0.99, 1e-4, 120, 0, &[]).0);
-        let coarse = highest(&respond(0.985, 3e-3, 8, 0, &[]).0);
-        assert!(coarse < 0.95 * fine, "{coarse}, {fine}");
-        let (refined, told) = respond(0.985, 3e-3, 8, 12, &[]);
-        assert!((highest(&refined) / fine - 1.0).abs() < 1e-3);
-        let added: Vec<usize> = refined
-            .orbits
-            .iter()
-            .filter(|o| refined.is_added(o))
-            .map(|o| o.point)
-            .collect();
-        assert!((1..12).contains(&added.len()), "{added:?}");
-        assert!(
-            added
-                .iter()
-                .all(|point| (8..8 + added.len()).contains(point))
-        );
-        assert_eq!(told.len(), refined.orbits.len());
-        assert_eq!(refined.linear.len(), refined.orbits.len());
-        let frequency = |i: usize| refined.orbits[i].frequency_hz;
-        for (i, linear) in refined.linear.iter().enumerate() {
-            assert_eq!(linear.frequency_hz, frequency(i));
-            assert!(i == 0 || frequency(i - 1) < frequency(i));
-        }
-        // No more are added than are allowed, and a sweep that was interrupted among them
-        // continues.
-        assert_eq!(respond(0.985, 3e-3, 8, 1, &[]).0.orbits.len(), 9);
-        let resumed = respond(0.985, 3e-3, 8, 12, &told[..9]).0;
-        assert!(format!("{resumed:?}") == format!("{refined:?}"));
     }
 
     /// Marks a frequency that was solved before, to tell it from one that is solved again.

@@ -5,7 +5,7 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
-use crate::dlft::peaks::{Top, heights, vertex};
+use crate::dlft::peaks::{heights, rise_above};
 use crate::dlft::{Branch, CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
@@ -120,8 +120,7 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SweepFields {
-    /// Number of frequencies that the means are taken over: those asked for, without those added at
-    /// peaks, or all points of branches that were followed.
+    /// Number of frequencies that the means are taken over.
     pub points: usize,
     /// Mean of the friction power over the points, W; 0 where there are none. Frequencies of a grid
     /// count alike, and times `points` it is the sum over frequencies of the paper's Figure 6. A
@@ -130,8 +129,8 @@ pub struct SweepFields {
     /// Fraction of the points at which the pair, closed in the static state, separates, counted in
     /// the same way; 0 where there are none.
     pub opening_share: Vec<f64>,
-    /// True if the pair, closed in the static state, separates at any frequency with a motion,
-    /// added ones included; the paper's Figure 5.
+    /// True if the pair, closed in the static state, separates at any frequency with a motion; the
+    /// paper's Figure 5.
     pub separates: Vec<bool>,
 }
 
@@ -147,7 +146,7 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
         if !orbit.outcome.has_motion() {
             continue;
         }
-        points += usize::from(!response.is_added(orbit));
+        points += 1;
         whole += weight;
         for (i, cycle) in orbit.cycles.iter().enumerate() {
             let opens = cycle.status == CycleStatus::Opening;
@@ -172,8 +171,7 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
 fn weights(response: &Response) -> Vec<f64> {
     let orbits = &response.orbits;
     if !response.is_followed() {
-        let of = |orbit| f64::from(u8::from(!response.is_added(orbit)));
-        return orbits.iter().map(of).collect();
+        return vec![1.0; orbits.len()];
     }
     let mut weights = vec![0.0; orbits.len()];
     for Branch { points, .. } in &response.branches {
@@ -251,13 +249,10 @@ pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
     })
 }
 
-/// Relative height of the parabola through the highest point and its two neighbours above that
-/// point, which the curve may hide between its points: over the frequency, or over the length of a
-/// branch that was followed. `None` at an end of a curve, and beside a frequency without a result.
+/// Relative height of the curve through the highest point and its two neighbours above that point,
+/// which may lie hidden between them: over the frequency, or over the length of a branch that was
+/// followed. `None` at an end of a curve, and beside a frequency without a result.
 pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
-    if !response.is_followed() {
-        return Some(Top::of(&response.orbits, observation)?.rise);
-    }
     let top = peak(response, observation)?;
     let branch = response.branches.get(response.branch_of(top.index))?;
     let curve = (response.curves().into_iter()).find(|curve| curve.contains(&top.index))?;
@@ -268,13 +263,39 @@ pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
         .get(around.clone())
         .filter(|near| is_inside && near.iter().all(|orbit| orbit.outcome.has_motion()))?;
     let place = |(i, orbit): (usize, &Orbit)| {
-        let length = branch.lengths.get(i - branch.points.start)?;
-        Some((*length, *orbit.observed_amplitude_m.get(observation)?))
+        let place = match branch.lengths.get(i - branch.points.start) {
+            Some(length) => *length,
+            None => orbit.frequency_hz,
+        };
+        Some((place, *orbit.observed_amplitude_m.get(observation)?))
     };
     let places: Option<Vec<(f64, f64)>> = around.zip(near).map(place).collect();
-    let three: [(f64, f64); 3] = places?.try_into().ok()?;
-    let (above_m, _) = vertex(three);
-    Some(above_m / top.amplitude_m).filter(|rise| rise.is_finite())
+    rise_above(places?.try_into().ok()?)
+}
+
+/// An amplitude jumps where it changes by more than this fraction of the larger one, ...
+const JUMP: f64 = 0.1;
+/// ... and so many times as fast as on either side.
+const ABRUPT: f64 = 3.0;
+
+/// Two neighbouring frequencies of a grid between which an amplitude jumps, Hz; the first ones from
+/// below. The curve may fold there, and the grid go over from one motion to another. `None` for
+/// branches that were followed, which fold before one's eyes.
+pub fn jump_hz(response: &Response, observation: usize) -> Option<[f64; 2]> {
+    let four = (response.orbits.windows(4)).filter(|_| !response.is_followed());
+    four.filter(|four| four.iter().all(|orbit| orbit.outcome.has_motion()))
+        .find(|four| {
+            let amplitude = |i: usize| four[i].observed_amplitude_m.get(observation);
+            let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(amplitude) else {
+                return false;
+            };
+            let rate = |i: usize, change: f64| {
+                change.abs() / (four[i + 1].frequency_hz - four[i].frequency_hz)
+            };
+            let beside = rate(0, b - a).max(rate(2, d - c));
+            (c - b).abs() > JUMP * b.max(*c) && rate(1, c - b) > ABRUPT * beside
+        })
+        .map(|four| [1, 2].map(|i| four[i].frequency_hz))
 }
 
 /// Local maximum of an amplitude over frequency.
@@ -490,7 +511,6 @@ mod tests {
                 orbit(30.0, Outcome::Converged, 2.0),
             ],
             branches: vec![Branch::swept(3)],
-            asked: 3,
             second_motions: Vec::new(),
             slip_threshold_m: 1e-9,
         }
@@ -529,16 +549,38 @@ mod tests {
     }
 
     #[test]
-    fn a_frequency_that_missed_its_accuracy_draws_no_frequency_to_it() {
+    fn a_peak_that_missed_its_accuracy_is_one() {
         let mut response = response();
-        response.orbits[1] = orbit(20.0, Outcome::Converged, 3.0);
-        let next = |response: &Response| Top::of(&response.orbits, 0).and_then(|top| top.next_hz());
-        assert!(next(&response).is_some() && peak_rise(&response, 0).is_some());
-        response.orbits[1].outcome = Outcome::AccuracyNotReached;
-        assert_eq!((next(&response), peak_rise(&response, 0)), (None, None));
-        // It is written nevertheless, and is the peak where it is highest.
+        response.orbits[1] = orbit(20.0, Outcome::AccuracyNotReached, 3.0);
+        assert!(peak_rise(&response, 0).is_some_and(|rise| rise > 0.0));
         assert_eq!(peak(&response, 0).map(|p| p.index), Some(1));
         assert_eq!(with_motion(&response).count(), 3);
+    }
+
+    #[test]
+    fn a_curve_of_a_grid_jumps_where_it_changes_far_faster_than_on_either_side() {
+        let on_grid = |amplitudes: &[f64]| {
+            let mut response = response();
+            let numbered = amplitudes.iter().enumerate();
+            response.orbits = numbered
+                .map(|(i, a)| orbit(10.0 + i as f64, Outcome::Converged, *a))
+                .collect();
+            response.branches = vec![Branch::swept(amplitudes.len())];
+            response
+        };
+        let jump = |amplitudes: &[f64]| jump_hz(&on_grid(amplitudes), 0);
+        assert_eq!(jump(&[1.0, 1.2, 0.3, 0.25]), Some([11.0, 12.0]));
+        assert_eq!(jump(&[0.3, 0.25, 1.2, 1.0]), Some([11.0, 12.0]));
+        // A resonance, a jump too small to be seen, one beside an end.
+        assert_eq!(jump(&[1.0, 2.0, 6.0, 3.5, 2.0]), None);
+        assert_eq!(jump(&[1.0, 1.0, 1.04, 1.04]), None);
+        assert_eq!(jump(&[1.2, 0.3, 0.25]), None);
+        let mut failed = on_grid(&[1.0, 1.2, 0.3, 0.25]);
+        failed.orbits[3].outcome = Outcome::Stagnated;
+        assert_eq!(jump_hz(&failed, 0), None);
+        let mut followed = on_grid(&[1.0, 1.2, 0.3, 0.25]);
+        followed.branches[0].lengths = vec![0.0, 0.1, 0.2, 0.3];
+        assert_eq!(jump_hz(&followed, 0), None);
     }
 
     #[test]
@@ -621,22 +663,6 @@ mod tests {
     }
 
     #[test]
-    fn means_take_the_frequencies_that_were_asked_for() {
-        let mut response = response();
-        let alone = sweep_fields(&response, 3);
-        let mut added = orbit(25.0, Outcome::Converged, 9.0);
-        (added.point, added.cycles[1].status) = (3, CycleStatus::Opening);
-        response.orbits.insert(2, added);
-        let found = sweep_fields(&response, 3);
-        assert_eq!(found.friction_power_mean_w, alone.friction_power_mean_w);
-        assert_eq!(found.opening_share, alone.opening_share);
-        assert_eq!((found.points, alone.points), (2, 2));
-        // It is also known there whether a pair opens.
-        assert_eq!(alone.separates, [true, false, false]);
-        assert_eq!(found.separates, [true, true, false]);
-    }
-
-    #[test]
     fn points_of_a_branch_that_was_followed_count_by_the_range_around_them() {
         let mut followed = response();
         followed.orbits = [(10.0, 1.0), (11.0, 2.0), (13.0, 4.0)]
@@ -659,7 +685,6 @@ mod tests {
     fn nothing_of_a_sweep_grows_with_the_number_of_frequencies() {
         let swept = |points: usize| {
             let mut response = response();
-            response.asked = points;
             response.orbits = (0..points)
                 .map(|i| {
                     let at = i as f64 / (points - 1) as f64;

@@ -156,7 +156,6 @@ impl Responses<'_, '_> {
             },
             solver: spec.solver,
             slip_threshold_m: spec.slip_threshold_m,
-            most_added: spec.most_added_points,
             most_seconds: spec.most_seconds_per_frequency,
             ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
         };
@@ -197,7 +196,6 @@ impl Responses<'_, '_> {
                     steps.step();
                 }
             }
-            Told::Adds => steps.grow(),
             Told::Tries {
                 frequency_hz,
                 harmonics,
@@ -239,7 +237,6 @@ impl Responses<'_, '_> {
                 .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
                 .collect(),
             branches: vec![Branch::swept(frequencies_hz.len())],
-            asked: frequencies_hz.len(),
             second_motions: Vec::new(),
             slip_threshold_m: 0.0,
         }

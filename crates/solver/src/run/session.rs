@@ -149,8 +149,6 @@ pub enum Event<'a> {
     },
     /// A number of further steps of the loop that began last are done.
     LoopAdvances(usize),
-    /// The loop that began last has one step more.
-    LoopGrows,
     /// The loop that began last ends.
     LoopEnds,
     /// Names have become indices, and flanks pairs.
@@ -410,11 +408,6 @@ impl Steps<'_, '_> {
     pub(super) fn step(&self) {
         let _ = self.session.tell(&Event::LoopAdvances(1));
     }
-
-    /// Reports that the loop has one more step.
-    pub(super) fn grow(&self) {
-        let _ = self.session.tell(&Event::LoopGrows);
-    }
 }
 
 impl Drop for Steps<'_, '_> {
@@ -508,7 +501,7 @@ mod tests {
         assert!(session.goes_on().is_ok());
         drop(session.steps(0, "points"));
         assert!(matches!(session.goes_on(), Err(Error::Stopped)));
-        assert!(session.tell(&Event::LoopGrows).is_err());
+        assert!(session.tell(&Event::LoopEnds).is_err());
     }
 
     #[test]

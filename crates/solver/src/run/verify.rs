@@ -188,13 +188,12 @@ fn orbits(
         spec.points = spec.points.map(|points| points.min(MOST_POINTS));
         frequencies_hz = frequencies_of(&spec, reduced.linear_omega2(state))?;
     }
-    // The frequencies compared are asked for by the caller, or found on the grid.
+    // The frequencies compared are asked for by the caller, or found on the curve.
     let spec = ResponseSpec {
         points: scene
             .response
             .points
             .or(given.then_some(frequencies_hz.len())),
-        most_added_points: 0,
         ..scene.response.clone()
     };
     let responses = Responses {

@@ -235,7 +235,7 @@ fn contact_words(contact: &ContactSpec) -> Markup {
 }
 
 fn solution_words(contents: &Contents<'_>) -> Markup {
-    let (scene, summary) = (contents.scene, contents.summary);
+    let scene = contents.scene;
     let spec = &scene.response;
     html! {
         p {
@@ -262,9 +262,6 @@ fn solution_words(contents: &Contents<'_>) -> Markup {
                     Resolution::Accuracy(accuracy) => {
                         "as many harmonics as an accuracy of " (percent(accuracy, 2)) " asks for."
                     }
-                }
-                @if let Some(added) = summary.response.as_ref().map(|r| r.added_points).filter(|n| *n > 0) {
-                    " " (counted(added, "frequency was", "frequencies were")) " added at peaks."
                 }
             }
         }

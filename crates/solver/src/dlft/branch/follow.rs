@@ -7,6 +7,7 @@ use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::orbit::linear_point;
+use crate::dlft::peaks::vertex;
 use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Along, Branch, Orbit, Part, Response, SolvedFrequency, Told};
@@ -483,23 +484,17 @@ fn beyond(course: Course, frequency_hz: f64, looked_for_hz: f64) -> f64 {
 /// Length at which the parabola through three places, of a length and an amplitude each, has its
 /// top; `None` where the middle one is not the highest, or is within [`PEAK_ERROR`] of the top.
 fn top_of(around: &[(f64, f64)]) -> Option<f64> {
-    let [(before, a), (highest, b), (after, c)] = around else {
-        return None;
-    };
+    let three: [(f64, f64); 3] = around.try_into().ok()?;
+    let [(before, a), (highest, b), (after, c)] = three;
     if !(b > a && b >= c) {
         return None;
     }
-    let [left, right] = [highest - before, after - highest];
-    // Slopes of the chords, and the second divided difference.
-    let [rise, fall] = [(b - a) / left, (c - b) / right];
-    let curvature = (fall - rise) / (left + right);
-    let slope = (rise * right + fall * left) / (left + right);
-    let shift = -0.5 * slope / curvature;
-    let gain = -0.25 * slope * slope / curvature;
+    let (gain, shift) = vertex(three);
     if !shift.is_finite() || gain <= PEAK_ERROR * b {
         return None;
     }
     // No nearer to a point than a tenth of the way to the next: it would tell nothing new.
+    let [left, right] = [highest - before, after - highest];
     let shift = if shift > 0.0 {
         shift.clamp(0.1 * right, 0.9 * right)
     } else {
