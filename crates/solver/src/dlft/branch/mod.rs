@@ -255,4 +255,32 @@ mod tests {
             assert!(marked(&resumed) == marked(&whole), "{low} {high}");
         }
     }
+
+    /// Without friction pairs open and close everywhere, and Newton's method in a plane across the
+    /// curve fails at steps that the curve itself is smooth for.
+    #[test]
+    fn a_smooth_curve_has_few_points_where_newtons_method_needs_help() {
+        let mut problem = dovetail72(2.0);
+        problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let resolution = Resolution::Fixed {
+            harmonics: 1,
+            samples: 128,
+        };
+        let ends = [0.98, 1.02].map(|ratio| ratio * first_hz);
+        let settings = SweepSettings::new(ends.to_vec(), resolution);
+        let state = static_state(&problem, 10, settings.newton);
+        let damping = damping(&problem);
+        let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
+        let points = curve(&followed);
+        println!("{} points", points.len());
+        assert!(points.len() < 30, "{}", points.len());
+        for (hz, amplitude) in points {
+            let mut alone = settings.clone();
+            alone.frequencies_hz = vec![hz];
+            let orbits = sweep(&problem, damping, &state, &alone, &[], &|_| ()).orbits;
+            let off = amplitude / orbits[0].observed_amplitude_m[0] - 1.0;
+            assert!(off.abs() < 1e-4, "{hz}: {off}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::bordered::{Direction, Plane, correct, direction};
 use super::gauge::{Gauge, Scales, motion};
-use crate::dlft::point::{FrequencySolver, Solution, Work};
+use crate::dlft::point::{FrequencySolver, Neighbour, Solution, Work};
 use crate::dlft::retention::Mean;
 use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
@@ -16,6 +16,8 @@ const LONGEST_STEP: f64 = 0.5;
 const SHORTEST_STEP: f64 = 1e-4;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
+/// A step that has been halved so many times is also tried at its frequency, once.
+const BEFORE_FREQUENCY: usize = 2;
 /// Least cosine of the angle by which a step may turn.
 const LEAST_COSINE: f64 = 0.7;
 /// A step has left the curve where its end lies so many steps from its beginning.
@@ -236,11 +238,13 @@ impl<'b, 's> Tracer<'b, 's> {
     /// solutions are asked for.
     pub fn step(&mut self, asked_hz: &[f64], work: &mut Work) -> Step<'b> {
         self.step = self.step.max(2.0 * SHORTEST_STEP);
+        let mut failures = 0;
         while self.step >= SHORTEST_STEP {
-            match self.attempt(asked_hz, work) {
+            match self.attempt(asked_hz, failures == BEFORE_FREQUENCY, work) {
                 Some(step) => return step,
                 None => self.step *= 0.5,
             }
+            failures += 1;
         }
         Step {
             passed: Vec::new(),
@@ -292,7 +296,12 @@ impl<'b, 's> Tracer<'b, 's> {
     }
 
     /// Tries a step; `None` where a shorter one is to be tried.
-    fn attempt(&mut self, asked_hz: &[f64], work: &mut Work) -> Option<Step<'b>> {
+    fn attempt(
+        &mut self,
+        asked_hz: &[f64],
+        by_frequency: bool,
+        work: &mut Work,
+    ) -> Option<Step<'b>> {
         let (h, solver) = (self.step, self.solver);
         let Point { scales, mean, .. } = self.last;
         let (u, frequency_hz) = self.last.ahead(h);
@@ -303,7 +312,12 @@ impl<'b, 's> Tracer<'b, 's> {
             ..solver.newton
         };
         let start = (&predicted[..], predicted_hz);
-        let (found, frequency_hz) = self.corrected(&plane, start, mean, options, work)?;
+        let found = self.corrected(&plane, start, mean, options, work);
+        let (found, frequency_hz) = match found {
+            Some(found) => found,
+            None if by_frequency => self.at_frequency_ahead(predicted_hz, work)?,
+            None => return None,
+        };
         let reached = motion(&found.balance, &found.u, frequency_hz);
         let from = |other: &[f64]| -> Vec<f64> {
             let both = reached.iter().zip(other);
@@ -404,6 +418,28 @@ impl<'b, 's> Tracer<'b, 's> {
         let found = solver.on_curve(frequency_hz, found, work)?;
         let is_retained = found.balance.mean() == Mean::Retained;
         (is_retained && found.is_converged()).then_some((found, frequency_hz))
+    }
+
+    /// Solution at a frequency ahead, found in all the ways that a frequency is solved in. `None`
+    /// where a fold may lie before it.
+    fn at_frequency_ahead(
+        &self,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let Point { direction, .. } = &self.last;
+        let moved_hz = frequency_hz - self.last.frequency_hz;
+        if moved_hz / direction.frequency_hz < 0.5 * self.step {
+            return None;
+        }
+        let neighbour = Neighbour {
+            frequency_hz: self.last.frequency_hz,
+            u: self.last.u.clone(),
+            slope: Some((direction.u.iter().map(|u| u / direction.frequency_hz)).collect()),
+            mean: self.last.mean,
+        };
+        let found = self.solver.solve(frequency_hz, Some(&neighbour), work);
+        found.is_converged().then_some((found, frequency_hz))
     }
 
     /// U and the frequency a step ahead: on the cubic through the last two points, or along the
