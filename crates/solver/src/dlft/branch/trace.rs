@@ -16,8 +16,8 @@ const LONGEST_STEP: f64 = 0.5;
 const SHORTEST_STEP: f64 = 1e-4;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
-/// A step that has been halved so many times is also tried at its frequency, once.
-const BEFORE_FREQUENCY: usize = 2;
+/// A step that has been halved so many times is tried at its frequency, too, once.
+const BEFORE_FREQUENCY: usize = 1;
 /// Least cosine of the angle by which a step may turn.
 const LEAST_COSINE: f64 = 0.7;
 /// A step has left the curve where its end lies so many steps from its beginning.
