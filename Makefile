@@ -23,12 +23,13 @@ test: setup checks
 	target/debug/dovetail run scenes/paper.toml --out output/check --quiet
 	$(PYTHON) scripts/check_output.py output/check
 
-# The slow tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, the
-# extremes, and that the targets of `make fuzz` compile: see docs/verification.md, which has their
-# figures and what they take.
+# The library alone, without the readers of meshes, that the targets of `make fuzz` compile, the slow
+# tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, and the
+# extremes: see docs/verification.md, which has their figures and what they take.
 verify: setup
 	@tools/setup.sh calculix
 	@tools/setup.sh fuzz
+	cargo clippy --locked --package dovetail-solver -- -D warnings
 	cargo check --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
 	cargo build --release --locked
 	cargo test --release --locked --workspace -- --ignored
@@ -47,12 +48,10 @@ calculix: setup
 	$(PYTHON) benches/calculix/compare_elements.py --rpm 20000
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
-# Alone, the library is without what the program needs: the readers of meshes.
 lint:
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
-	cargo clippy --locked --package dovetail-solver -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
 
 # Licences, origin and unwanted ones of all dependencies, as deny.toml has them.

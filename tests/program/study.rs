@@ -521,7 +521,7 @@ fn a_case_that_was_broken_off_goes_on_with_its_frequencies() {
     let study = r#"
 name = "long"
 scene = "scene.toml"
-set = ["response.points=800"]
+set = ["response.points=300"]
 [[parameter]]
 key = "response.harmonics"
 values = [1]
@@ -551,7 +551,7 @@ base = 1
             .is_some_and(|c| [0, 3].contains(&c))
     );
     let log = folder.text("out/cases/base/log.txt");
-    has(&log, &["of 800 frequencies were solved before"]);
+    has(&log, &["of 300 frequencies were solved before"]);
     assert!(!journal.exists());
 }
 

@@ -62,6 +62,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
 }
 
 #[test]
+#[ignore = "slow: 1024 samples"]
 fn one_harmonic_many_samples() {
     assert_eq!(cases(1, 1024).1, 0);
 }
@@ -72,6 +73,7 @@ fn three_harmonics_few_samples() {
 }
 
 #[test]
+#[ignore = "slow: 1024 samples"]
 fn three_harmonics_many_samples() {
     assert_eq!(cases(3, 1024).1, 0);
 }

@@ -105,8 +105,8 @@ mod tests {
             let state = static_state(&problem, 10, settings(vec![]).newton);
             let [swept, fine] = [
                 asked.to_vec(),
-                (0..300)
-                    .map(|i| first_hz * (0.995 + 3e-5 * f64::from(i)))
+                (0..150)
+                    .map(|i| first_hz * (0.995 + 6e-5 * f64::from(i)))
                     .collect(),
             ]
             .map(|hz| {
