@@ -18,6 +18,8 @@ const MOST_POINTS: usize = 5000;
 /// Where a branch cannot be followed, the next motion is looked for so far on, as a fraction of the
 /// range.
 const GAP: f64 = 0.005;
+/// It is looked for so many times as far on as none was found before, where that is more.
+const GROWTH: f64 = 0.5;
 /// Most points that are added at a peak.
 const MOST_ADDED: usize = 8;
 /// A peak is found where the parabola through the highest point and those beside it rises by no
@@ -148,7 +150,7 @@ impl<'b, 's> Follower<'b, 's> {
                 self.begin();
                 let begun_hz = self.next_hz;
                 self.has_left = begun_hz == to_hz;
-                self.look_beyond(begun_hz);
+                self.look_beyond_begin();
                 stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0)
             };
             self.step += 1;
@@ -228,12 +230,7 @@ impl<'b, 's> Follower<'b, 's> {
             let amplitudes = point.orbit.observed_amplitude_m.clone();
             self.recent.push((tracer.last().clone(), amplitudes));
         }
-        let begun = self.branch.points.iter().rev();
-        let begun = begun.filter(|p| p.along.as_ref().is_some_and(|a| a.part == Part::Begun));
-        if let Some(begun) = begun.map(|p| p.orbit.frequency_hz).next() {
-            self.next_hz = begun;
-            self.look_beyond(begun);
-        }
+        self.look_beyond_begin();
         // No direction was found: the branch is lost where it came to, not where it began.
         if self.tracer.is_none()
             && let Some(last_hz) = self.branch.points.last().map(|p| p.orbit.frequency_hz)
@@ -401,7 +398,27 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Looks for the next motion behind a gap after a frequency.
     fn look_beyond(&mut self, frequency_hz: f64) {
-        self.next_hz = beyond(self.course, frequency_hz, self.next_hz);
+        let gap_hz = GAP * self.course.range_hz();
+        self.next_hz = beyond(self.course, frequency_hz, gap_hz, self.next_hz);
+    }
+
+    /// Looks for the next motion behind the frequency at which one was looked for last: the farther,
+    /// the longer none was found.
+    fn look_beyond_begin(&mut self) {
+        let is_begun = |p: &SolvedFrequency| {
+            let along = p.along.as_ref();
+            along.is_some_and(|a| a.part == Part::Begun)
+        };
+        let Some(last) = self.branch.points.iter().rposition(is_begun) else {
+            return;
+        };
+        let begun_hz = self.branch.points[last].orbit.frequency_hz;
+        let mut before = self.branch.points[..=last].iter().rev();
+        let found = before.find(|p| p.orbit.outcome.holds());
+        let found_hz = found.map_or(self.course.from_hz, |p| p.orbit.frequency_hz);
+        let gap_hz = GAP * self.course.range_hz();
+        let gap_hz = gap_hz.max(GROWTH * (begun_hz - found_hz).abs());
+        self.next_hz = beyond(self.course, begun_hz, gap_hz, begun_hz);
     }
 
     /// Records a point that is solved. Returns its observed amplitudes, m.
@@ -465,9 +482,8 @@ impl Followed {
 
 /// Frequency behind a gap after another one, within the course, and not behind the one at which a
 /// motion was looked for last: a branch that turned back may be lost on its way back.
-fn beyond(course: Course, frequency_hz: f64, looked_for_hz: f64) -> f64 {
+fn beyond(course: Course, frequency_hz: f64, gap_hz: f64, looked_for_hz: f64) -> f64 {
     let Course { from_hz, to_hz, .. } = course;
-    let gap_hz = GAP * course.range_hz();
     let left_hz = |from: f64| (to_hz - from).abs();
     let next_hz = if left_hz(frequency_hz) > gap_hz {
         frequency_hz + (to_hz - from_hz).signum() * gap_hz
@@ -638,7 +654,9 @@ mod tests {
                 curve_error: 1e-3,
             };
             let at = |share: f64| from_hz + share * (to_hz - from_hz);
-            let next = |share: f64, looked_for: f64| beyond(course, at(share), at(looked_for));
+            let next = |share: f64, looked_for: f64| {
+                beyond(course, at(share), GAP * course.range_hz(), at(looked_for))
+            };
             assert_eq!(next(0.0, 0.0), at(GAP));
             assert_eq!(next(0.5, 0.2), at(0.5 + GAP));
             // Lost on the way back from a fold.

@@ -70,6 +70,7 @@ pub fn follow(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::Outcome;
     use crate::dlft::made_up::{self, mass_with_a_stop};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
@@ -253,6 +254,34 @@ mod tests {
                     .collect::<String>()
             };
             assert!(marked(&resumed) == marked(&whole), "{low} {high}");
+        }
+    }
+
+    /// A mass without a spring, pressed against its stop by less than what excites it: over the whole
+    /// range no motion is found, and it is looked for ever farther on.
+    #[test]
+    fn where_there_is_no_motion_it_is_looked_for_at_few_frequencies() {
+        let mut problem = mass_with_a_stop(0.0);
+        problem.reduced.stiffness[(0, 0)] = 0.0;
+        problem.reduced.static_load.on_x[0] = -0.05;
+        let resolution = Resolution::Fixed {
+            harmonics: 1,
+            samples: 32,
+        };
+        let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
+        settings.slip_threshold_m = Some(1e-9);
+        settings.most_seconds = Some(0.0);
+        let state = static_state(&problem, 1, settings.newton);
+        let damping = made_up::DAMPING;
+        let response = follow(&problem, damping, &state, &settings, &[], &|_| ());
+        let orbits = &response.orbits;
+        assert!((10..40).contains(&orbits.len()), "{}", orbits.len());
+        assert!(orbits.iter().all(|o| o.outcome == Outcome::LeavesSlot));
+        for branch in &response.branches {
+            let ends = [branch.points.start, branch.points.end - 1];
+            let mut ends_hz = ends.map(|i| orbits[i].frequency_hz);
+            ends_hz.sort_by(f64::total_cmp);
+            assert_eq!(ends_hz, [0.1, 0.4]);
         }
     }
 
