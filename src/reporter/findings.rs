@@ -423,9 +423,13 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
         } else {
             "more response.points, or leave them out: the curve is then followed to its peak"
         };
+        let higher = if rise < 1.0 {
+            format!("{:.1} % higher", 100.0 * rise)
+        } else {
+            "more than twice as high".to_owned()
+        };
         warnings.push(doubt(format!(
-            "between two frequencies the peak of {name} may be {:.1} % higher: take {remedy}",
-            100.0 * rise
+            "between two frequencies the peak of {name} may be {higher}: take {remedy}"
         )));
     }
     warnings

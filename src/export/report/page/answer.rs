@@ -163,7 +163,12 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             } @else if let Some(rise) = rise {
                 (line(rise <= CHANGED, &html! {
-                    "Between the frequencies the peak may be higher by " (bounded(rise.max(0.0), "an estimated")) "."
+                    "Between the frequencies the peak may be "
+                    @if rise < 1.0 {
+                        "higher by " (bounded(rise.max(0.0), "an estimated")) "."
+                    } @else {
+                        "more than twice as high."
+                    }
                 }))
             }
             @for two in &response.second_motion {
