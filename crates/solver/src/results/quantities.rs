@@ -280,7 +280,7 @@ const ABRUPT: f64 = 3.0;
 
 /// Two neighbouring frequencies of a grid between which an amplitude jumps, Hz; the first ones from
 /// below. The curve may fold there, and the grid go over from one motion to another. `None` for
-/// branches that were followed, which fold before one's eyes.
+/// branches that were followed: their folds are known.
 pub fn jump_hz(response: &Response, observation: usize) -> Option<[f64; 2]> {
     let four = (response.orbits.windows(4)).filter(|_| !response.is_followed());
     four.filter(|four| four.iter().all(|orbit| orbit.outcome.has_motion()))

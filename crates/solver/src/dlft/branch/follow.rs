@@ -18,7 +18,7 @@ const MOST_POINTS: usize = 5000;
 /// Where a branch cannot be followed, the next motion is looked for so far on, as a fraction of the
 /// range.
 const GAP: f64 = 0.005;
-/// It is looked for so many times as far on as none was found before, where that is more.
+/// Where none was found over a longer range, it is looked for this fraction of that range further on.
 const GROWTH: f64 = 0.5;
 /// Most points that are added at a peak.
 const MOST_ADDED: usize = 8;
@@ -196,17 +196,14 @@ impl<'b, 's> Follower<'b, 's> {
         self.work = Work::default();
         self.tracer = None;
         self.recent.clear();
-        let of_curve = |p: &&SolvedFrequency| {
-            let along = p.along.as_ref();
-            along.is_some_and(|a| matches!(a.part, Part::Begun | Part::Reached))
-        };
+        let of_curve =
+            |p: &&SolvedFrequency| matches!(part_of(p), Some(Part::Begun | Part::Reached));
         let mut last: Vec<&SolvedFrequency> = Vec::new();
         for point in self.branch.points.iter().rev().filter(of_curve) {
             let goes_on = last.last().is_none_or(|after| {
-                let begun = |a: &Along| a.part == Part::Begun;
                 after.mean == point.mean
                     && after.next_level == point.next_level
-                    && !after.along.as_ref().is_some_and(begun)
+                    && part_of(after) != Some(Part::Begun)
             });
             if last.len() == 3 || !goes_on {
                 break;
@@ -398,17 +395,18 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Looks for the next motion behind a gap after a frequency.
     fn look_beyond(&mut self, frequency_hz: f64) {
-        let gap_hz = GAP * self.course.range_hz();
-        self.next_hz = beyond(self.course, frequency_hz, gap_hz, self.next_hz);
+        self.next_hz = beyond(self.course, frequency_hz, self.gap_hz(), self.next_hz);
+    }
+
+    /// Width of a gap, Hz.
+    fn gap_hz(&self) -> f64 {
+        GAP * self.course.range_hz()
     }
 
     /// Looks for the next motion behind the frequency at which one was looked for last: the farther,
     /// the longer none was found.
     fn look_beyond_begin(&mut self) {
-        let is_begun = |p: &SolvedFrequency| {
-            let along = p.along.as_ref();
-            along.is_some_and(|a| a.part == Part::Begun)
-        };
+        let is_begun = |p: &SolvedFrequency| part_of(p) == Some(Part::Begun);
         let Some(last) = self.branch.points.iter().rposition(is_begun) else {
             return;
         };
@@ -416,8 +414,7 @@ impl<'b, 's> Follower<'b, 's> {
         let mut before = self.branch.points[..=last].iter().rev();
         let found = before.find(|p| p.orbit.outcome.holds());
         let found_hz = found.map_or(self.course.from_hz, |p| p.orbit.frequency_hz);
-        let gap_hz = GAP * self.course.range_hz();
-        let gap_hz = gap_hz.max(GROWTH * (begun_hz - found_hz).abs());
+        let gap_hz = (self.gap_hz()).max(GROWTH * (begun_hz - found_hz).abs());
         self.next_hz = beyond(self.course, begun_hz, gap_hz, begun_hz);
     }
 
@@ -465,12 +462,12 @@ impl Followed {
             gaps,
         } = self;
         let along = solved.along.as_ref();
-        let is = |part| along.is_some_and(|a| a.part == part);
+        let part = part_of(&solved);
         let length = along.map_or(0.0, |a| a.length);
-        if is(Part::Begun) && !points.is_empty() {
+        if part == Some(Part::Begun) && !points.is_empty() {
             gaps.push(points.len());
         }
-        let place = if is(Part::Added) {
+        let place = if part == Some(Part::Added) {
             lengths.partition_point(|l| *l < length)
         } else {
             points.len()
@@ -478,6 +475,11 @@ impl Followed {
         points.insert(place, solved);
         lengths.insert(place, length);
     }
+}
+
+/// Part of a branch that a point was found by.
+fn part_of(solved: &SolvedFrequency) -> Option<Part> {
+    solved.along.as_ref().map(|along| along.part)
 }
 
 /// Frequency behind a gap after another one, within the course, and not behind the one at which a
