@@ -11,6 +11,7 @@ use crate::exit::ExitStatus;
 use crate::export::ExportError;
 use crate::gmsh::GmshError;
 use crate::motions::free_words;
+use crate::scene::SceneError;
 use crate::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
@@ -42,6 +43,21 @@ pub enum RunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(Ended),
+
+    /// Error of the scene at one of the values that it is computed at.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+
+    /// `dovetail peaks` found no peak at some values.
+    #[error("{missing} of {values} values have no peak")]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "the warnings say why: response.frequency_hz or response.times_first_linear_mode may have to reach farther"
+        )
+    )]
+    NoPeaks { missing: usize, values: usize },
 
     /// `dovetail mesh` for a scene with a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
@@ -230,6 +246,8 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
+            Self::Scene(_) => ExitStatus::BadInput,
+            Self::NoPeaks { .. } => ExitStatus::NotConverged,
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
@@ -254,6 +272,7 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::Damping(_)
         | Error::AllBonded { .. }
         | Error::TooManySteps { .. }
+        | Error::NoObservation { .. }
         | Error::NoRotation => ExitStatus::BadInput,
         Error::Superelement(error) => of_folder(error),
         Error::NotConverged { .. } => ExitStatus::NotConverged,

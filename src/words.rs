@@ -95,6 +95,31 @@ pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
     (unit, 1.0 / size)
 }
 
+/// Name and unit of a key or a figure, from the end of the word: `gap` and `m`. Shares, ratios and
+/// counts have no unit.
+pub fn name_and_unit(word: &str) -> (String, &'static str) {
+    const UNITS: [(&str, &str); 15] = [
+        ("_j_m2", "J/m²"),
+        ("_kg_m3", "kg/m³"),
+        ("_m_s2", "m/s²"),
+        ("_n_m", "N/m"),
+        ("_per_s", "1/s"),
+        ("_mib", "MiB"),
+        ("_rpm", "rpm"),
+        ("_deg", "°"),
+        ("_hz", "Hz"),
+        ("_pa", "Pa"),
+        ("_s", "s"),
+        ("_m", "m"),
+        ("_n", "N"),
+        ("_w", "W"),
+        ("", ""),
+    ];
+    let of_unit = |(end, unit)| Some((word.strip_suffix(end)?.replace('_', " "), unit));
+    let found = UNITS.into_iter().find_map(of_unit);
+    found.unwrap_or_default()
+}
+
 /// Name with its unit in brackets, if it has one.
 pub fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() {

@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use super::error::Error;
 use super::new::Template;
 use crate::cache::CacheSettings;
-use crate::commands::SpeedRange;
+use crate::commands::{KeyRange, PeakQuestion, SpeedRange};
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
 use crate::study::{Action, StudyOptions};
@@ -35,6 +35,17 @@ Keys of the scene are set with --set KEY=VALUE, as if the file said so:
 
 Example:
   dovetail run scene.toml --set 'contact.*.friction=0.1' --out output/smooth";
+
+const PEAKS_HELP: &str = "\
+The whole curve is solved for at the first value and at the last. Between them each
+peak is found near the last ones, with a few solutions. The least peak over the
+first key is found where it lies inside of the range.
+
+Examples:
+  dovetail peaks scene.toml --over 'excitation.*.force_n=0.1:20'
+  dovetail peaks scene.toml --over 'contact.*.friction=0.01:1' \\
+      --over 'excitation.*.force_n=0.5:20:5'
+  dovetail peaks scene.toml --over 'excitation.*.force_n=0.1:20' --amplitude 1e-3";
 
 /// Vibration of parts in contact: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
@@ -123,6 +134,9 @@ pub(super) enum Command {
     /// Up to the static state under rotation, loads and press fits
     #[command(after_help = "Example:\n  dovetail static scene.toml --set rotation.speed_rpm=8000")]
     Static(SceneFile),
+    /// Follow the peak over values of a key, or of two: the design curve
+    #[command(after_help = PEAKS_HELP)]
+    Peaks(PeaksArguments),
     /// Compare the response with a time integration at a few frequencies
     #[command(after_help = "Example:\n  dovetail verify scene.toml --at 450.1,451")]
     Verify(VerifyArguments),
@@ -320,6 +334,41 @@ pub(super) struct Modes {
     /// Engine orders of diagram and crossings; repeated or with commas [default: up to 36]
     #[arg(long, value_name = "EO", value_delimiter = ',', value_parser = engine_order, requires = "rpm")]
     pub(super) orders: Vec<usize>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PeaksArguments {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Key with its range, of N values [default: 20]; given twice, the peaks over the first key at
+    /// each value of the second
+    #[arg(long, value_name = "KEY=FROM:TO[:N]", required = true)]
+    over: Vec<KeyRange>,
+
+    /// Name of the observed displacement [default: the first one]
+    #[arg(long, value_name = "NAME")]
+    observe: Option<String>,
+
+    /// Find the values at which the peak has this amplitude, too
+    #[arg(long, value_name = "M", value_parser = positive)]
+    amplitude: Option<f64>,
+}
+
+impl PeaksArguments {
+    pub(super) fn question(&self) -> Result<PeakQuestion, Error> {
+        let (over, at_each) = match &self.over[..] {
+            [over] => (over, None),
+            [over, at_each] => (over, Some(at_each.clone())),
+            more => return Err(Error::KeyRanges { given: more.len() }),
+        };
+        Ok(PeakQuestion {
+            over: over.clone(),
+            at_each,
+            observation: self.observe.clone(),
+            amplitude_m: self.amplitude,
+        })
+    }
 }
 
 #[derive(Debug, Args)]

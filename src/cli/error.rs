@@ -27,6 +27,11 @@ pub enum Error {
     #[diagnostic(transparent)]
     Study(#[from] StudyError),
 
+    /// More ranges of `dovetail peaks` than there are axes.
+    #[error("{given} ranges were given with --over, and a map has two axes")]
+    #[diagnostic(help("give one key or two; `dovetail study` varies any number of keys"))]
+    KeyRanges { given: usize },
+
     /// Invalid name of a new scene.
     #[error("`{name}` cannot be the name of a scene")]
     #[diagnostic(help(
@@ -92,6 +97,7 @@ impl Error {
         match self {
             Self::Scene(_)
             | Self::Environment { .. }
+            | Self::KeyRanges { .. }
             | Self::NewName { .. }
             | Self::NewExists { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),

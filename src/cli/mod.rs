@@ -102,6 +102,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         | Command::Modes(_)
         | Command::Reduce(_)
         | Command::Static(_)
+        | Command::Peaks(_)
         | Command::Verify(_)
         | Command::Check(_) => Ok(()),
     }
@@ -158,8 +159,10 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
             // A signal that comes while the folder is opened is heard once it is.
             let signals = interruption::signals().map_err(Error::Signals)?;
             let files = files(command, &scene, &output, other)?;
-            let ended = hear_of_ends(command, &files, signals, console)
-                .and_then(|()| with_files(command, &scene, &output, cache, &files, console));
+            let ended = hear_of_ends(command, &files, signals, console).and_then(|()| {
+                let asked = (command, &shared.overrides[..]);
+                with_files(asked, &scene, &output, cache, &files, console)
+            });
             ended.inspect_err(|error| files.locked().failed(error))
         }
     }
@@ -223,9 +226,9 @@ fn hear_of_ends(
     Ok(())
 }
 
-/// Executes a command about a scene: computes, writes, prints.
+/// Executes a command about a scene, which was loaded with these keys set: computes, writes, prints.
 fn with_files(
-    command: &Command,
+    (command, overrides): (&Command, &[String]),
     scene: &Scene,
     output: &Output,
     cache: Cache,
@@ -284,6 +287,16 @@ fn with_files(
         }) => {
             print(&work.campbell(*speeds, orders)?)?;
             finish(&Ok(()))
+        }
+        Command::Peaks(arguments) => {
+            let scene_with = |set: &[String]| {
+                let both: Vec<String> = overrides.iter().chain(set).cloned().collect();
+                scene::load(&output.scene_file, &both)
+            };
+            let (table, verdict) = work.peaks(&arguments.question()?, &scene_with)?;
+            finish(&verdict)?;
+            print(&table)?;
+            Ok(verdict?)
         }
         Command::Verify(arguments) => {
             let (verified, table) = work.verify(&arguments.asked())?;

@@ -2,6 +2,7 @@
 
 mod campbell;
 mod meshing;
+mod peaks;
 pub mod pieces;
 mod verify;
 
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use self::campbell::Diagram;
 pub use self::campbell::{SpeedRange, SpeedRangeError};
 use self::meshing::MadeIn;
+pub use self::peaks::{KeyRange, KeyRangeError, PeakQuestion};
 use crate::cache::{Cache, RunStore};
 use crate::error::RunError;
 use crate::files::SharedFiles;

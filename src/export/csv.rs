@@ -1,5 +1,5 @@
 //! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
-//! verify.csv. Each table is one list of columns ([`super::table`]).
+//! peaks.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,15 +7,16 @@ use std::path::Path;
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
 use super::table::Columns;
-use dovetail_solver::dlft::{CycleCounts, Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    CycleFields, cycle_fields, linear_amplitude, peak, phasors, static_fields, sweep_fields,
+    CycleFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak, phasors,
+    static_fields, sweep_fields,
 };
-use dovetail_solver::run::{Crossing, Family};
+use dovetail_solver::run::{Crossing, Family, PeakAt, Peaks};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -315,6 +316,86 @@ pub fn write_crossings(
     table.add("frequency_hz", |c| c.frequency_hz);
     table.add("margin", move |c| {
         (operating_rpm > 0.0).then(|| c.margin(operating_rpm))
+    });
+    table.write(path, rows)
+}
+
+/// Row of peaks.csv.
+#[derive(Debug, Clone, Copy)]
+pub struct PeakRow<'a> {
+    /// Value of the second key; `None` without one.
+    pub also: Option<f64>,
+    /// Number of the observed displacement.
+    pub observation: usize,
+    /// Pairs of the model.
+    pub pairs: &'a PairTable,
+    /// Peak at the value of the first key.
+    pub peak: &'a PeakAt,
+}
+
+impl<'a> PeakRow<'a> {
+    /// Rows of peaks at a value of the second key.
+    pub fn of(also: Option<f64>, peaks: &'a Peaks) -> Vec<Self> {
+        let row = |peak| Self {
+            also,
+            observation: peaks.observation,
+            pairs: &peaks.reduced.pairs,
+            peak,
+        };
+        peaks.rows.iter().map(row).collect()
+    }
+
+    /// Amplitude, m.
+    pub fn amplitude_m(&self) -> f64 {
+        self.peak.amplitude_m(self.observation)
+    }
+
+    /// Area of the pairs that open in the period, m2; `None` where an area is unknown.
+    fn opening_area_m2(&self) -> Option<f64> {
+        let cycles = self.peak.orbit.cycles.iter().zip(&self.pairs.rows);
+        let opening = cycles.filter(|(cycle, _)| cycle.status == CycleStatus::Opening);
+        opening.map(|(_, pair)| pair.area_m2).sum()
+    }
+
+    /// Largest distance slid by a pair in a period, m.
+    fn slid_m(&self) -> Option<f64> {
+        let slid = self.peak.orbit.cycles.iter().map(|cycle| cycle.slid_m);
+        slid.reduce(f64::max)
+    }
+}
+
+/// Writes peaks.csv: one row for each peak. `keys` are the key of the value of each line of peaks,
+/// if there is one, and the key of the values along it.
+pub fn write_peaks(path: &Path, keys: &[&str], rows: &[PeakRow<'_>]) -> Result<(), ExportError> {
+    let mut table: Columns<'_, PeakRow<'_>> = Columns::default();
+    if let [also, _] = keys {
+        table.add(*also, |row| row.also);
+    }
+    table.add(keys.last().copied().unwrap_or_default(), |row| {
+        row.peak.value
+    });
+    table.add("amplitude_m", PeakRow::amplitude_m);
+    table.add("frequency_hz", |row| row.peak.orbit.frequency_hz);
+    table.add("outcome", |row| row.peak.orbit.outcome.word());
+    table.add("linear_amplitude_m", |row| row.peak.linear_m);
+    table.add("ratio", |row| {
+        let linear_m = row.peak.linear_m?;
+        Some(row.amplitude_m() / linear_m)
+    });
+    table.add("loss_factor", |row| loss_factor(&row.peak.orbit));
+    table.add("modal_mass_kg", |row| {
+        modal_mass_kg(&row.peak.orbit, row.observation)
+    });
+    table.add("friction_power_w", |row| row.peak.orbit.friction_power_w);
+    table.add("viscous_power_w", |row| row.peak.orbit.viscous_power_w);
+    table.add("slipping_pairs", |row| row.peak.orbit.counts().slipping);
+    table.add("opening_pairs", |row| row.peak.orbit.counts().opening);
+    table.add("opening_area_m2", PeakRow::opening_area_m2);
+    table.add("largest_slid_m", PeakRow::slid_m);
+    table.add("retention_n", |row| row.peak.orbit.retention_n);
+    table.add("harmonics", |row| row.peak.orbit.harmonics);
+    table.add("estimated_error", |row| {
+        row.peak.orbit.amplitude_error(row.observation)
     });
     table.write(path, rows)
 }

@@ -1,6 +1,7 @@
 //! Writes the files of a run, and collects the figures for its end.
 
 mod conditions;
+mod peaks;
 mod summary;
 
 use std::collections::BTreeMap;
@@ -11,9 +12,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use self::conditions::{at_rest, in_motion};
+pub use self::peaks::PeakLine;
 pub use self::summary::Taken;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
+use crate::export::csv::PeakRow;
 use crate::export::curves::{Curves, Sweep};
 use crate::export::fields::Separation;
 use crate::export::flank::FlankSeries;
@@ -308,6 +311,20 @@ impl Files {
         let path = self.out.file("plots/campbell.svg")?;
         let (families, orders, operation) = diagram;
         Ok(write_campbell(&path, heading, families, orders, operation)?)
+    }
+
+    /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the
+    /// key of the value of each line, if there is one, and the key of the values along it. Where
+    /// there are several lines, the amplitudes are drawn as a map, too.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn peaks(&self, keys: &[&str], lines: &[PeakLine<'_>]) -> Result<(), RunError> {
+        let rows: Vec<PeakRow<'_>> = lines.iter().flat_map(|line| line.rows.clone()).collect();
+        csv::write_peaks(&self.out.file("peaks.csv")?, keys, &rows)?;
+        peaks::draw(keys, lines, |file| {
+            self.out.file(&format!("plots/{file}.svg"))
+        })
     }
 
     /// Writes verify.csv.

@@ -8,10 +8,11 @@ use serde_spanned::Spanned;
 use toml::Value;
 
 use super::keys::{KIND_WORDS, RawParameter, STUDY};
-use super::quantity::{name_and_unit, title};
+use super::quantity::title;
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::raw::Located;
+use crate::words::name_and_unit;
 
 /// Largest number of cases of a grid.
 const MOST_CASES: usize = 10_000;

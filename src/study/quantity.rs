@@ -2,7 +2,7 @@
 //! case.
 
 use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
-use crate::words;
+use crate::words::{figure, name_and_unit, quantity, with_unit};
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
@@ -79,35 +79,10 @@ fn loss_factor(response: &ResponseSummary) -> Option<f64> {
     at_peak?.loss_factor
 }
 
-/// Name and unit of a key or a figure, from the end of the word: `gap` and `m`. Shares, ratios and
-/// counts have no unit.
-pub fn name_and_unit(word: &str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 15] = [
-        ("_j_m2", "J/m²"),
-        ("_kg_m3", "kg/m³"),
-        ("_m_s2", "m/s²"),
-        ("_n_m", "N/m"),
-        ("_per_s", "1/s"),
-        ("_mib", "MiB"),
-        ("_rpm", "rpm"),
-        ("_deg", "°"),
-        ("_hz", "Hz"),
-        ("_pa", "Pa"),
-        ("_s", "s"),
-        ("_m", "m"),
-        ("_n", "N"),
-        ("_w", "W"),
-        ("", ""),
-    ];
-    let of_unit = |(end, unit)| Some((word.strip_suffix(end)?.replace('_', " "), unit));
-    let found = UNITS.into_iter().find_map(of_unit);
-    found.unwrap_or_default()
-}
-
 /// Title of a key or a figure, such as `force (N)` for `force_n`.
 pub fn title(word: &str) -> String {
     let (name, unit) = name_and_unit(word);
-    words::with_unit(&name, unit)
+    with_unit(&name, unit)
 }
 
 /// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
@@ -135,7 +110,7 @@ impl Figure {
         if self.is_count() {
             format!("{value}")
         } else {
-            words::figure(value, digits)
+            figure(value, digits)
         }
     }
 
@@ -143,7 +118,7 @@ impl Figure {
     pub fn words(&self, value: f64) -> String {
         match self.unit() {
             "" => self.number(value, 5),
-            unit => words::quantity(value, unit, 5),
+            unit => quantity(value, unit, 5),
         }
     }
 }

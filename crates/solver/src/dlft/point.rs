@@ -53,6 +53,7 @@ pub struct FrequencySolver<'a> {
 }
 
 /// Converged frequency, from which the next one starts.
+#[derive(Debug, Clone)]
 pub struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
@@ -212,7 +213,7 @@ fn relative(change: f64, of: f64) -> f64 {
 }
 
 /// Returns U with `entries` entries: missing harmonics are zero, further ones are dropped.
-fn resized(u: &[f64], entries: usize) -> Vec<f64> {
+pub fn resized(u: &[f64], entries: usize) -> Vec<f64> {
     let mut u = u[..u.len().min(entries)].to_vec();
     u.resize(entries, 0.0);
     u

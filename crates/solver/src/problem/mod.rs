@@ -64,6 +64,16 @@ impl Problem {
         }
     }
 
+    /// Returns `true` if another problem has the same static state: the same reduced model and laws.
+    /// The excitations may differ.
+    pub fn is_at_rest_like(&self, other: &Self) -> bool {
+        let (own, others) = (&self.reduced, &other.reduced);
+        self.laws == other.laws
+            && own.static_load == others.static_load
+            && own.omega2 == others.omega2
+            && own.stiffness == others.stiffness
+    }
+
     /// Norm of the forces that press the pairs steadily, N: the static load on X, and the own
     /// stiffness of each pair times its interference.
     pub fn steady_force_n(&self) -> f64 {

@@ -348,8 +348,16 @@ fn local_peaks_of(response: &Response, branch: &Branch, observation: usize) -> V
     (0..heights.len()).filter_map(local).collect()
 }
 
+/// Mass of an oscillator that vibrates with an observed amplitude and has the kinetic energy of the
+/// orbit: the modal mass of the motion at that point, kg. `None` where it does not move.
+pub fn modal_mass_kg(orbit: &Orbit, observation: usize) -> Option<f64> {
+    let amplitude_m = *orbit.observed_amplitude_m.get(observation)?;
+    let squared = (TAU * orbit.frequency_hz * amplitude_m).powi(2);
+    (squared > 0.0).then(|| 4.0 * orbit.kinetic_energy_j / squared)
+}
+
 /// Loss factor, as in [`LocalPeak`].
-fn loss_factor(orbit: &Orbit) -> Option<f64> {
+pub fn loss_factor(orbit: &Orbit) -> Option<f64> {
     let stored_w = TAU * orbit.frequency_hz * 2.0 * orbit.kinetic_energy_j;
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
 }

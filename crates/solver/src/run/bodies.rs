@@ -19,7 +19,7 @@ use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::spectrum::{Spectrum, blocks};
 
 /// Meshes and fields that an assembly is bound to.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Meshes {
     /// Mesh of all bodies, in metres: see [`gather`](crate::model::gather::gather).
     pub mesh: Mesh,

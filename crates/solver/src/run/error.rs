@@ -106,6 +106,27 @@ pub enum Error {
         /// Free motions of the bodies; empty where none are known.
         motions: Vec<BodyMotion>,
     },
+    /// There is no observed displacement of this name, or none at all.
+    #[error(
+        "there is no observed displacement{}, but {}",
+        name.as_ref().map_or(String::new(), |name| format!(" `{name}`")),
+        if names.is_empty() { "none at all".to_owned() } else { names.join(", ") }
+    )]
+    NoObservation {
+        /// Name that was asked for.
+        name: Option<String>,
+        /// Names that there are.
+        names: Vec<String>,
+    },
+    /// The curve has no motion, and therefore no peak.
+    #[error("no motion was found in the range of frequencies")]
+    NoPeak,
+    /// The largest amplitude of the curve is at an end of its range.
+    #[error("the amplitude still rises at the end of the range of frequencies, {frequency_hz} Hz")]
+    PeakOutside {
+        /// End of the range, Hz.
+        frequency_hz: f64,
+    },
     /// Frequencies over the speed are asked for, but the bodies do not rotate.
     #[error("frequencies over the speed were asked for, and there is no axis of rotation")]
     NoRotation,

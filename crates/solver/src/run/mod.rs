@@ -10,6 +10,7 @@ mod error;
 mod free_motion;
 mod kept;
 mod outcome;
+mod peaks;
 mod prestress;
 mod reduced;
 mod reducing;
@@ -25,6 +26,7 @@ pub use kept::{
     Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
 };
 pub use outcome::{Compared, ResponseInputs, ResponseResult, Run, StaticResult};
+pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Reduced, stuck_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::static_options;

@@ -104,6 +104,28 @@ pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
     Resolution::Fixed { harmonics, samples }
 }
 
+/// Settings of a response at these frequencies.
+pub(super) fn settings(
+    spec: &ResponseSpec,
+    frequencies_hz: Vec<f64>,
+    resolution: Resolution,
+) -> SweepSettings {
+    SweepSettings {
+        eps: Eps {
+            choice: spec.eps,
+            scale: spec.eps_scale,
+        },
+        newton: NewtonOptions {
+            tolerance: spec.tolerance,
+            max_iterations: spec.max_newton_iterations,
+        },
+        solver: spec.solver,
+        slip_threshold_m: spec.slip_threshold_m,
+        most_seconds: spec.most_seconds_per_frequency,
+        ..SweepSettings::new(frequencies_hz, resolution)
+    }
+}
+
 /// Common data of the responses of a run.
 pub(super) struct Responses<'a, 'o> {
     pub spec: &'a ResponseSpec,
@@ -145,20 +167,7 @@ impl Responses<'_, '_> {
         let stage = session.titled_stage(Stage::Response, &title(resolution));
         let blocks = blocks(resolution.most_harmonics());
         stage.solves(blocks * problem.reduced.stiffness.nrows());
-        let settings = SweepSettings {
-            eps: Eps {
-                choice: spec.eps,
-                scale: spec.eps_scale,
-            },
-            newton: NewtonOptions {
-                tolerance: spec.tolerance,
-                max_iterations: spec.max_newton_iterations,
-            },
-            solver: spec.solver,
-            slip_threshold_m: spec.slip_threshold_m,
-            most_seconds: spec.most_seconds_per_frequency,
-            ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
-        };
+        let settings = settings(spec, self.frequencies_hz.to_vec(), resolution);
         memory::ask_for(demand::bytes(problem, &settings))
             .map_err(|source| Error::TooLittleMemory { blocks, source })?;
         let (damping, state) = (self.damping, self.state);

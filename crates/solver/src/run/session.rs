@@ -57,11 +57,13 @@ pub enum Stage {
     ResponseFiles,
     /// The motion is integrated in time, to check harmonic balance.
     TimeIntegration,
+    /// Peaks over a value of the scene.
+    Peaks,
 }
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Mesh,
         Self::Model,
         Self::FiniteElements,
@@ -77,6 +79,7 @@ impl Stage {
         Self::Response,
         Self::ResponseFiles,
         Self::TimeIntegration,
+        Self::Peaks,
     ];
 
     /// Name for programs, which stays when a title changes.
@@ -97,6 +100,7 @@ impl Stage {
             Self::Response => "response",
             Self::ResponseFiles => "response_files",
             Self::TimeIntegration => "time_integration",
+            Self::Peaks => "peaks",
         }
     }
 
@@ -123,6 +127,7 @@ impl Stage {
             Self::Response => "response",
             Self::ResponseFiles => "response files",
             Self::TimeIntegration => "time integration",
+            Self::Peaks => "peaks",
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Branches from both ends of a range of frequencies.
 
+use super::peak::Guess;
 use super::several::several_motions;
 use super::trace::{Course, Found, Point, Tracer};
 use crate::dlft::accuracy::Resolved;
@@ -29,6 +30,13 @@ const PEAK_ERROR: f64 = 1e-4;
 const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
 const SAME: f64 = 1e-4;
+
+/// First step from a motion near a peak.
+const CLIMBING_STEP: f64 = 0.15;
+/// A peak is behind the last point where the amplitude is this fraction below the largest one.
+const FALLEN: f64 = 0.02;
+/// Most points on the way to a peak.
+const MOST_CLIMBED: usize = 200;
 
 /// Frequencies of a stretch at least. At the end of one the follower goes on from what is recorded
 /// of its points, with nothing else that only speeds up the solution: an interrupted run continues
@@ -106,6 +114,8 @@ struct Follower<'b, 's> {
     stretch_from: usize,
     /// Frequency at which the next motion is looked for where no curve is followed, Hz.
     next_hz: f64,
+    /// Motion from which the first point is solved for, where one is known.
+    guess: Option<Neighbour>,
     /// `true` once the branch has left the range.
     has_left: bool,
     work: Work,
@@ -128,6 +138,7 @@ impl<'b, 's> Follower<'b, 's> {
             solved: 0,
             stretch_from: 0,
             next_hz: course.from_hz,
+            guess: None,
             has_left: false,
             work: Work::default(),
         };
@@ -236,12 +247,56 @@ impl<'b, 's> Follower<'b, 's> {
         }
     }
 
+    /// Follows the branch from a motion near it to a peak of an observed amplitude: towards larger
+    /// amplitudes, until the amplitude has fallen on the other side of the peak. `None` where the
+    /// branch leaves the range or is lost before.
+    fn climb(&mut self, guess: &Guess, observation: usize) -> Option<Orbit> {
+        let Course { from_hz, to_hz, .. } = self.course;
+        self.next_hz = guess.frequency_hz.clamp(from_hz, to_hz);
+        self.level = self.run.refinement.level_of(guess.harmonics);
+        self.guess = Some(guess.neighbour());
+        self.begin();
+        let tracer = self.tracer.as_mut()?;
+        tracer.set_step(CLIMBING_STEP);
+        if tracer.growth(observation) < 0.0 {
+            tracer.turn();
+        }
+        let mut has_turned = false;
+        while self.tracer.is_some() && !self.has_left && self.solved < MOST_CLIMBED {
+            self.step(None);
+            let amplitude =
+                |p: &SolvedFrequency| p.orbit.observed_amplitude_m.get(observation).copied();
+            let amplitudes: Option<Vec<f64>> = self.branch.points.iter().map(amplitude).collect();
+            let amplitudes = amplitudes?;
+            let (highest, most) =
+                (amplitudes.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;
+            if *amplitudes.last()? > (1.0 - FALLEN) * most {
+                continue;
+            }
+            if highest > 0 {
+                let found = self.branch.points.swap_remove(highest).orbit;
+                return found.outcome.has_motion().then_some(found);
+            }
+            // The first point was behind the peak, and the branch runs away from it.
+            if std::mem::replace(&mut has_turned, true) {
+                return None;
+            }
+            self.tracer.as_mut()?.turn();
+            self.branch.points = self.branch.points.split_off(amplitudes.len() - 1);
+            self.branch.lengths = self.branch.lengths.split_off(amplitudes.len() - 1);
+            self.recent.clear();
+            self.remember();
+        }
+        None
+    }
+
     /// Looks for a motion to follow, on from where the branch was lost.
     fn begin(&mut self) {
         let run = self.run;
         let last = self.branch.points.last();
-        let neighbour = last.filter(|p| p.orbit.outcome.holds());
-        let neighbour = neighbour.map(|p| Neighbour::of(&p.orbit, None));
+        let last = last.filter(|p| p.orbit.outcome.holds());
+        let last = last.map(|p| Neighbour::of(&p.orbit, None));
+        let neighbour = last.or_else(|| self.guess.take());
         let at_hz = self.next_hz;
         self.work.start_counting(run.most_seconds);
         let found = run
@@ -607,6 +662,16 @@ impl Run<'_> {
             return vec![falling.reversed()];
         }
         vec![rising, falling]
+    }
+
+    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found.
+    pub(super) fn peak_near(
+        &self,
+        course: Course,
+        guess: &Guess,
+        observation: usize,
+    ) -> Option<Orbit> {
+        Follower::new(self, course, &[], false).climb(guess, observation)
     }
 
     /// Returns `true` if two motions at one frequency have the same vibration: that of what is

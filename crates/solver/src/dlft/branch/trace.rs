@@ -227,6 +227,42 @@ impl<'b, 's> Tracer<'b, 's> {
         self.before = None;
     }
 
+    /// Turns round at the last point. The length of the curve grows on from there.
+    pub fn turn(&mut self) {
+        let Point {
+            direction,
+            motion_along,
+            across,
+            ..
+        } = &mut self.last;
+        let all = direction.u.iter_mut().chain(motion_along);
+        all.chain(&mut across.0).for_each(|v| *v = -*v);
+        direction.frequency_hz = -direction.frequency_hz;
+        across.1 = -across.1;
+        self.before = None;
+    }
+
+    /// Change of the first harmonic of an observed displacement along the curve at the last point,
+    /// relative to it; 0 where it does not move.
+    pub fn growth(&self, observation: usize) -> f64 {
+        let parts = 2 * observation..2 * observation + 2;
+        let (t, along) = (
+            &self.last.motion[parts.clone()],
+            &self.last.motion_along[parts],
+        );
+        let squared = dot(t, t);
+        if squared > 0.0 {
+            dot(t, along) / squared
+        } else {
+            0.0
+        }
+    }
+
+    /// Sets the length of the next step.
+    pub fn set_step(&mut self, length: f64) {
+        self.step = length;
+    }
+
     /// Goes back to the point before, which can be done once after a step.
     pub fn step_back(&mut self) {
         if let Some(before) = self.before.take() {

@@ -1,0 +1,178 @@
+//! Peak of an observed amplitude, found on the curve near a motion that is known, without the rest
+//! of the curve.
+
+use super::CURVE_ERROR;
+use super::trace::Course;
+use crate::dlft::point::{Neighbour, resized};
+use crate::dlft::sweep::{Run, SweepSettings, in_run};
+use crate::dlft::{Orbit, StaticState, Told};
+use crate::problem::Problem;
+use crate::reduction::damping::Rayleigh;
+
+/// Motion near which a peak is looked for.
+#[derive(Debug, Clone)]
+pub struct Guess {
+    pub(super) frequency_hz: f64,
+    pub(super) harmonics: usize,
+    neighbour: Neighbour,
+}
+
+impl Guess {
+    /// Motion of a peak, for one of almost the same problem.
+    pub fn of(peak: &Orbit) -> Self {
+        Self {
+            frequency_hz: peak.frequency_hz,
+            harmonics: peak.harmonics,
+            neighbour: Neighbour::of(peak, None),
+        }
+    }
+
+    /// Motion on the line through two peaks of the same number of pairs: the first one at 0, the
+    /// second one at 1.
+    pub fn on_line([first, second]: [&Orbit; 2], place: f64) -> Self {
+        let nearer = if place < 0.5 { first } else { second };
+        let mut guess = Self::of(nearer);
+        let between = |a: f64, b: f64| a + place * (b - a);
+        guess.frequency_hz = between(first.frequency_hz, second.frequency_hz);
+        // A mean that is retained in one and free in the other lies on no line.
+        let is_retained = |orbit: &Orbit| orbit.retention_n > 0.0;
+        if is_retained(first) == is_retained(second) {
+            let u = &mut guess.neighbour.u;
+            let [a, b] = [first, second].map(|orbit| resized(&orbit.x, u.len()));
+            let ends = a.iter().zip(&b);
+            *u = ends.map(|(a, b)| between(*a, *b)).collect();
+        }
+        guess.neighbour.frequency_hz = guess.frequency_hz;
+        guess
+    }
+
+    /// The motion, as one from which the solution of a frequency starts.
+    pub(super) fn neighbour(&self) -> Neighbour {
+        self.neighbour.clone()
+    }
+}
+
+/// Finds the peak of an observed amplitude near a motion: the curve through it is followed towards
+/// larger amplitudes, until they fall again, and points are added at the peak as
+/// [`follow`](super::follow) adds them. The settings have the two ends of the range. `None` where
+/// the curve leaves the range before a peak, or cannot be followed.
+pub fn peak_near(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    (guess, observation): (&Guess, usize),
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Option<Orbit> {
+    let ends = settings
+        .frequencies_hz
+        .first()
+        .zip(settings.frequencies_hz.last());
+    let (from_hz, to_hz) = ends.filter(|(from, to)| from < to)?;
+    let course = Course {
+        from_hz: *from_hz,
+        to_hz: *to_hz,
+        curve_error: CURVE_ERROR,
+    };
+    let solve = |run: &Run<'_>| run.peak_near(course, guess, observation);
+    in_run(problem, damping, static_state, settings, &[], tell, solve)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::branch::follow;
+    use crate::dlft::made_up::{self, mass_with_a_stop};
+    use crate::dlft::settings::Resolution;
+    use crate::dlft::static_state::static_state;
+    use crate::problem::dovetail72::{damping, dovetail72};
+    use crate::results::quantities::peak;
+    use std::f64::consts::TAU;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// From the peak under another force, from both sides of it, and from far off.
+    #[test]
+    fn a_peak_is_that_of_the_whole_curve_wherever_it_is_looked_for() {
+        let resolution = Resolution::Fixed {
+            harmonics: 1,
+            samples: 64,
+        };
+        let problem = dovetail72(1.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let ends = [0.97, 1.03].map(|ratio| ratio * first_hz);
+        let settings = SweepSettings::new(ends.to_vec(), resolution);
+        let state = static_state(&problem, 10, settings.newton);
+        let whole = |force: f64| {
+            let problem = dovetail72(force);
+            let damping = damping(&problem);
+            let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
+            let top = peak(&curve, 0).unwrap();
+            curve.orbits[top.index].clone()
+        };
+        let [weaker, own, stronger] = [0.8, 1.0, 1.3].map(whole);
+        let mut guesses = vec![
+            Guess::of(&weaker),
+            Guess::of(&stronger),
+            Guess::on_line([&weaker, &stronger], 0.4),
+        ];
+        for off in [-0.01, -0.002, 0.002, 0.01] {
+            let mut guess = Guess::of(&own);
+            guess.frequency_hz += off * first_hz;
+            guesses.push(guess);
+        }
+        for (i, guess) in guesses.iter().enumerate() {
+            let solved = AtomicUsize::new(0);
+            let count = |_: Told<'_>| {
+                solved.fetch_add(1, Ordering::Relaxed);
+            };
+            let near = (guess, 0);
+            let found = peak_near(&problem, damping(&problem), &state, &settings, near, &count);
+            let found = found.unwrap();
+            let off = found.observed_amplitude_m[0] / own.observed_amplitude_m[0] - 1.0;
+            assert!(off.abs() < 2e-4, "guess {i}: {off:e}");
+            let solved = solved.into_inner();
+            assert!(solved < 20, "guess {i}: {solved} points");
+        }
+    }
+
+    /// Behind its fold the motion jumps down at a frequency: the guess is there.
+    #[test]
+    fn a_peak_above_a_fold_is_found_from_behind_the_fold() {
+        let problem = mass_with_a_stop(1.0);
+        let resolution = Resolution::Fixed {
+            harmonics: 5,
+            samples: 128,
+        };
+        let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
+        settings.slip_threshold_m = Some(1e-9);
+        let state = static_state(&problem, 1, settings.newton);
+        let damping = made_up::DAMPING;
+        let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
+        let top = peak(&curve, 0).unwrap();
+        let mut guess = Guess::of(&curve.orbits[top.index]);
+        guess.frequency_hz *= 1.03;
+        let last = curve.orbits.last().unwrap();
+        guess.neighbour = Neighbour::of(last, None);
+        let near = (&guess, 0);
+        let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
+        let off = found.observed_amplitude_m[0] / top.amplitude_m - 1.0;
+        assert!(off.abs() < 2e-4, "{off:e}");
+    }
+
+    #[test]
+    fn a_curve_without_a_peak_in_the_range_has_none() {
+        let problem = dovetail72(1.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let resolution = Resolution::Fixed {
+            harmonics: 1,
+            samples: 64,
+        };
+        let settings = SweepSettings::new(vec![0.9 * first_hz, 0.98 * first_hz], resolution);
+        let state = static_state(&problem, 10, settings.newton);
+        let damping = damping(&problem);
+        let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
+        let near = (&Guess::of(&curve.orbits[0]), 0);
+        let found = peak_near(&problem, damping, &state, &settings, near, &|_| ());
+        assert!(found.is_none());
+    }
+}

@@ -1,0 +1,542 @@
+//! Peaks of an observed amplitude over a value of the scene: a force, a coefficient of friction, a
+//! clearance, a speed.
+//!
+//! At the first value the whole curve is followed. From there each peak is found near the last ones
+//! ([`peak_near`]), with a few solutions. The whole curve of the last value tells whether another
+//! resonance has taken over meanwhile; its peak is then followed back to where it is the lower one.
+
+use super::bodies::Meshes;
+use super::error::Error;
+use super::reduced::Reduced;
+use super::response::{frequencies_hz, off_undamped_modes, settings};
+use super::session::{Session, Stage};
+use super::statics;
+use crate::description::{Scene, Subject};
+use crate::dlft::branch::{Guess, follow, peak_near};
+use crate::dlft::linear_curve::linear_curve;
+use crate::dlft::peaks::vertex;
+use crate::dlft::sweep::SweepSettings;
+use crate::dlft::{Orbit, Response, StaticState, Told, demand};
+use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::reduction::damping::{Rayleigh, rayleigh};
+use crate::results::far_slip::ShorterSides;
+use crate::results::quantities::{peak, peak_is_at_an_end};
+use dovetail_numerics::memory;
+use dovetail_numerics::spectrum::blocks;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A peak of the whole curve is another one where it is higher by more than this fraction.
+const OTHER: f64 = 2e-3;
+/// Frequencies at which the linear reference is known in any case.
+const LINEAR_POINTS: usize = 200;
+/// Most values that are added to find the least peak, or an amplitude.
+const MOST_ADDED: usize = 12;
+/// Relative error of an amplitude at which no more values are added.
+const ENOUGH: f64 = 1e-4;
+
+/// Values at which peaks are asked for.
+#[derive(Debug, Clone)]
+pub struct PeakRange<'a> {
+    /// Values, ascending.
+    pub values: &'a [f64],
+    /// True if the logarithm of the value is what peaks are a smooth function of; all values are
+    /// then positive.
+    pub logarithmic: bool,
+    /// Name of the observed displacement; `None`: the first one.
+    pub observation: Option<&'a str>,
+    /// Peak amplitude whose values are looked for, m.
+    pub amplitude_m: Option<f64>,
+    /// Peak of a scene that differs little from that of the first value; `None`: the whole curve of
+    /// the first value is followed.
+    pub start: Option<&'a Orbit>,
+}
+
+/// Peak at one value.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct PeakAt {
+    /// Value of the scene.
+    pub value: f64,
+    /// Motion at the peak.
+    pub orbit: Orbit,
+    /// Largest amplitude of the linear reference in the range of frequencies, m; `None` where it
+    /// does not move.
+    pub linear_m: Option<f64>,
+}
+
+impl PeakAt {
+    /// Amplitude of an observed displacement, m.
+    pub fn amplitude_m(&self, observation: usize) -> f64 {
+        self.orbit.observed_amplitude_m[observation]
+    }
+}
+
+/// Peaks over a value.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Peaks {
+    /// Reduced model of the last value that was solved.
+    pub reduced: Reduced,
+    /// Number of the observed displacement whose peaks they are.
+    pub observation: usize,
+    /// Peak of each value at which one was found, ascending: of the values asked for, and of those
+    /// that were added.
+    pub rows: Vec<PeakAt>,
+    /// Values without a peak, and why.
+    pub missing: Vec<(f64, Error)>,
+    /// Values between which another resonance becomes the higher one, ascending.
+    pub changes: Vec<[f64; 2]>,
+    /// Value of the least peak, where it is inside of the range.
+    pub least: Option<f64>,
+    /// Values at which the peak has the amplitude that is looked for.
+    pub reached: Vec<f64>,
+    /// Number of motions that were solved for.
+    pub solved: usize,
+}
+
+/// Finds the peaks over the values of a range. `scene_at` gives the scene of a value; the meshes are
+/// those of all scenes.
+///
+/// # Errors
+/// Those of `scene_at`, and of the stages up to the static state at the first value. At other values
+/// they are no errors: see [`Peaks::missing`]. [`Error::AllBonded`] without a contact that can slip
+/// or open, [`Error::Stopped`] by the observer.
+pub fn peaks<E: From<Error>>(
+    range: &PeakRange<'_>,
+    scene_at: impl Fn(f64) -> Result<Scene, E>,
+    meshes: Option<Meshes>,
+    session: &Session<'_>,
+) -> Result<Peaks, E> {
+    let mut search = Search {
+        range,
+        scene_at,
+        meshes,
+        session,
+        observation: 0,
+        at: None,
+        missing: Vec::new(),
+        solved: AtomicUsize::new(0),
+    };
+    if let Some(first) = range.values.first() {
+        let scene = (search.scene_at)(*first)?;
+        search.go_to(*first, scene)?;
+    }
+    let at = search.at.as_ref().ok_or(Error::NoPeak)?;
+    search.observation = observed(&at.reduced, range.observation)?;
+    let _stage = session.stage(Stage::Peaks);
+    let (mut rows, mut changes) = search.over_all()?;
+    let least = search.least(&mut rows)?;
+    let reached = search.reached(&mut rows)?;
+    session.goes_on()?;
+    changes.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let solved = search.solved.into_inner();
+    let (missing, observation) = (search.missing, search.observation);
+    let reduced = search.at.map(|at| at.reduced).ok_or(Error::NoPeak)?;
+    Ok(Peaks {
+        reduced,
+        observation,
+        rows,
+        missing,
+        changes,
+        least,
+        reached,
+        solved,
+    })
+}
+
+/// Number of the observed displacement of this name, or of the first one.
+fn observed(reduced: &Reduced, name: Option<&str>) -> Result<usize, Error> {
+    let names = reduced.observations();
+    let found = match name {
+        Some(name) => names.iter().position(|other| *other == name),
+        None => (!names.is_empty()).then_some(0),
+    };
+    found.ok_or_else(|| Error::NoObservation {
+        name: name.map(str::to_owned),
+        names: names.into_iter().map(str::to_owned).collect(),
+    })
+}
+
+/// Model at one value, about its static state.
+struct At {
+    value: f64,
+    scene: Scene,
+    reduced: Reduced,
+    state: StaticState,
+    damping: Rayleigh,
+    settings: SweepSettings,
+}
+
+impl At {
+    /// Model of a scene. What is the same as at the value before is taken from there.
+    fn of(
+        (value, scene): (f64, Scene),
+        meshes: Option<&Meshes>,
+        before: Option<&At>,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        let reduced = match before.and_then(|before| before.reduced_for(&scene)) {
+            Some(reduced) => reduced,
+            None => Reduced::of(&scene, meshes.cloned(), session)?,
+        };
+        if reduced.problem.laws.is_empty() {
+            let why = "peaks without friction are those of the linear response, which `run` has";
+            return Err(Error::AllBonded { why });
+        }
+        let statics = statics::static_options(&scene);
+        let before = before.filter(|before| {
+            before.reduced.problem.is_at_rest_like(&reduced.problem)
+                && statics::static_options(&before.scene) == statics
+        });
+        let state = match before {
+            Some(before) => before.state.clone(),
+            None => {
+                let found = super::statics(&scene, &reduced, false, session)?;
+                found.usable()?;
+                found.state
+            }
+        };
+        let omega2 = reduced.linear_omega2(&state);
+        let damping = rayleigh(&scene.damping, omega2)?;
+        let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
+        let resolution = scene.response.resolution;
+        let harmonics = resolution.most_harmonics();
+        off_undamped_modes(reduced.model(), &state, damping, &frequencies_hz, harmonics)?;
+        let ends = [frequencies_hz.first(), frequencies_hz.last()];
+        let ends = ends.into_iter().flatten().copied().collect();
+        let settings = settings(&scene.response, ends, resolution);
+        let (problem, blocks) = (&reduced.problem, blocks(harmonics));
+        memory::ask_for(demand::bytes(problem, &settings))
+            .map_err(|source| Error::TooLittleMemory { blocks, source })?;
+        Ok(Self {
+            value,
+            scene,
+            reduced,
+            state,
+            damping,
+            settings,
+        })
+    }
+
+    /// Reduced model of another scene that differs in nothing but the law and the force of a reduced
+    /// model that is read; `None` for others.
+    fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
+        let (Subject::ReducedModel(own), Subject::ReducedModel(other)) =
+            (&self.scene.subject, &scene.subject)
+        else {
+            return None;
+        };
+        let same = own.folder == other.folder
+            && own.law.gap_m == other.law.gap_m
+            && self.scene.response.stuck_modes == scene.response.stuck_modes;
+        let model = self.reduced.model();
+        same.then(|| Reduced {
+            pairs: self.reduced.pairs.clone(),
+            problem: Problem::of_one_law(model.clone(), other.law, other.force_n),
+            bodies: None,
+        })
+    }
+
+    /// Largest amplitude of the linear reference.
+    fn linear_m(&self, observation: usize) -> Option<f64> {
+        let linear = self.state.linear.problem(&self.reduced.problem);
+        let system = ContactSystem::new(&linear, self.damping);
+        let [from, to] = self.settings.frequencies_hz[..] else {
+            return None;
+        };
+        let step = (to - from) / (LINEAR_POINTS - 1) as f64;
+        let even: Vec<f64> = (0..LINEAR_POINTS).map(|i| from + step * i as f64).collect();
+        let harmonics = self.reduced.problem.highest_excited().max(1);
+        let points = linear_curve(&system, harmonics, &even).into_iter();
+        let amplitudes = points.map(|point| point.observed_amplitude_m[observation]);
+        amplitudes.reduce(f64::max).filter(|most| *most > 0.0)
+    }
+}
+
+/// Search for peaks over a range.
+struct Search<'a, 'o, F> {
+    range: &'a PeakRange<'a>,
+    scene_at: F,
+    meshes: Option<Meshes>,
+    session: &'a Session<'o>,
+    /// Number of the observed displacement.
+    observation: usize,
+    /// Model of the value that was solved last.
+    at: Option<At>,
+    missing: Vec<(f64, Error)>,
+    solved: AtomicUsize,
+}
+
+/// Peaks found, and the values between which another resonance becomes the higher one.
+type Found = (Vec<PeakAt>, Vec<[f64; 2]>);
+
+impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
+    /// Makes the model of a value. All values but the first are made without a word.
+    fn go_to(&mut self, value: f64, scene: Scene) -> Result<(), Error> {
+        if self.at.as_ref().is_some_and(|at| at.value == value) {
+            return Ok(());
+        }
+        let (scene, meshes) = ((value, scene), self.meshes.as_ref());
+        let made = if self.at.is_none() && self.range.start.is_none() {
+            At::of(scene, meshes, None, self.session)
+        } else {
+            let (mut store, mut nobody) = (self.session.store(), ());
+            let silent = Session::new(&mut nobody, &mut **store);
+            At::of(scene, meshes, self.at.as_ref(), &silent)
+        };
+        self.session.goes_on()?;
+        self.at = Some(made?);
+        Ok(())
+    }
+
+    /// Place of a value, in which peaks are smooth.
+    fn place(&self, value: f64) -> f64 {
+        if self.range.logarithmic {
+            value.ln()
+        } else {
+            value
+        }
+    }
+
+    fn value_at(&self, place: f64) -> f64 {
+        if self.range.logarithmic {
+            place.exp()
+        } else {
+            place
+        }
+    }
+
+    /// Does `find` with the model of a value. A value that has no model or no peak is noted.
+    fn found(
+        &mut self,
+        value: f64,
+        find: impl FnOnce(&At, &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error>,
+    ) -> Result<Option<PeakAt>, E> {
+        self.session.goes_on()?;
+        let observation = self.observation;
+        let scene = (self.scene_at)(value)?;
+        if let Err(error) = self.go_to(value, scene) {
+            self.session.goes_on()?;
+            self.missing.push((value, error));
+            return Ok(None);
+        }
+        let Some(at) = &self.at else {
+            return Ok(None);
+        };
+        let tell = |told: Told<'_>| {
+            if matches!(told, Told::Solved(_)) {
+                self.solved.fetch_add(1, Ordering::Relaxed);
+            }
+        };
+        match find(at, &tell) {
+            Ok(mut orbit) => {
+                ShorterSides::of(&at.reduced.pairs).judge_orbit(&mut orbit);
+                let linear_m = at.linear_m(observation);
+                Ok(Some(PeakAt {
+                    value,
+                    orbit,
+                    linear_m,
+                }))
+            }
+            Err(error) => {
+                self.missing.push((value, error));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Highest peak of the whole curve of a value.
+    fn of_curve(&mut self, value: f64) -> Result<Option<PeakAt>, E> {
+        let observation = self.observation;
+        self.found(value, |at, tell| highest(at, observation, tell))
+    }
+
+    /// Peak of a value near those of others; that of its whole curve where none is found there.
+    fn near(&mut self, value: f64, known: &[PeakAt]) -> Result<Option<PeakAt>, E> {
+        let observation = self.observation;
+        let guess = match self.guess(value, known) {
+            Some(guess) => guess,
+            None => match self.range.start {
+                Some(start) => Guess::of(start),
+                None => return self.of_curve(value),
+            },
+        };
+        self.found(value, |at, tell| {
+            let At {
+                reduced,
+                state,
+                damping,
+                settings,
+                ..
+            } = at;
+            let near = (&guess, observation);
+            let found = peak_near(&reduced.problem, *damping, state, settings, near, tell);
+            found.map_or_else(|| highest(at, observation, tell), Ok)
+        })
+    }
+
+    /// Motion of a value on the line through the two peaks that are nearest to it.
+    fn guess(&self, value: f64, known: &[PeakAt]) -> Option<Guess> {
+        let place = self.place(value);
+        let far = |row: &&PeakAt| (self.place(row.value) - place).abs();
+        let mut nearest: Vec<&PeakAt> = known.iter().collect();
+        nearest.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        match nearest[..] {
+            [] => None,
+            [only] => Some(Guess::of(&only.orbit)),
+            [first, second, ..] => {
+                let [a, b] = [first, second].map(|row| self.place(row.value));
+                let ends = [&first.orbit, &second.orbit];
+                Some(Guess::on_line(ends, (place - a) / (b - a)))
+            }
+        }
+    }
+
+    /// Peaks of all values asked for, from the first one, and back from the last one where another
+    /// resonance is the higher one there.
+    fn over_all(&mut self) -> Result<Found, E> {
+        let values = self.range.values;
+        let observation = self.observation;
+        let steps = self.session.steps(values.len(), "peaks");
+        let mut rows: Vec<PeakAt> = Vec::new();
+        for value in values {
+            rows.extend(self.near(*value, &rows)?);
+            steps.step();
+        }
+        drop(steps);
+        let mut changes = Vec::new();
+        let last = values.last().copied().filter(|_| values.len() > 1);
+        let Some(last) = last.filter(|last| rows.last().is_some_and(|row| row.value == *last))
+        else {
+            return Ok((rows, changes));
+        };
+        let missing = self.missing.len();
+        let mut others: Vec<PeakAt> = self.of_curve(last)?.into_iter().collect();
+        self.missing.truncate(missing);
+        let is_higher = |other: &PeakAt, row: &PeakAt| {
+            other.amplitude_m(observation) > (1.0 + OTHER) * row.amplitude_m(observation)
+        };
+        for row in rows.iter_mut().rev() {
+            let other = match others.iter().find(|other| other.value == row.value) {
+                Some(other) => Some(other.clone()),
+                None => self.near(row.value, &others)?,
+            };
+            let higher = other.filter(|other| is_higher(other, row));
+            let Some(higher) = higher else {
+                if let Some(before) = others.last() {
+                    changes.extend((before.value > row.value).then_some([row.value, before.value]));
+                }
+                break;
+            };
+            others.retain(|other| other.value != higher.value);
+            others.push(higher.clone());
+            *row = higher;
+        }
+        Ok((rows, changes))
+    }
+
+    /// Adds values near the least peak, where it is inside of the range. Returns its value.
+    fn least(&mut self, rows: &mut Vec<PeakAt>) -> Result<Option<f64>, E> {
+        let observation = self.observation;
+        for _ in 0..MOST_ADDED {
+            let amplitudes = rows.iter().map(|row| row.amplitude_m(observation));
+            let least = amplitudes.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((least, _)) = least.filter(|(i, _)| 0 < *i && i + 1 < rows.len()) else {
+                return Ok(None);
+            };
+            let own = rows[least].value;
+            let three = [least - 1, least, least + 1].map(|i| {
+                let row = &rows[i];
+                (self.place(row.value), -row.amplitude_m(observation))
+            });
+            let (gain, shift) = vertex(three);
+            if gain <= -ENOUGH * three[1].1 {
+                return Ok(Some(own));
+            }
+            let value = self.value_at(three[1].0 + inside(shift, three.map(|t| t.0)));
+            let Some(added) = self.near(value, rows)? else {
+                return Ok(Some(own));
+            };
+            insert(rows, added);
+        }
+        let least = |a: &&PeakAt, b: &&PeakAt| {
+            let [a, b] = [a, b].map(|row| row.amplitude_m(observation));
+            a.total_cmp(&b)
+        };
+        Ok(rows.iter().min_by(least).map(|row| row.value))
+    }
+
+    /// Adds values at which the peak has the amplitude that is looked for. Returns them.
+    fn reached(&mut self, rows: &mut Vec<PeakAt>) -> Result<Vec<f64>, E> {
+        let observation = self.observation;
+        let Some(amplitude_m) = self.range.amplitude_m else {
+            return Ok(Vec::new());
+        };
+        let above = |row: &PeakAt| (row.amplitude_m(observation) / amplitude_m).ln();
+        let pairs: Vec<[PeakAt; 2]> = (rows.windows(2))
+            .filter(|two| (above(&two[0]) < 0.0) != (above(&two[1]) < 0.0))
+            .map(|two| [two[0].clone(), two[1].clone()])
+            .collect();
+        let mut reached = Vec::new();
+        for two in pairs {
+            // Regula falsi; the value of an end that stays is halved (Illinois).
+            let [mut low, mut high] = two.map(|row| (self.place(row.value), above(&row)));
+            for _ in 0..MOST_ADDED {
+                let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+                let Some(added) = self.near(self.value_at(place), rows)? else {
+                    break;
+                };
+                let off = above(&added);
+                let value = added.value;
+                insert(rows, added);
+                if off.abs() < ENOUGH {
+                    reached.push(value);
+                    break;
+                }
+                if (off < 0.0) == (low.1 < 0.0) {
+                    (low, high.1) = ((place, off), 0.5 * high.1);
+                } else {
+                    (high, low.1) = ((place, off), 0.5 * low.1);
+                }
+            }
+        }
+        Ok(reached)
+    }
+}
+
+/// Highest peak of the whole curve.
+fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error> {
+    let At {
+        reduced,
+        state,
+        damping,
+        settings,
+        ..
+    } = at;
+    let problem = &reduced.problem;
+    let mut curve: Response = follow(problem, *damping, state, settings, &[], tell);
+    let top = peak(&curve, observation).ok_or(Error::NoPeak)?;
+    if peak_is_at_an_end(&curve, observation) {
+        let frequency_hz = top.frequency_hz;
+        return Err(Error::PeakOutside { frequency_hz });
+    }
+    Ok(curve.orbits.swap_remove(top.index))
+}
+
+/// Distance of a new place from the middle one of three, no closer to one of them than a tenth of
+/// the way to the next.
+fn inside(shift: f64, [low, middle, high]: [f64; 3]) -> f64 {
+    let [before, after] = [middle - low, high - middle];
+    if shift > 0.0 {
+        shift.clamp(0.1 * after, 0.9 * after)
+    } else {
+        shift.clamp(-0.9 * before, -0.1 * before)
+    }
+}
+
+/// Puts a row in its place among those that ascend in value.
+fn insert(rows: &mut Vec<PeakAt>, added: PeakAt) {
+    let place = rows.partition_point(|row| row.value < added.value);
+    rows.insert(place, added);
+}

@@ -1,0 +1,374 @@
+//! Ranges, table and warnings of `dovetail peaks`.
+
+use std::cell::RefCell;
+
+use super::Work;
+use crate::error::RunError;
+use crate::export::csv::PeakRow;
+use crate::files::PeakLine;
+use crate::scene::SceneError;
+use crate::warning::Weight;
+use crate::words::{figure, name_and_unit, percent, quantity, supported_digits, with_unit};
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::Orbit;
+use dovetail_solver::results::quantities::loss_factor;
+use dovetail_solver::run::{self, Error, PeakRange, Peaks};
+
+/// Number of values of a range without its own.
+const VALUES: usize = 20;
+/// Largest number of values of a range.
+const MOST_VALUES: usize = 1000;
+/// Ratio of the ends above which values are spaced evenly in their logarithm.
+const WIDE: f64 = 3.0;
+/// Sections of a scene that are settings of the solution, or change its mesh.
+const SETTINGS: [&str; 3] = ["mesh", "response", "static"];
+/// Estimated error of a peak above which a warning tells it.
+const LARGE_ERROR: f64 = 0.02;
+
+/// Range of a key: `KEY=FROM:TO` or `KEY=FROM:TO:N`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyRange {
+    pub key: String,
+    from: f64,
+    to: f64,
+    values: usize,
+}
+
+/// Reason why a text is not a [`KeyRange`].
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum KeyRangeError {
+    #[error("`{0}` is not KEY=FROM:TO or KEY=FROM:TO:N, such as contact.*.friction=0.01:1:20")]
+    Form(String),
+    #[error("the values must ascend, and {from} to {to} do not")]
+    Descends { from: f64, to: f64 },
+    #[error("the number of values must be from 2 to {MOST_VALUES}, not {0}")]
+    Values(String),
+    #[error("keys of [{0}] are settings of the solution: `dovetail study` varies them")]
+    Setting(String),
+}
+
+impl std::str::FromStr for KeyRange {
+    type Err = KeyRangeError;
+
+    fn from_str(text: &str) -> Result<Self, KeyRangeError> {
+        let form = || KeyRangeError::Form(text.to_owned());
+        let (key, range) = text.split_once('=').ok_or_else(form)?;
+        let key = key.trim();
+        let section = key.split('.').next().unwrap_or_default();
+        if key.is_empty() {
+            return Err(form());
+        }
+        if SETTINGS.contains(&section) {
+            return Err(KeyRangeError::Setting(section.to_owned()));
+        }
+        let number = |word: &str| word.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let words: Vec<&str> = range.split(':').collect();
+        let (ends, count) = match words[..] {
+            [from, to] => ([from, to], None),
+            [from, to, count] => ([from, to], Some(count)),
+            _ => return Err(form()),
+        };
+        let [from, to] = ends.map(number);
+        let (from, to) = (from.ok_or_else(form)?, to.ok_or_else(form)?);
+        if from >= to {
+            return Err(KeyRangeError::Descends { from, to });
+        }
+        let values = match count {
+            None => VALUES,
+            Some(count) => (count.trim().parse().ok())
+                .filter(|count| (2..=MOST_VALUES).contains(count))
+                .ok_or_else(|| KeyRangeError::Values(count.to_owned()))?,
+        };
+        Ok(Self {
+            key: key.to_owned(),
+            from,
+            to,
+            values,
+        })
+    }
+}
+
+impl KeyRange {
+    /// True if the values are spaced evenly in their logarithm.
+    pub fn is_logarithmic(&self) -> bool {
+        self.from > 0.0 && self.to >= WIDE * self.from
+    }
+
+    /// Values, ascending, ends included.
+    pub fn values(&self) -> Vec<f64> {
+        let last = self.values - 1;
+        let at = |i: usize| {
+            let share = i as f64 / last as f64;
+            match i {
+                0 => self.from,
+                i if i == last => self.to,
+                _ if self.is_logarithmic() => self.from * (self.to / self.from).powf(share),
+                _ => self.from + share * (self.to - self.from),
+            }
+        };
+        (0..self.values).map(at).collect()
+    }
+
+    /// The key set to a value, as `--set` has it.
+    fn set(&self, value: f64) -> String {
+        format!("{}={value:?}", self.key)
+    }
+
+    /// Last word of the key: `friction` of `contact.*.friction`.
+    fn word(&self) -> &str {
+        self.key.rsplit('.').next().unwrap_or(&self.key)
+    }
+
+    /// Name and value, such as `friction 0.05` or `force 2 N`.
+    fn words(&self, value: f64) -> String {
+        let (name, unit) = name_and_unit(self.word());
+        format!("{name} {} {unit}", figure(value, 4))
+            .trim_end()
+            .to_owned()
+    }
+}
+
+/// Peaks that are asked for.
+#[derive(Debug, Clone)]
+pub struct PeakQuestion {
+    /// Key whose values are gone through.
+    pub over: KeyRange,
+    /// Second key: the values of the first one are gone through at each of its values.
+    pub at_each: Option<KeyRange>,
+    /// Name of the observed displacement; `None`: the first one.
+    pub observation: Option<String>,
+    /// Amplitude whose values are looked for, m.
+    pub amplitude_m: Option<f64>,
+}
+
+impl Work<'_> {
+    /// Finds the peaks over one key, or two, writes them, and returns a table for the reader.
+    /// `scene_with` gives the scene with keys set to other values.
+    ///
+    /// # Errors
+    /// Errors of [`Work::solve`]; a scene that is wrong at a value.
+    pub fn peaks(
+        &self,
+        question: &PeakQuestion,
+        scene_with: &dyn Fn(&[String]) -> Result<Scene, SceneError>,
+    ) -> Result<(String, Result<(), RunError>), RunError> {
+        let meshes = self.meshes()?;
+        let outer: Vec<Option<f64>> = match &question.at_each {
+            None => vec![None],
+            Some(range) => range.values().into_iter().map(Some).collect(),
+        };
+        let values = question.over.values();
+        let mut lines: Vec<(Option<f64>, Peaks)> = Vec::new();
+        for value in outer {
+            let also = question.at_each.as_ref().zip(value);
+            let also = also.map(|(range, value)| range.set(value));
+            let start: Option<&Orbit> = (lines.last())
+                .and_then(|(_, peaks)| peaks.rows.first())
+                .map(|row| &row.orbit);
+            let range = PeakRange {
+                values: &values,
+                logarithmic: question.over.is_logarithmic(),
+                observation: question.observation.as_deref(),
+                amplitude_m: question.amplitude_m,
+                start,
+            };
+            let wrong = RefCell::new(None);
+            let scene_at = |value: f64| {
+                let set: Vec<String> = (also.iter().cloned())
+                    .chain([question.over.set(value)])
+                    .collect();
+                scene_with(&set).map_err(|error| {
+                    *wrong.borrow_mut() = Some(error);
+                    Error::Stopped
+                })
+            };
+            let meshes = meshes.clone();
+            let found = self.computes(|session| run::peaks(&range, scene_at, meshes, session));
+            let found = match (found, wrong.into_inner()) {
+                (_, Some(error)) => return Err(error.into()),
+                (found, None) => found?,
+            };
+            self.warn(question, also.as_deref(), &found);
+            lines.push((value, found));
+        }
+        if let Some(files) = &self.files {
+            let drawn: Vec<PeakLine<'_>> = lines.iter().map(|l| drawn(question, l)).collect();
+            files.locked().peaks(&question.keys(), &drawn)?;
+        }
+        let missing = lines.iter().map(|(_, peaks)| peaks.missing.len()).sum();
+        let asked = lines.len() * values.len();
+        let verdict = match missing {
+            0 => Ok(()),
+            missing => Err(RunError::NoPeaks {
+                missing,
+                values: asked,
+            }),
+        };
+        let tables = lines
+            .iter()
+            .map(|(value, peaks)| table(question, *value, peaks));
+        Ok((tables.collect(), verdict))
+    }
+
+    /// Warns of values without a peak, and of peaks that are not accurate.
+    fn warn(&self, question: &PeakQuestion, also: Option<&str>, peaks: &Peaks) {
+        let at = also.map_or(String::new(), |also| format!(" ({also})"));
+        for (value, error) in &peaks.missing {
+            let text = format!("no peak at {}{at}: {error}", question.over.set(*value));
+            self.reporter.warning(Weight::Wrong, text);
+        }
+        let orbits = peaks.rows.iter().map(|row| &row.orbit);
+        let missed = orbits.clone().filter(|o| !o.outcome.is_converged()).count();
+        if missed > 0 {
+            let text = format!(
+                "{missed} of {} peaks{at} miss the accuracy asked for",
+                peaks.rows.len()
+            );
+            self.reporter.warning(Weight::Wrong, text);
+        }
+        let errors = orbits.filter_map(|orbit| orbit.amplitude_error(peaks.observation));
+        if let Some(error) = errors.reduce(f64::max).filter(|e| *e > LARGE_ERROR) {
+            let text = format!(
+                "peaks{at} are estimated to err by up to {}: ask for more response.harmonics, or for response.accuracy",
+                percent(error, 2)
+            );
+            self.reporter.warning(Weight::Doubt, text);
+        }
+    }
+}
+
+impl PeakQuestion {
+    /// Keys that are varied.
+    fn keys(&self) -> Vec<&str> {
+        let also = self.at_each.iter();
+        also.chain([&self.over])
+            .map(|range| range.key.as_str())
+            .collect()
+    }
+}
+
+/// Line of peaks for the files.
+fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) -> PeakLine<'a> {
+    let name = peaks.reduced.observations()[peaks.observation].to_owned();
+    PeakLine {
+        label: match question.at_each.as_ref().zip(*value) {
+            Some((range, value)) => range.words(value),
+            None => name.clone(),
+        },
+        observation: name,
+        rows: PeakRow::of(*value, peaks),
+        asked: question.over.values(),
+    }
+}
+
+/// Table of one line of peaks, with what was found besides.
+fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
+    let over = &question.over;
+    let (name, unit) = name_and_unit(over.word());
+    let observation = peaks.observation;
+    let at = question.at_each.as_ref().zip(also);
+    let at = at.map_or(String::new(), |(range, value)| {
+        format!(", {}", range.words(value))
+    });
+    let mut text = format!(
+        "peak of {} over {}{at}\n{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
+        peaks.reduced.observations()[observation],
+        over.key,
+        with_unit(&name, unit),
+        "amplitude",
+        "frequency, Hz",
+        "of linear",
+        "loss factor",
+        "pairs open",
+    );
+    for row in &peaks.rows {
+        let amplitude_m = row.amplitude_m(observation);
+        let error = row.orbit.amplitude_error(observation);
+        let ratio = row.linear_m.map(|linear| amplitude_m / linear);
+        let words = |v: Option<f64>| v.map_or("–".to_owned(), |v| figure(v, 3));
+        text += &format!(
+            "{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
+            figure(row.value, 4),
+            quantity(amplitude_m, "m", supported_digits(amplitude_m, error)),
+            figure(row.orbit.frequency_hz, 6),
+            words(ratio),
+            words(loss_factor(&row.orbit)),
+            row.orbit.counts().opening
+        );
+    }
+    let at_value = |value: f64| peaks.rows.iter().find(|row| row.value == value);
+    if let Some(least) = peaks.least.and_then(at_value) {
+        text += &format!(
+            "least peak: {} at {}\n",
+            quantity(least.amplitude_m(observation), "m", 4),
+            over.words(least.value)
+        );
+    }
+    if let Some(amplitude_m) = question.amplitude_m {
+        let amplitude = quantity(amplitude_m, "m", 4);
+        if peaks.reached.is_empty() {
+            text += &format!("no value of the range has a peak of {amplitude}\n");
+        }
+        for value in &peaks.reached {
+            text += &format!("peak of {amplitude} at {}\n", over.words(*value));
+        }
+    }
+    for [below, above] in &peaks.changes {
+        text += &format!(
+            "another resonance becomes the higher one between {} and {}\n",
+            over.words(*below),
+            over.words(*above)
+        );
+    }
+    text + &format!("{} motions solved\n", peaks.solved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_ranges_are_spaced_by_ratio_and_narrow_ones_evenly() {
+        let range = |text: &str| text.parse::<KeyRange>().unwrap();
+        let wide = range("contact.*.friction=0.01:1:3");
+        assert_eq!(wide.key, "contact.*.friction");
+        assert!(wide.is_logarithmic());
+        let values = wide.values();
+        assert_eq!((values[0], values[2]), (0.01, 1.0));
+        assert!((values[1] - 0.1).abs() < 1e-15, "{values:?}");
+        assert_eq!(
+            range("rotation.speed_rpm = 4000 : 6000 : 3").values(),
+            [4e3, 5e3, 6e3]
+        );
+        assert_eq!(
+            range("contact.0.gap_m=-1e-5:1e-5:3").values(),
+            [-1e-5, 0.0, 1e-5]
+        );
+        assert_eq!(range("reduced_model.force_n=0.1:20").values().len(), VALUES);
+        assert_eq!(wide.set(0.5), "contact.*.friction=0.5");
+        assert_eq!(
+            range("excitation.*.force_n=1:2").words(2.0),
+            "force 2.000 N"
+        );
+    }
+
+    #[test]
+    fn what_is_no_range_of_a_key_says_what_is() {
+        for (text, says) in [
+            ("contact.*.friction", "KEY=FROM:TO"),
+            ("contact.*.friction=0.1", "KEY=FROM:TO"),
+            ("=0.1:1", "KEY=FROM:TO"),
+            ("contact.*.friction=a:1", "KEY=FROM:TO"),
+            ("contact.*.friction=0:inf", "KEY=FROM:TO"),
+            ("contact.*.friction=1:0.1", "ascend"),
+            ("contact.*.friction=1:1", "ascend"),
+            ("contact.*.friction=0.1:1:1", "from 2"),
+            ("contact.*.friction=0.1:1:x", "from 2"),
+            ("mesh.parameters.nu=2:8", "dovetail study"),
+            ("response.harmonics=1:9", "dovetail study"),
+        ] {
+            let message = text.parse::<KeyRange>().unwrap_err().to_string();
+            assert!(message.contains(says), "{text}: {message}");
+        }
+    }
+}
