@@ -52,7 +52,7 @@ def snakemake(program):
 
 
 def name_of(comment):
-    """The case or piece of a job, from what the plugin writes: rule_run_case_wildcards_NAME."""
+    """The case or shared input of a job, from what the plugin writes: rule_run_case_wildcards_NAME."""
     return comment.strip().split("_wildcards_")[-1]
 
 
@@ -94,7 +94,7 @@ def on_the_cluster(program, cases):
 
 
 def attempts():
-    """All that Slurm has on each case and piece, in the order of time."""
+    """All that Slurm has on each case and shared input, in the order of time."""
     columns = ["Comment", "NodeList", "State", "Start", "End"]
     text = run("sacct", "--duplicates", "--allocations", "--parsable2", "--noheader", "--starttime", "now-1day",
                "--format", ",".join(columns))
@@ -106,7 +106,7 @@ def attempts():
 
 
 def check_attempts(flow, victims, begun):
-    """Each case and each piece is completed once, and nothing but the cases of the node that died is begun twice."""
+    """Each case and each shared input is completed once, and nothing but the cases of the node that died is begun twice."""
     wait_for("accounts of all jobs", lambda: all(rows[-1]["End"] != "Unknown" for rows in attempts().values()))
     found = attempts()
     check(victims, "no case was lost with a node: nothing was tested")

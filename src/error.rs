@@ -183,10 +183,12 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
          force of the excitation. The files of the run hold its figures, which are those of no possible motion"
         }
         run::Error::NothingHolds { .. } => {
-            "a support (key `fixed`) or a [[spring]] holds a body without its contacts. Else a steady load must press them \
-         together: give [rotation] a speed_rpm above 0, an axis that throws the body outwards, and the body among those that carry \
-         the load (rotation.bodies), or add a [[load]] towards the other body; it must close the clearance (gap_m, \
-         crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
+            "a support (key `fixed`) or a [[spring]] holds a body without its contacts. Else a \
+         steady load must press them together: give [rotation] a speed_rpm above 0, an axis that \
+         throws the body outwards, and the body among those that carry the load \
+         (rotation.bodies), or add a [[load]] that presses the body against the one that it \
+         touches; the load must close the clearance (gap_m, crown_radius_m); the f_static.mtx of \
+         a reduced model must be negative on N"
         }
         run::Error::NoRotation => {
             "give the scene a section [rotation] with an axis and any speed_rpm; --rpm takes the place of the speed"
@@ -216,8 +218,8 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         | run::Error::Reduction(
             ReductionError::InteriorNotHeld { .. } | ReductionError::NotHeld { .. },
         ) => {
-            "a support is the key `fixed` of a [[body]], which names groups, or `fixed_along`; a spring is a [[spring]], a contact a \
-             [[contact]]"
+            "a support is one of the keys `fixed`, `fixed_x`, `fixed_y` and `fixed_z` of a \
+             [[body]], which name groups; a spring is a [[spring]], and a contact a [[contact]]"
         }
         run::Error::Superelement(SuperelementError::NotRepresentable { .. }) => {
             "leave one [[observe]], and give every [[excitation]] harmonic = 1 and phase_deg = 0"

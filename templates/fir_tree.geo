@@ -1,4 +1,4 @@
-// fir_tree.geo: a blade on a fir-tree root with two teeth a side, and the piece of the disc that
+// fir_tree.geo: a blade on a fir-tree root with two teeth a side, and the sector of the disc that
 // holds it, in millimetres. x is the axis of rotation, z points outwards. Both are prisms along x.
 // They share no node: the flanks of each have points, curves and nodes of their own, at the same
 // places.
@@ -9,7 +9,7 @@ DefineConstant[
   length = 20,     // of root and disc, along x
   height = 44,     // of the airfoil, a plate
   thickness = 3,   // of the airfoil
-  wide = 28,       // half width of the piece of the disc
+  wide = 28,       // half width of the sector of the disc
   deep = 16,       // its depth below the bottom of the root
   lc = 6           // largest element
 ];

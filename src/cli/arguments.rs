@@ -165,7 +165,7 @@ pub(super) struct New {
     #[arg(value_name = "NAME", value_hint = ValueHint::DirPath)]
     pub(super) folder: PathBuf,
 
-    /// What the scene describes
+    /// Model of the scene
     #[arg(long, value_name = "TEMPLATE", value_enum, default_value_t = Template::Dovetail)]
     pub(super) template: Template,
 }
@@ -392,7 +392,7 @@ pub(super) struct VerifyArguments {
     #[arg(long, value_name = "N", default_value_t = 1500, value_parser = periods)]
     most_periods: usize,
 
-    /// What may be left of the transient, of the amplitude
+    /// Allowed transient, as a fraction of the amplitude
     #[arg(long, value_name = "FRACTION", default_value_t = 2e-4, value_parser = positive)]
     steady: f64,
 

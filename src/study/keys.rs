@@ -124,7 +124,7 @@ const TOP: [Key; 6] = [
         "fields",
         Kind::Flag,
         "`false`",
-        "whether the cases write their VTK files too (16 MB each for the paper's scene)",
+        "whether the cases write their VTK files too (11 MB each for the paper's scene)",
         "fields = true",
     ),
 ];

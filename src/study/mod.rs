@@ -120,7 +120,7 @@ pub fn study(
             reporter.note(&format!(
                 "{} and {} in {}",
                 counted(plan.cases.len(), "case", "cases"),
-                counted(pieces.all.len(), "shared piece", "shared pieces"),
+                counted(pieces.all.len(), "shared input", "shared inputs"),
                 folder.join("Snakefile").display()
             ));
             Ok(())

@@ -28,8 +28,9 @@ pub fn block(element: ElementType, cells: [usize; 3], size_m: [f64; 3]) -> Mesh 
     filled(element.order, cells, size_m, cell)
 }
 
-/// As [`block`], with elements of all shapes: along x a third hexahedra, a sixth wedges, a third pyramids
-/// (in the last cells of these with two tetrahedra) and a sixth tetrahedra. Six cells or more have all.
+/// The same as [`block`], with elements of all shapes: along x a third hexahedra, a sixth wedges, a
+/// third pyramids (in the last cells of these with two tetrahedra) and a sixth tetrahedra. Six
+/// cells or more have all.
 pub fn mixed_block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
     let sixth = |x: usize| 6 * x / cells[0].max(1);
     filled(order, cells, size_m, |x| match sixth(x) {

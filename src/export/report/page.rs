@@ -79,7 +79,8 @@ fn flanks(contents: &Contents<'_>) -> Markup {
         section #flanks {
             h2 { "Flanks" }
             p {
-                "Each flank is unrolled: its length runs to the right, outwards is up. "
+                "Each flank is unrolled: its length runs to the right. "
+                "Where the scene rotates, outwards is up. "
                 "A patch is the share of flank that belongs to one pair; point at it to read its value."
             }
             div.tools {

@@ -145,7 +145,7 @@ pub enum ReductionError {
         found: usize,
     },
     #[error(
-        "body `{body}`: around node {node} nothing holds it, even with its contacts held: give the body a support, a spring or a contact; if it has one, its mesh falls apart there: check that the volume is one connected piece"
+        "body `{body}`: around node {node} nothing holds it, even with its contacts held: give the body a support, a spring or a contact; if it has one, its mesh falls apart there: check that the volume is connected"
     )]
     InteriorNotHeld { body: String, node: u64 },
     #[error(

@@ -266,7 +266,7 @@ impl Responses<'_, '_> {
 /// Frequencies of a response in closed form, where the scene has no grid.
 const LINEAR_POINTS: usize = 200;
 
-/// How much of the range the two followers of branches have behind them.
+/// Shares of the range that the two followers of branches have behind them.
 struct Reached<'a> {
     frequencies_hz: &'a [f64],
     /// Per cent of the range, of each of the two.

@@ -16,10 +16,10 @@ use std::f64::consts::TAU;
 
 /// Most points of a branch.
 const MOST_POINTS: usize = 5000;
-/// Where a branch cannot be followed, the next motion is looked for so far on, as a fraction of the
-/// range.
+/// Distance, as a fraction of the range, at which the next motion is looked for where a branch
+/// cannot be followed.
 const GAP: f64 = 0.005;
-/// Where none was found over a longer range, it is looked for this fraction of that range further on.
+/// The same distance where no motion was found over a longer range, as a fraction of that range.
 const GROWTH: f64 = 0.5;
 /// Most points that are added at a peak.
 const MOST_ADDED: usize = 8;
