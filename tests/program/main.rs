@@ -37,6 +37,7 @@ mod open_at_rest;
 mod output_folder;
 mod pair_counts;
 mod paper_findings;
+mod peaks;
 mod prestress;
 mod reduced_scenes;
 mod reference;

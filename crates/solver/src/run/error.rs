@@ -121,10 +121,11 @@ pub enum Error {
     /// The curve has no motion, and therefore no peak.
     #[error("no motion was found in the range of frequencies")]
     NoPeak,
-    /// The largest amplitude of the curve is at an end of its range.
-    #[error("the amplitude still rises at the end of the range of frequencies, {frequency_hz} Hz")]
+    /// The largest amplitude is at an end of a curve: that of the range, or one behind which the curve
+    /// could not be followed.
+    #[error("the amplitude still rises at {frequency_hz:.3} Hz, where the curve ends")]
     PeakOutside {
-        /// End of the range, Hz.
+        /// Frequency of that end, Hz.
         frequency_hz: f64,
     },
     /// Frequencies over the speed are asked for, but the bodies do not rotate.

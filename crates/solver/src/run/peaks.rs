@@ -21,9 +21,10 @@ use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::far_slip::ShorterSides;
-use crate::results::quantities::{peak, peak_is_at_an_end};
+use crate::results::quantities::peak;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A peak of the whole curve is another one where it is higher by more than this fraction.
@@ -388,7 +389,9 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             [first, second, ..] => {
                 let [a, b] = [first, second].map(|row| self.place(row.value));
                 let ends = [&first.orbit, &second.orbit];
-                Some(Guess::on_line(ends, (place - a) / (b - a)))
+                // No farther beyond them than they are apart.
+                let place = ((place - a) / (b - a)).clamp(-1.0, 2.0);
+                Some(Guess::on_line(ends, place))
             }
         }
     }
@@ -406,14 +409,21 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         }
         drop(steps);
         let mut changes = Vec::new();
-        let last = values.last().copied().filter(|_| values.len() > 1);
-        let Some(last) = last.filter(|last| rows.last().is_some_and(|row| row.value == *last))
-        else {
-            return Ok((rows, changes));
-        };
-        let missing = self.missing.len();
-        let mut others: Vec<PeakAt> = self.of_curve(last)?.into_iter().collect();
-        self.missing.truncate(missing);
+        let mut others = Vec::new();
+        while let Some(last) = rows.last().filter(|_| values.len() > 1) {
+            let (last, missing) = (last.value, self.missing.len());
+            others.extend(self.of_curve(last)?);
+            match self.missing.last() {
+                // The peak that was followed is not the highest point of the curve.
+                Some((_, Error::PeakOutside { .. })) if self.missing.len() > missing => {
+                    rows.pop();
+                }
+                _ => {
+                    self.missing.truncate(missing);
+                    break;
+                }
+            }
+        }
         let is_higher = |other: &PeakAt, row: &PeakAt| {
             other.amplitude_m(observation) > (1.0 + OTHER) * row.amplitude_m(observation)
         };
@@ -517,7 +527,8 @@ fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Res
     let problem = &reduced.problem;
     let mut curve: Response = follow(problem, *damping, state, settings, &[], tell);
     let top = peak(&curve, observation).ok_or(Error::NoPeak)?;
-    if peak_is_at_an_end(&curve, observation) {
+    let is_end = |c: Range<usize>| top.index == c.start || top.index + 1 == c.end;
+    if (curve.curves().into_iter()).any(|c| c.contains(&top.index) && is_end(c)) {
         let frequency_hz = top.frequency_hz;
         return Err(Error::PeakOutside { frequency_hz });
     }

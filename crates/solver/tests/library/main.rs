@@ -21,6 +21,7 @@ mod excitation;
 mod extremes;
 mod gross_slip;
 mod mortar;
+mod peaks;
 mod penalty_contact;
 mod reduced_lattices;
 mod reduction;

@@ -1,0 +1,185 @@
+//! Peaks over a value of the scene, beside the peaks of whole curves.
+
+use std::path::Path;
+
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::description::{
+    FrequencyRange, ReducedModelSpec, ResponseSpec, Scene, StaticSpec, Subject,
+};
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::reduction::damping::DampingSpec;
+use dovetail_solver::reduction::superelement::{Superelement, write};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::results::quantities::peak;
+use dovetail_solver::run::{
+    self, Error, Meshes, Options, PeakRange, Peaks, Session, peaks as peaks_over,
+};
+use faer::Mat;
+
+use crate::shared_problems::diagonal;
+use dovetail_testkit::folder::Folder;
+
+/// A mass of 1 kg on a spring of 1 N/m in front of a stop of 5 N/m at 1 m, and a second one that
+/// nothing couples with it, on 4 N/m. What is observed is the sum of both, of which the second one
+/// gets 1.6 times the force: it has the higher peak where the stop has stiffened the first one.
+fn stop_and_mass() -> ReducedModel {
+    let along = |v: f64| vec![v, 0.0, 0.0];
+    ReducedModel {
+        static_load: Load::new(along(0.0), vec![0.0]),
+        unit_loads: vec![Load::new(along(1.0), vec![1.6])],
+        observations: vec![ObservedDisplacement::new("tip", along(1.0), vec![1.0])],
+        ..ReducedModel::new(
+            diagonal([1.0, 1.0, 1.0]),
+            diagonal([1.0, 1.0, 1.0]),
+            Mat::zeros(3, 1),
+            vec![4.0],
+        )
+    }
+}
+
+/// Scene about the model under a force.
+fn scene(folder: &Path, force_n: f64) -> Scene {
+    let range = FrequencyRange::Hz {
+        from_hz: 0.1,
+        to_hz: 0.4,
+    };
+    let mut response = ResponseSpec::new(range, Resolution::fixed(3, 64));
+    response.slip_threshold_m = Some(1e-9);
+    Scene {
+        name: "stop".to_owned(),
+        subject: Subject::ReducedModel(ReducedModelSpec {
+            folder: folder.to_owned(),
+            law: PairLaw {
+                friction: 0.0,
+                gap_m: 1.0,
+                stiffness: Some(PairStiffness {
+                    normal_n_m: 5.0,
+                    tangential_n_m: 1.0,
+                }),
+            },
+            force_n,
+        }),
+        damping: DampingSpec::Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.03,
+        },
+        static_state: StaticSpec { load_steps: 1 },
+        response,
+    }
+}
+
+/// Folder with the model.
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    let element = Superelement {
+        model: stop_and_mass(),
+        positions_m: vec![[0.0; 3]],
+        areas_m2: None,
+    };
+    write(&folder, &element).unwrap();
+    folder
+}
+
+fn over_forces(folder: &Path, values: &[f64], amplitude_m: Option<f64>) -> Peaks {
+    let range = PeakRange {
+        values,
+        logarithmic: true,
+        observation: None,
+        amplitude_m,
+        start: None,
+    };
+    let (mut observer, mut store) = ((), ());
+    let session = Session::new(&mut observer, &mut store);
+    let scene_at = |force_n: f64| Ok::<_, Error>(scene(folder, force_n));
+    peaks_over(&range, scene_at, None, &session).unwrap()
+}
+
+/// Highest peak of the whole curve: frequency and amplitude.
+fn of_curve(folder: &Path, force_n: f64) -> [f64; 2] {
+    let (mut observer, mut store) = ((), ());
+    let session = Session::new(&mut observer, &mut store);
+    let meshes: Option<Meshes> = None;
+    let scene = scene(folder, force_n);
+    let run = run::solve(&scene, meshes, Options::default(), &session).unwrap();
+    let top = peak(&run.response.unwrap().response, 0).unwrap();
+    [top.frequency_hz, top.amplitude_m]
+}
+
+/// The first resonance is the higher one under small forces, and folds; the second one under large
+/// forces.
+#[test]
+fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told() {
+    let folder = folder("stop_peaks");
+    let values = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
+    let found = over_forces(&folder, &values, None);
+    assert!(found.missing.is_empty());
+    assert_eq!(found.rows.len(), values.len());
+    for (row, force_n) in found.rows.iter().zip(values) {
+        let [frequency_hz, amplitude_m] = of_curve(&folder, force_n);
+        let off = row.orbit.observed_amplitude_m[0] / amplitude_m - 1.0;
+        assert!(off.abs() < 1e-3, "{force_n} N: {off:e}");
+        let off = row.orbit.frequency_hz / frequency_hz - 1.0;
+        assert!(off.abs() < 5e-3, "{force_n} N: {off:e}");
+    }
+    let is_second = |row: &run::PeakAt| row.orbit.frequency_hz > 0.29;
+    let taken_over = found.rows.iter().position(is_second).unwrap();
+    assert!(taken_over > 1, "{taken_over}");
+    let between = [values[taken_over - 1], values[taken_over]];
+    assert_eq!(found.changes, [between]);
+    assert_eq!(found.least, None);
+}
+
+#[test]
+fn a_force_is_found_whose_peak_has_an_amplitude() {
+    let folder = folder("stop_amplitude");
+    let found = over_forces(&folder, &[0.02, 0.1, 0.4], Some(1.5));
+    let [force_n] = found.reached[..] else {
+        panic!("{:?}", found.reached);
+    };
+    let [_, amplitude_m] = of_curve(&folder, force_n);
+    assert!(
+        (amplitude_m / 1.5 - 1.0).abs() < 5e-4,
+        "{force_n}: {amplitude_m}"
+    );
+    assert!(found.rows.windows(2).all(|two| two[0].value < two[1].value));
+    let none = over_forces(&folder, &[0.02, 0.03], Some(100.0));
+    assert!(none.reached.is_empty());
+}
+
+/// The range ends below the second resonance, and the curve does so while it rises at the largest
+/// force.
+#[test]
+fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
+    let folder = folder("stop_range");
+    let scene_at = |force_n: f64| {
+        let mut scene = scene(&folder, force_n);
+        scene.response.range = FrequencyRange::Hz {
+            from_hz: 0.1,
+            to_hz: 0.19,
+        };
+        Ok::<_, Error>(scene)
+    };
+    let range = PeakRange {
+        values: &[0.02, 0.03, 1.0],
+        logarithmic: true,
+        observation: Some("tip"),
+        amplitude_m: None,
+        start: None,
+    };
+    let (mut observer, mut store) = ((), ());
+    let session = Session::new(&mut observer, &mut store);
+    let found = peaks_over(&range, scene_at, None, &session).unwrap();
+    assert_eq!(found.rows.len(), 2);
+    let [(value, error)] = &found.missing[..] else {
+        panic!("{:?}", found.missing);
+    };
+    assert_eq!(*value, 1.0);
+    assert!(matches!(error, Error::PeakOutside { .. }), "{error}");
+    let other = PeakRange {
+        observation: Some("hub"),
+        ..range
+    };
+    let refused = peaks_over(&other, scene_at, None, &session);
+    assert!(matches!(refused, Err(Error::NoObservation { .. })));
+}
