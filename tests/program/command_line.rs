@@ -479,7 +479,7 @@ fn what_acts_stands_under_the_title_of_a_picture() {
 }
 
 /// With linear elements, one harmonic and two frequencies. (Those of scenes/verification have tests
-/// of their own, and so have the scenes that `several_bodies` takes through a run.)
+/// of their own, and so have the scenes that `several_bodies` takes through a run with its fields.)
 #[test]
 fn every_scene_runs() {
     let gmsh = Command::new("gmsh").arg("-version").output();

@@ -134,7 +134,7 @@ fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
         let force_n = format!("excitation.0.force_n={force}");
         let frequency_hz = format!("response.frequency_hz={range_hz}");
         let settings = set(&[&force_n, &frequency_hz, "response.harmonics=3"]);
-        let summary = Run::new("run", "platform_damper", "wedge", &settings).summary();
+        let summary = Run::without_fields("platform_damper", "wedge", &settings).summary();
         let response = &summary["response"];
         assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
         assert!(figure(response, "worst_energy_balance_error") < 1e-5);
