@@ -28,7 +28,7 @@ use dovetail_testkit::block::mixed_block;
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 
-const FRAMES: usize = 24;
+const FRAMES: usize = 6;
 
 fn pairs(run: &Run) -> PairTable {
     PairTable::of_model(&run.model)
@@ -815,28 +815,30 @@ fn pictures_are_drawn_in_tenths_of_a_pixel() {
 
 #[test]
 fn vtk_reads_every_file_back_with_the_right_numbers() {
-    let python = python_with_vtk();
-    for (order, nu, nv) in [
+    let folders = [
         (ElementOrder::Linear, 2, 2),
         (ElementOrder::Quadratic, 2, 2),
         (ElementOrder::Quadratic, 4, 9),
-    ] {
-        let out = write_all(&format!("vtk_{order:?}_{nu}x{nv}"), &run(order, nu, nv));
-        let (ok, text) = check_output(&python, &out);
-        assert!(ok, "{text}");
+    ]
+    .map(|(order, nu, nv)| {
+        let name = format!("vtk_{order:?}_{nu}x{nv}");
+        write_all(&name, &run(order, nu, nv))
+    });
+    for (folder, (ok, text)) in folders.iter().zip(check_output(&folders)) {
+        assert!(ok, "{}: {text}", folder.display());
         println!("{text}");
     }
 }
 
 #[test]
 fn the_vtk_check_notices_what_is_wrong() {
-    let python = python_with_vtk();
     let run = run(ElementOrder::Quadratic, 2, 2);
-    let must_fail = |name: &str, spoil: &dyn Fn(&Path), word: &str| {
+    let (mut folders, mut expected) = (Vec::new(), Vec::new());
+    let mut must_fail = |name: &'static str, spoil: &dyn Fn(&Path), word: &'static str| {
         let out = write_all(&format!("spoiled_{name}"), &run);
         spoil(&out);
-        let (ok, text) = check_output(&python, &out);
-        assert!(!ok && text.contains(word), "{name}: {text}");
+        folders.push(out);
+        expected.push((name, word));
     };
     let replace = |file: PathBuf, from: &str, to: &str| {
         let text = fs::read_to_string(&file).unwrap();
@@ -944,28 +946,21 @@ fn the_vtk_check_notices_what_is_wrong() {
         &|o| {
             let script = "import sys, pyvista\n\
                           pyvista.read(sys.argv[1]).save(sys.argv[1], compression='lz4')";
-            let file = o.join("static.vtu");
-            let mut rewritten = Command::new(&python);
-            assert!(
-                rewritten
-                    .args(["-c", script])
-                    .arg(file)
-                    .status()
-                    .unwrap()
-                    .success()
-            );
+            by_python(script, &[o.join("static.vtu")]);
         },
         "meshio cannot read",
     );
+    for ((name, word), (ok, text)) in expected.into_iter().zip(check_output(&folders)) {
+        assert!(!ok && text.contains(word), "{name}: {text}");
+    }
 }
 
 /// Cells of all shapes, of both orders: VTK finds that every volume is positive, that every middle
 /// node is in the middle of its edge, and that the whole is the box.
 #[test]
 fn vtk_knows_the_elements_of_all_shapes() {
-    let python = python_with_vtk();
     let size = [6e-3, 2e-3, 1e-3];
-    for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
+    let files = [ElementOrder::Linear, ElementOrder::Quadratic].map(|order| {
         let out = folder(&format!("shapes_{order:?}"));
         let mesh = mixed_block(order, [6, 2, 2], size);
         let mut run = run(order, 2, 2);
@@ -984,46 +979,92 @@ fn vtk_knows_the_elements_of_all_shapes() {
         }];
         let path = out.join("static.vtu");
         vtu::write_static(&path, &run.model, &fields).unwrap();
-        let check = "import sys, pathlib; sys.path.insert(0, 'scripts'); import check_output as c; p = pathlib.Path(sys.argv[1]); \
-                     c.check_elements(c.Grid(p, p.parent)); print(c.facts, c.problems)";
-        let done = Command::new(&python)
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["-c", check])
-            .arg(&path)
-            .output()
-            .unwrap();
-        let said = String::from_utf8_lossy(&done.stdout).into_owned();
-        let errors = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert!(said.trim_end().ends_with("[]"), "{said}{errors}");
+        path
+    });
+    let said = by_python(ELEMENTS_OF_EACH, &files);
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), files.len(), "{said}");
+    for line in lines {
+        assert!(line.ends_with(" []"), "{said}");
         let kinds = ["Tetra", "Pyramid", "Wedge", "Hexahedron"];
-        assert!(kinds.iter().all(|kind| said.contains(kind)), "{said}");
+        assert!(kinds.iter().all(|kind| line.contains(kind)), "{said}");
         // The apexes of the pyramids lie inside: the whole is 6 x 2 x 1 mm.
-        assert!(said.contains("1.200000e-08 m3"), "{said}");
+        assert!(line.contains("1.200000e-08 m3"), "{said}");
     }
 }
 
-/// Python interpreter that can import what scripts/check_output.py imports.
-fn python_with_vtk() -> PathBuf {
+/// Checks the elements of each file by scripts/check_output.py: a line of facts and problems each.
+const ELEMENTS_OF_EACH: &str = r#"
+import pathlib, sys
+sys.path.insert(0, "scripts")
+import check_output as c
+
+for name in sys.argv[1:]:
+    c.facts.clear()
+    c.problems.clear()
+    path = pathlib.Path(name)
+    c.check_elements(c.Grid(path, path.parent))
+    print(c.facts, c.problems)
+"#;
+
+/// Runs scripts/check_output.py for each folder. After what it says of a folder stands its exit
+/// code, between two bytes that no text has.
+const CHECK_OF_EACH: &str = r#"
+import sys, traceback
+sys.path.insert(0, "scripts")
+import check_output as c
+
+sys.stderr = sys.stdout
+for folder in sys.argv[1:]:
+    sys.argv = ["check_output.py", folder]
+    c.facts.clear()
+    c.problems.clear()
+    try:
+        code = c.main()
+    except BaseException:
+        traceback.print_exc()
+        code = 1
+    print(f"\x1e{code}\x1e")
+"#;
+
+/// Checks folders by scripts/check_output.py: whether all agrees, and what is said of it. One
+/// process checks them all, for its imports take longer than a check.
+fn check_output(folders: &[PathBuf]) -> Vec<(bool, String)> {
+    let said = by_python(CHECK_OF_EACH, folders);
+    let parts: Vec<&str> = said.split('\x1e').collect();
+    let checked: Vec<(bool, String)> = parts
+        .chunks_exact(2)
+        .map(|part| (part[1] == "0", part[0].to_owned()))
+        .collect();
+    assert_eq!(checked.len(), folders.len(), "{said}");
+    checked
+}
+
+/// Runs this code by an interpreter of Python that can import what scripts/check_output.py imports,
+/// and returns what it prints. It has to end without an error.
+fn by_python(code: &str, files: &[PathBuf]) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("DOVETAIL_PYTHON")
         .map_or_else(|| root.join("target/venv/bin/python"), PathBuf::from);
-    let found = Command::new(&python)
-        .args(["-c", "import vtk, numpy, meshio, pyvista"])
+    let done = Command::new(&python)
+        .current_dir(root)
+        .args(["-c", code])
+        .args(files)
         .output();
+    let (ok, said, errors) = match done {
+        Ok(done) => {
+            let [said, errors] = [done.stdout, done.stderr]
+                .map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+            (done.status.success(), said, errors)
+        }
+        Err(error) => (false, String::new(), error.to_string()),
+    };
     assert!(
-        found.is_ok_and(|o| o.status.success()),
-        "{} is missing or cannot import vtk, numpy, meshio and pyvista: run `make test` or `tools/setup.sh checks`, \
-         which install them, or name an interpreter that has them in DOVETAIL_PYTHON",
+        ok,
+        "{} is missing, cannot import vtk, numpy, meshio and pyvista, or failed: run `make test` \
+         or `tools/setup.sh checks`, which install them, or name an interpreter that has them in \
+         DOVETAIL_PYTHON\n{said}{errors}",
         python.display()
     );
-    python
-}
-
-fn check_output(python: &Path, out: &Path) -> (bool, String) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/check_output.py");
-    let done = Command::new(python).arg(script).arg(out).output().unwrap();
-    let text = [done.stdout, done.stderr]
-        .map(|b| String::from_utf8_lossy(&b).into_owned())
-        .concat();
-    (done.status.success(), text)
+    said
 }

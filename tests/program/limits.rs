@@ -216,7 +216,7 @@ fn flanks_on_springs_are_taken() {
                 set.extend(springs_n_m3.map(|n_m3| format!("contact.{side}.{key}={n_m3:e}")));
             }
         }
-        let run = Run::new("run", "paper", name, &set);
+        let run = Run::without_fields("paper", name, &set);
         let amplitudes: Vec<f64> = run
             .table("response.csv")
             .iter()

@@ -319,7 +319,7 @@ fn cattaneo_mindlin(n: u32, q: f64) -> (f64, f64) {
         format!("excitation.0.force_n={}", q * FRICTION * NORMAL_N / 2.0),
     ];
     let name = format!("slip{n}-{q}");
-    let run = Run::new("run", "verification/cattaneo_mindlin", &name, &set);
+    let run = Run::without_fields("verification/cattaneo_mindlin", &name, &set);
     let response = &run.table("response.csv")[0];
     assert_eq!(response["outcome"], "converged");
     let mut pairs = run.table("contact.csv");

@@ -1,7 +1,7 @@
 //! Runs of the program on scenes of the repository, and their tables.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
@@ -15,16 +15,25 @@ pub type Row = HashMap<String, String>;
 
 impl Run {
     pub fn new(command: &str, scene: &str, name: &str, set: &[String]) -> Self {
-        let scene = Path::new("scenes").join(scene).with_extension("toml");
-        Self::of_file(command, &scene, name, set)
+        Self::of_file(command, &file(scene), name, set)
+    }
+
+    /// Run of `dovetail run` without the fields for ParaView and what they need, for tests that
+    /// read tables alone.
+    pub fn without_fields(scene: &str, name: &str, set: &[String]) -> Self {
+        Self::of_words(&["run", "--no-fields"], &file(scene), name, set)
     }
 
     pub fn of_file(command: &str, scene: &Path, name: &str, set: &[String]) -> Self {
+        Self::of_words(&[command], scene, name, set)
+    }
+
+    fn of_words(words: &[&str], scene: &Path, name: &str, set: &[String]) -> Self {
         let run = Self(Folder::new(name));
         let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
         program
             .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .arg(command)
+            .args(words)
             .arg(scene)
             .args(["--no-cache", "--quiet", "--out"])
             .arg(&run.0);
@@ -45,6 +54,11 @@ impl Run {
         let text = std::fs::read_to_string(self.0.join("summary.json")).unwrap();
         serde_json::from_str(&text).unwrap()
     }
+}
+
+/// File of a scene of the repository.
+fn file(scene: &str) -> PathBuf {
+    Path::new("scenes").join(scene).with_extension("toml")
 }
 
 /// Rows of a table, by the names of the columns.

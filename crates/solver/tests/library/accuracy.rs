@@ -23,8 +23,8 @@ fn respond(resolution: Resolution) -> Response {
     let model = model();
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
     let settings = SweepSettings::new(
-        (0..13)
-            .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
+        (0..7)
+            .map(|i| first_hz * (0.992 + 0.002 * f64::from(i)))
             .collect(),
         resolution,
     );
@@ -98,5 +98,5 @@ fn the_estimate_is_of_the_size_of_the_error() {
         .map(|(orbit, error)| orbit.estimated_error.unwrap() / error)
         .collect();
     let near = ratios.iter().filter(|r| (0.4..4.0).contains(*r)).count();
-    assert!(ratios.len() >= 10 && near + 2 >= ratios.len(), "{ratios:?}");
+    assert!(ratios.len() >= 6 && near + 1 >= ratios.len(), "{ratios:?}");
 }

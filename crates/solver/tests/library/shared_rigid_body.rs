@@ -11,6 +11,7 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 
 pub const DAMPING: Rayleigh = Rayleigh::of_mass(20.0);
 pub const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
@@ -54,11 +55,24 @@ pub fn settled_from_rest(
 }
 
 /// Amplitude of a rigid body on a spring of 100 Hz, of so much mass and limit of friction, by steps
-/// in time from the static state.
+/// in time from the static state. What was integrated once is remembered.
 pub fn amplitude_in_time_m(mass_kg: f64, friction_n: f64, frequency_hz: f64) -> f64 {
+    static KNOWN: Mutex<Vec<([f64; 3], f64)>> = Mutex::new(Vec::new());
+    let motion = [mass_kg, friction_n, frequency_hz];
+    let known = KNOWN
+        .lock()
+        .unwrap()
+        .iter()
+        .find(|k| k.0 == motion)
+        .copied();
+    if let Some((_, amplitude_m)) = known {
+        return amplitude_m;
+    }
     let model = body(mass_kg, friction_n);
     let until = Until::new(2000, 1e-7);
     let settled = settled_from_rest(&model, DAMPING, frequency_hz, 8000, until);
     assert!(settled.transient_left < 1e-4, "{settled:?}");
-    settled.cycle.observed[0].amplitude_m
+    let amplitude_m = settled.cycle.observed[0].amplitude_m;
+    KNOWN.lock().unwrap().push((motion, amplitude_m));
+    amplitude_m
 }

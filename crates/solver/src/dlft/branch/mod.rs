@@ -107,39 +107,35 @@ mod tests {
             };
             let settings = |frequencies_hz| SweepSettings::new(frequencies_hz, resolution);
             let state = static_state(&problem, 10, settings(vec![]).newton);
-            let [swept, fine] = [
-                asked.to_vec(),
-                (0..150)
-                    .map(|i| first_hz * (0.995 + 6e-5 * f64::from(i)))
-                    .collect(),
-            ]
-            .map(|hz| {
-                sweep(
-                    &problem,
-                    damping(&problem),
-                    &state,
-                    &settings(hz),
-                    &[],
-                    &|_| (),
-                )
-            });
-            let asked = settings(asked.to_vec());
-            let followed = follow(&problem, damping(&problem), &state, &asked, &[], &|_| ());
+            let damping = damping(&problem);
+            let few = settings(asked.to_vec());
+            let followed = follow(&problem, damping, &state, &few, &[], &|_| ());
             let points = curve(&followed);
             assert_eq!(followed.second_motions, []);
             assert!(points.len() < most_points, "{force}: {}", points.len());
-            for orbit in &swept.orbits {
-                let hz = orbit.frequency_hz;
+            let (top_hz, peak) = (points.iter().copied())
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap();
+            // About the resonance, and closely about the peak that was found.
+            let about = (0..31).map(|i| first_hz * (0.9951 + 3e-4 * f64::from(i)));
+            let near = (-4..5).map(|i| top_hz * (1.0 + 6e-5 * f64::from(i)));
+            let mut all_hz: Vec<f64> = asked.into_iter().chain(about).chain(near).collect();
+            all_hz.sort_by(f64::total_cmp);
+            let swept = sweep(&problem, damping, &state, &settings(all_hz), &[], &|_| ());
+            for hz in asked {
+                let orbit = swept.orbits.iter().find(|o| o.frequency_hz == hz);
+                let expected = orbit.unwrap().observed_amplitude_m[0];
                 let found: Vec<f64> = (points.iter().filter(|p| p.0 == hz)).map(|p| p.1).collect();
                 assert_eq!(found.len(), 1, "{force}: {hz}");
-                let off = found[0] / orbit.observed_amplitude_m[0] - 1.0;
+                let off = found[0] / expected - 1.0;
                 assert!(off.abs() < 1e-4, "{force}: {hz}: {off:e}");
             }
-            let highest =
-                |amplitudes: &mut dyn Iterator<Item = f64>| amplitudes.fold(0.0, f64::max);
-            let peak = highest(&mut points.iter().map(|p| p.1));
-            let fine = highest(&mut fine.orbits.iter().map(|o| o.observed_amplitude_m[0]));
-            assert!((peak / fine - 1.0).abs() < 1e-3, "{force}: {peak} {fine}");
+            let swept = swept.orbits.iter().map(|o| o.observed_amplitude_m[0]);
+            let highest = swept.fold(0.0, f64::max);
+            assert!(
+                (peak / highest - 1.0).abs() < 1e-3,
+                "{force}: {peak} {highest}"
+            );
             let lengths = &followed.branches[0].lengths;
             assert_eq!(lengths.len(), points.len());
             assert!(lengths.windows(2).all(|l| l[0] <= l[1]), "{lengths:?}");
