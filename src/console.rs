@@ -64,7 +64,8 @@ impl Loop {
     /// continues at the same rate.
     fn line(&self) -> String {
         let taken = self.begun.elapsed();
-        let share = self.done as f64 / self.steps.max(1) as f64;
+        // A loop may take more steps than it announced.
+        let share = (self.done as f64 / self.steps.max(1) as f64).min(1.0);
         let left = taken.mul_f64((1.0 / share.max(1e-9) - 1.0).clamp(0.0, 1e6));
         let news = if self.news.is_empty() {
             String::new()
@@ -358,6 +359,12 @@ mod tests {
         assert!(turn.line().ends_with("left; 450.085 Hz: 6.491 mm"));
         turn.done = 0;
         assert!(turn.line().contains("0 of 200 (0 %)"), "{}", turn.line());
+        turn.done = 250;
+        let line = turn.line();
+        assert!(
+            line.contains("(100 %)") && line.contains(", 0 seconds left"),
+            "{line}"
+        );
     }
 
     fn waiting(console: &Console) -> Vec<&str> {

@@ -348,21 +348,24 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
             quantity(several.other_amplitude_m, "m", 4),
         )));
     }
-    let gaps: Vec<usize> = (response.branches.iter())
-        .flat_map(|branch| branch.gaps.iter().copied())
-        .collect();
-    if let Some(first) = gaps.first() {
-        let [from, to] = [first - 1, *first].map(|i| response.orbits[i].frequency_hz);
-        warnings.push(doubt(format!(
-            "the curve could not be followed everywhere: it has {}, the first from {from:.4} to {to:.4} Hz, where nothing is known of it; \
-             give a grid (response.points) to solve each frequency by itself",
-            counted(gaps.len(), "gap", "gaps"),
-        )));
-    }
+    warnings.extend(gaps(response));
     for (i, name) in names.into_iter().enumerate() {
         warnings.extend(hidden_peak(name, i, response));
     }
     warnings
+}
+
+/// Warning that a curve has gaps.
+fn gaps(response: &Response) -> Option<Warning> {
+    let branches = response.branches.iter();
+    let gaps: Vec<usize> = branches.flat_map(|b| b.gaps.iter().copied()).collect();
+    let first = *gaps.first()?;
+    let [from, to] = [first - 1, first].map(|i| response.orbits[i].frequency_hz);
+    Some(doubt(format!(
+        "the curve could not be followed everywhere: it has {}, the first from {from:.4} to {to:.4} Hz, where nothing is known of it; \
+         give a grid (response.points) to solve each frequency by itself",
+        counted(gaps.len(), "gap", "gaps"),
+    )))
 }
 
 /// Warning that the given number of harmonics may be too small.
@@ -433,4 +436,74 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
         )));
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_solver::dlft::Branch;
+
+    fn orbit(frequency_hz: f64) -> Orbit {
+        Orbit {
+            frequency_hz,
+            point: 0,
+            outcome: Outcome::Converged,
+            harmonics: 1,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            cycles: Vec::new(),
+            observed: Vec::new(),
+            observed_amplitude_m: Vec::new(),
+            friction_power_w: 0.0,
+            viscous_power_w: 0.0,
+            input_power_w: 0.0,
+            kinetic_energy_j: 0.0,
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            newton_residuals: Vec::new(),
+            residual: 0.0,
+            estimated_error: None,
+            observed_error: Vec::new(),
+            retention_n: 0.0,
+        }
+    }
+
+    #[test]
+    fn gaps_of_a_curve_are_counted_and_the_first_is_named() {
+        let told = |branches: [&[usize]; 2]| {
+            let branch = |gaps: &[usize]| {
+                let mut branch = Branch::swept(4);
+                branch.gaps = gaps.to_vec();
+                branch
+            };
+            let response = Response {
+                orbits: [10.0, 20.0, 30.5, 40.0].map(orbit).to_vec(),
+                branches: branches.map(branch).to_vec(),
+                ..Response::default()
+            };
+            gaps(&response).map(|warning| warning.text)
+        };
+        assert_eq!(told([&[], &[]]), None);
+        let one = told([&[], &[2]]).unwrap();
+        assert!(one.contains("could not be followed everywhere"), "{one}");
+        assert!(
+            one.contains("1 gap, the first from 20.0000 to 30.5000 Hz"),
+            "{one}"
+        );
+        let two = told([&[1], &[3]]).unwrap();
+        assert!(
+            two.contains("2 gaps, the first from 10.0000 to 20.0000 Hz"),
+            "{two}"
+        );
+    }
+
+    /// A slide that is larger is refused, and needs no warning.
+    #[test]
+    fn a_slide_is_far_between_one_twentieth_and_one_fifth_of_the_flank() {
+        for (slide, is_told) in [(0.049, false), (0.051, true), (0.199, true), (0.201, false)] {
+            let told = far_slide("at rest", slide);
+            assert_eq!(told.is_some(), is_told, "{slide}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The program itself, from a scene and a mesh file to exit codes and files.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -280,6 +281,28 @@ fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
     assert!(!folder.0.join("response.csv").exists());
 }
 
+/// Engine orders whose lines a Campbell diagram names.
+fn engine_orders(svg: &str) -> BTreeSet<usize> {
+    let names = svg
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("EO "));
+    names.filter_map(|name| name.parse().ok()).collect()
+}
+
+#[test]
+fn engine_orders_that_are_asked_for_are_those_of_the_diagram() {
+    let folder = Folder::new("campbell-orders");
+    let mut command = dovetail(
+        "modes",
+        &folder,
+        &["mesh.file=../meshes/dovetail_small.msh"],
+    );
+    command.args(["--rpm", "0:7000:2", "--orders", "4,7"]);
+    ended(command, 0);
+    let drawn = engine_orders(&folder.text("plots/campbell.svg"));
+    assert_eq!(drawn, BTreeSet::from([4, 7]));
+}
+
 #[test]
 fn frequencies_over_the_speed_are_those_of_each_speed() {
     let folder = Folder::new("campbell");
@@ -292,6 +315,13 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
     assert_eq!(rows.len(), 3 * 2 * 6);
     let svg = folder.text("plots/campbell.svg");
     assert!(svg.contains("EO 1") && svg.contains("blade, flanks held"));
+    let named = listed
+        .lines()
+        .filter_map(|line| line.split("  EO ").nth(1)?.split_whitespace().next());
+    let named: BTreeSet<usize> = named.map(|order| order.parse().unwrap()).collect();
+    assert!(!named.is_empty(), "{listed}");
+    let drawn = engine_orders(&svg);
+    assert!(named.is_subset(&drawn), "{named:?} {drawn:?}");
     // The middle speed is assembled from the other two.
     for speed in [0.0, 3500.0, 7000.0] {
         let alone = Folder::new("campbell-alone");

@@ -145,6 +145,92 @@ fn a_range_without_the_linear_peak_is_warned_of() {
     assert!(!wide.contains("largest linear amplitude"), "{wide}");
 }
 
+/// Writes 1 kg on a spring of 1 N/m, with a stop on a spring of 5 N/m behind a clearance, as a
+/// reduced model. X opens the pair of both; with X = 0 both springs carry the mass.
+fn write_stop(folder: &Path) {
+    let (of_x, both_n_m) = (-5.0 / 6.0, 6.0);
+    let along = || vec![of_x, 0.0, 0.0];
+    let diagonal = |first: f64| vec![first, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    std::fs::create_dir(folder).unwrap();
+    for (file, columns, entries) in [
+        ("xyz", 3, vec![0.0; 3]),
+        ("K", 3, diagonal(-of_x)),
+        ("M", 3, diagonal(of_x * of_x)),
+        ("p", 1, along()),
+        ("w2", 1, vec![both_n_m]),
+        ("f_static", 1, vec![0.0; 3]),
+        ("f_excitation", 1, along()),
+        ("fm_excitation", 1, vec![1.0]),
+        ("tip_x", 1, along()),
+        ("tip_modes", 1, vec![1.0]),
+    ] {
+        let rows = entries.len() / columns;
+        let lines: String = entries.iter().map(|entry| format!("{entry:?}\n")).collect();
+        let text = format!("%%MatrixMarket matrix array real general\n{rows} {columns}\n{lines}");
+        std::fs::write(folder.join(file).with_extension("mtx"), text).unwrap();
+    }
+}
+
+/// Two motions from 0.17 to 0.2 Hz. A grid knows of the jump alone.
+#[test]
+fn a_fold_is_told_wherever_results_are_read() {
+    let folder = Folder::new("fold");
+    write_stop(&folder.path("stop"));
+    let scene = folder.scene(
+        "name = \"stop\"\n[reduced_model]\nfolder = \"stop\"\n\
+         friction = 0\ngap_m = 1\nforce_n = 0.1\n\
+         [damping]\nmass_per_s = 0.03\n[response]\nfrequency_hz = [0.12, 0.32]\nharmonics = 7\n",
+    );
+    let (code, _, stderr) = dovetail("run", &scene, &folder.path("followed"), &[]);
+    assert_eq!(code, 0, "{stderr}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&folder.text("followed/summary.json")).unwrap();
+    let [two] = &summary["response"]["second_motion"].as_array().unwrap()[..] else {
+        panic!("{summary}");
+    };
+    let figure = |key: &str| two[key].as_f64().unwrap();
+    let [from_hz, to_hz] = ["from_hz", "to_hz"].map(figure);
+    assert!((from_hz - 0.170).abs() < 3e-3, "{two}");
+    assert!((to_hz - 0.200).abs() < 3e-3, "{two}");
+    assert!(figure("amplitude_m") > 1.5 * figure("other_amplitude_m"));
+    let told = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
+    assert!(stderr.contains(&told), "{stderr}");
+    assert!(!stderr.contains("jumps between"), "{stderr}");
+    let report = folder.text("followed/report.html");
+    let line = report
+        .split("<li")
+        .find(|item| item.contains("there are several motions"));
+    let line = line.expect("the report tells of several motions");
+    assert!(line.contains("<b>look</b>"), "{line}");
+
+    let grid = ["response.frequency_hz=[0.12, 0.26]", "response.points=57"];
+    let (code, _, stderr) = dovetail("run", &scene, &folder.path("grid"), &grid);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stderr.contains("the amplitude of tip jumps between 0.1"),
+        "{stderr}"
+    );
+    assert!(!stderr.contains("several motions"), "{stderr}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&folder.text("grid/summary.json")).unwrap();
+    assert_eq!(summary["response"]["second_motion"], serde_json::json!([]));
+}
+
+/// The steady load closes 1 m of the clearance. The mass is then on its own spring.
+#[test]
+fn a_slider_that_is_open_at_rest_leaves_the_free_mass() {
+    let folder = Folder::new("open");
+    let scene = Path::new("scenes/verification/jenkins.toml");
+    let set = ["reduced_model.gap_m=2", "reduced_model.force_n=1e-3"];
+    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
+    assert_eq!(code, 0, "{stderr}");
+    let summary = json(&folder);
+    assert_eq!(summary["static"]["open_pairs"], 1);
+    let hz = summary["linear_frequency_hz"].as_f64().unwrap();
+    assert!((hz - 1.0).abs() < 1e-9, "{hz} Hz");
+    assert!(stderr.contains("open at rest"), "{stderr}");
+}
+
 /// Each way that is tried has a line, and no line has more than the whole.
 #[test]
 fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use serde_json::Value;
+
 use crate::shared_browser::{drawn, is_self_contained, opened};
 use crate::shared_folder::Folder;
 use crate::shared_program::ended;
@@ -33,6 +35,16 @@ fn every_picture_of_a_run_is_drawn() {
     let folder = Folder::new("report");
     let page = report(&folder, "run", "scenes/paper.toml", &SMALL);
     is_self_contained(&page);
+    let summary: Value =
+        serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap();
+    let html = std::fs::read_to_string(&page).unwrap();
+    let (day, time) = summary["begun"].as_str().unwrap().split_once('T').unwrap();
+    let hash = summary["mesh"]["blake3"].as_str().unwrap();
+    let mut origin = vec![format!("{day} {} UTC", &time[..5]), hash[..12].to_owned()];
+    origin.extend(summary["commit"].as_str().map(str::to_owned));
+    for words in origin {
+        assert!(html.contains(&words), "{words}");
+    }
     for width in [1400, 400] {
         let (dom, complaints) = opened(&page, width);
         assert_eq!(complaints, [""; 0]);

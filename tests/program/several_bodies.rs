@@ -105,6 +105,21 @@ fn what_friction_does_not_hold_is_named_with_its_direction() {
     assert!(told.contains(along), "{told}");
 }
 
+#[test]
+fn a_wedge_that_friction_does_not_hold_in_motion_is_named_and_its_mean_is_held() {
+    let settings = set(&[
+        "contact.*.friction=0",
+        "rotation.prestress=none",
+        "response.points=2",
+        "response.harmonics=1",
+    ]);
+    let summary = Run::new("run", "platform_damper", "held", &settings).summary();
+    let told = warnings(&summary);
+    let expected = "at 2 of 2 frequencies friction does not hold body `wedge` along x: \
+                    the mean position was held there";
+    assert!(told.contains(expected), "{told}");
+}
+
 /// The platforms move outwards with their blades, and friction takes the wedge along.
 #[test]
 fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {

@@ -72,6 +72,27 @@ fn a_pressure_above_one_per_cent_of_youngs_modulus_is_warned_of() {
     }
 }
 
+/// Far below the first mode the flank is pressed as the load and the excitation are together.
+#[test]
+fn a_pressure_that_only_the_vibration_brings_is_warned_of_in_the_response() {
+    let out = Folder::new("hard-shaken");
+    for (share, expected) in [(0.0035, false), (0.005, true)] {
+        let set = [
+            format!("load.0.pressure_pa={}", 0.006 * YOUNG_PA),
+            format!(
+                "excitation=[{{on=\"upper_top\",pressure_pa={}}}]",
+                share * YOUNG_PA
+            ),
+            "response.times_first_linear_mode=[0.01,0.02]".to_owned(),
+        ];
+        let said = ended(command("run", &out, &set), 0);
+        let words = "in the response a pair of contact `flank` is pressed";
+        assert_eq!(is_warned(&out, &said, words), expected, "{share}");
+        let words = "in the static state a pair of contact";
+        assert!(!is_warned(&out, &said, words));
+    }
+}
+
 #[test]
 fn wide_clearances_and_deep_interferences_are_warned_of() {
     let out = Folder::new("gaps");
@@ -127,6 +148,60 @@ fn a_displacement_of_the_size_of_its_body_is_warned_of_and_then_refused() {
     let why = summary(&out)["why"].as_str().unwrap().to_owned();
     assert!(why.contains("corner of body `upper`"), "{why}");
     assert!(out.join("response.csv").exists() && out.join("report.html").exists());
+}
+
+/// Bonded the prisms are still in a uniform state. Of all points the observed corner, 12 mm and
+/// 9 mm from what holds the lower prism, moves farthest.
+#[test]
+fn a_static_displacement_of_the_size_of_its_body_is_warned_of() {
+    let out = Folder::new("far-pressed");
+    let widens = 1.5e-12;
+    let per_pascal_m: [f64; 3] = [widens * 12e-3, widens * 9e-3, 8e-3 / 100e9 + 6e-3 / 200e9];
+    let of_one_pascal_m = per_pascal_m.iter().map(|u| u * u).sum::<f64>().sqrt();
+    for (share, expected) in [(0.095, false), (0.105, true)] {
+        let set = [
+            "contact.flank.law=bonded".to_owned(),
+            "contact.flank.friction=".to_owned(),
+            format!("load.0.pressure_pa={}", share * SIZE_M / of_one_pascal_m),
+        ];
+        let said = ended(command("static", &out, &set), 0);
+        let words = "in the static state a point of body `upper` moves by";
+        assert_eq!(is_warned(&out, &said, words), expected, "{share}");
+    }
+}
+
+/// What friction leaves of a force the springs take, on which the upper prism slides.
+#[test]
+fn a_static_slide_that_is_far_is_told_once_in_a_run() {
+    let out = Folder::new("far-slid");
+    let set = [
+        "contact.flank.friction=0.05",
+        "spring=[{name=\"side\",first=\"upper_top\",stiffness_n_m=1e6}]",
+        "load=[{on=\"upper_top\",pressure_pa=50e6},\
+         {on=\"upper_top\",direction=[1,0,0],force_n=700}]",
+    ];
+    let said = ended(command("run", &out, &set.map(str::to_owned)), 0);
+    assert!(is_warned(
+        &out,
+        &said,
+        "in the static state a pair slides by"
+    ));
+    let summary = summary(&out);
+    let warnings = summary["warnings"].as_array().unwrap().iter();
+    let of_slide = warnings.filter(|w| w["text"].as_str().unwrap().contains("a pair slides by"));
+    assert_eq!(of_slide.count(), 1, "{summary}");
+}
+
+/// The first of 15 harmonics alone lies below the single mode that is kept.
+#[test]
+fn harmonics_above_the_modes_that_are_kept_are_warned_of() {
+    let out = Folder::new("few-modes");
+    let set = ["response.stuck_modes=1", "response.harmonics=15"];
+    let said = ended(command("run", &out, &set.map(str::to_owned)), 0);
+    let reach = summary(&out)["truncation"]["modes_reach"].as_f64().unwrap();
+    assert!(reach < 1.0, "{reach}");
+    let words = format!("the last stuck mode kept lies at {reach:.2} times");
+    assert!(is_warned(&out, &said, &words));
 }
 
 /// A load that the supports carry moves the bonded bodies by more than their length.

@@ -533,3 +533,26 @@ fn what_a_spring_cannot_act_on_is_an_error() {
     let fixed = refused("upper_z_min", Some("lower_z_max"), &["lower_z_max"]);
     assert!(matches!(fixed, ModelError::NodesFixed { .. }), "{fixed}");
 }
+
+/// The column "held by" of the bodies of a report.
+#[test]
+fn a_report_says_that_springs_hold_a_body_and_contacts_one_without_any() {
+    let on_springs = "spring=[{name=\"side\",first=\"upper_top\",stiffness_n_m=1e3}]";
+    for (set, expected) in [(None, "contacts"), (Some(on_springs), "springs")] {
+        let folder = Folder::new("held-by");
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program.current_dir(env!("CARGO_MANIFEST_DIR"));
+        program.args(["static", "scenes/verification/patch.toml", "--no-cache"]);
+        program.args(["--set", "mesh.file=../../meshes/verification/patch.msh"]);
+        program.arg("--out").arg(&*folder);
+        program.args(set.into_iter().flat_map(|set| ["--set", set]));
+        ended(program, 0);
+        let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+        let (_, table) = report.split_once("<th>held by</th>").unwrap();
+        let row = table
+            .split("<tr>")
+            .find(|row| row.starts_with("<td>upper</td>"));
+        let held = row.unwrap().rsplit("<td>").next().unwrap();
+        assert!(held.starts_with(&format!("{expected}</td>")), "{held}");
+    }
+}

@@ -762,6 +762,10 @@ values = [1, 2]
     ] {
         near(figure, numbers("response.csv", heading)[row]);
     }
+    let summary = folder.json("out/cases/base/summary.json");
+    let peaks = summary["response"]["peaks"].as_array().unwrap();
+    let at_peak = peaks.iter().find(|peak| peak["row"] == row).unwrap();
+    near("loss_factor", at_peak["loss_factor"].as_f64().unwrap());
     let areas = numbers("contact.csv", "area_m2");
     let opens = column("contact.csv", "opens_at_any_frequency");
     let open = areas.iter().zip(&opens).filter(|(_, o)| *o == "true");

@@ -406,7 +406,7 @@ pub(crate) mod jacobians;
 pub mod linear_curve;
 mod linear_system;
 #[cfg(test)]
-mod made_up;
+pub(crate) mod made_up;
 pub mod newton_krylov;
 pub mod orbit;
 pub mod pair_signals;

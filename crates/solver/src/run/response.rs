@@ -307,3 +307,54 @@ fn title(resolution: Resolution) -> String {
         Resolution::Accuracy(accuracy) => format!("response, accuracy {accuracy}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::retention::Mean;
+    use crate::dlft::{Along, LinearPoint, Outcome, Part, made_up};
+
+    fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
+        SolvedFrequency {
+            orbit: made_up::orbit(frequency_hz, Outcome::Converged, &[]),
+            linear: LinearPoint {
+                frequency_hz,
+                observed_amplitude_m: Vec::new(),
+            },
+            mean: Mean::Free,
+            next_level: 0,
+            again: false,
+            along: Some(Along {
+                from_last,
+                step: 0,
+                part: Part::Reached,
+                length: 0.0,
+                heading: None,
+            }),
+        }
+    }
+
+    /// Round a fold frequencies fall back, and a follower that meets no other one goes on past the
+    /// middle.
+    #[test]
+    fn two_followers_have_no_more_than_the_whole_range_behind_them() {
+        let reached = Reached::new(&[100.0, 150.0, 200.0]);
+        let mut percent = 0;
+        for (frequency_hz, from_last, expected) in [
+            (100.0, false, 0),
+            (120.0, false, 20),
+            (200.0, true, 20),
+            (110.0, false, 20),
+            (121.0, false, 21),
+            (170.0, true, 51),
+            (190.0, true, 51),
+            (180.0, false, 80),
+            (90.0, true, 100),
+            (199.0, false, 100),
+            (210.0, true, 100),
+        ] {
+            percent += reached.more_percent(&solved(frequency_hz, from_last));
+            assert_eq!(percent, expected, "{frequency_hz} Hz");
+        }
+    }
+}

@@ -258,3 +258,53 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::PairLaw;
+    use crate::description::{FrequencyRange, ReducedModelSpec, StaticSpec};
+    use crate::dlft::settings::Resolution;
+    use crate::model::Assembly;
+    use crate::reduction::damping::DampingSpec;
+
+    #[test]
+    fn a_motion_in_time_has_no_fewer_modes_than_harmonics_require() {
+        let bodies = Subject::Assembly(Box::new(Assembly {
+            mesh: None,
+            bodies: Vec::new(),
+            rotation: None,
+            contacts: Vec::new(),
+            springs: Vec::new(),
+            loads: Vec::new(),
+            excitations: Vec::new(),
+            observations: Vec::new(),
+        }));
+        let folder = Subject::ReducedModel(ReducedModelSpec {
+            folder: "model".into(),
+            law: PairLaw::rigid(0.3, 0.0),
+            force_n: 1.0,
+        });
+        for (subject, asked, expected) in [
+            (&bodies, None, Some(48)),
+            (&bodies, Some(20), Some(48)),
+            (&bodies, Some(96), Some(96)),
+            (&folder, None, None),
+        ] {
+            let range = FrequencyRange::OfFirstLinearMode { from: 0.9, to: 1.1 };
+            let mut scene = Scene {
+                name: "modes".to_owned(),
+                subject: subject.clone(),
+                damping: DampingSpec::Ratio {
+                    ratio: 0.001,
+                    linear_mode: 1,
+                },
+                static_state: StaticSpec::default(),
+                response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
+            };
+            scene.response.stuck_modes = asked;
+            let found = with_modes_of_harmonics(&scene).response.stuck_modes;
+            assert_eq!(found, expected, "{asked:?}");
+        }
+    }
+}

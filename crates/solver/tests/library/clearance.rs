@@ -13,16 +13,16 @@ use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 
-use dovetail_solver::model::{Material, Model, Prestress, RotationSpec};
+use dovetail_solver::model::{Assembly, Material, Model, Prestress, RotationSpec, SpringSpec};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ReducedModel};
-use dovetail_testkit::block::{block, map_nodes};
+use dovetail_testkit::block::{VOLUME, block, map_nodes};
 use faer::Mat;
 use std::f64::consts::TAU;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72};
-use crate::shared_scenes::{FEW_MODES, blocks_assembly, reduced, two_blocks};
+use crate::shared_scenes::{FEW_MODES, blocks_assembly, distance, reduced, two_blocks};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -325,6 +325,38 @@ fn quarter(element: ElementType, cells: [usize; 3], [inner, outer]: [f64; 2]) ->
     mesh
 }
 
+/// A whole ring: the quarter drawn out, and its end joined to its beginning.
+fn whole(element: ElementType, cells: [usize; 3], radii_m: [f64; 2]) -> Mesh {
+    let mut mesh = quarter(element, cells, radii_m);
+    map_nodes(&mut mesh, |[x, y, z]| {
+        let (radius_m, angle) = (x.hypot(z), 4.0 * x.atan2(z));
+        [radius_m * angle.sin(), y, radius_m * angle.cos()]
+    });
+    let nodes_m = mesh.nodes_m.clone();
+    let first: Vec<u32> = mesh.groups["x_min"].nodes.clone();
+    let end: Vec<u32> = mesh.groups["x_max"].nodes.clone();
+    let joined = |n: u32| {
+        let here = |m: &&u32| distance(nodes_m[**m as usize], nodes_m[n as usize]) < 1e-9;
+        let beginning = || {
+            *first
+                .iter()
+                .find(here)
+                .expect("the end meets the beginning")
+        };
+        if end.contains(&n) { beginning() } else { n }
+    };
+    let lists = [mesh.elements.nodes_mut(), mesh.facets.nodes_mut()];
+    lists.into_iter().flatten().for_each(|n| *n = joined(*n));
+    for group in mesh.groups.values_mut() {
+        group.nodes.iter_mut().for_each(|n| *n = joined(*n));
+        group.nodes.sort_unstable();
+        group.nodes.dedup();
+    }
+    mesh.groups
+        .retain(|name, _| !["x_min", "x_max"].contains(&name.as_str()));
+    mesh.part(VOLUME).unwrap()
+}
+
 /// Young's modulus and Poisson's ratio that replace those of plane stress in plane strain.
 fn in_plane_strain(material: Material) -> (f64, f64) {
     let Material {
@@ -361,6 +393,14 @@ fn of_quarters(
         &quarter(upper, [around[0], 2, 5], [fit, outer]),
         &quarter(lower, [around[1], 2, 4], [inner, fit]),
     );
+    let assembly = rotating(materials, gap_m, speed_rad_s);
+    let (model, problem) = reduced(&assembly, &mesh, FEW_MODES);
+    let state = statics(&problem);
+    (model, state)
+}
+
+/// Hub and shaft between planes of symmetry, apart by `gap_m`, rotating about their axis.
+fn rotating(materials: [Material; 2], gap_m: f64, speed_rad_s: f64) -> Assembly {
     let mut assembly = blocks_assembly();
     assembly.rotation = (speed_rad_s > 0.0).then(|| RotationSpec {
         point_m: [0.0; 3],
@@ -382,9 +422,30 @@ fn of_quarters(
             vec![format!("{name}_x_max")],
         ];
     }
-    let (model, problem) = reduced(&assembly, &mesh, FEW_MODES);
-    let state = statics(&problem);
-    (model, state)
+    assembly
+}
+
+/// As [`of_quarters`], of whole rings, which soft springs hold in the plane.
+fn of_rings(gap_m: f64, speed_rad_s: f64) -> StaticState {
+    let [inner, fit, outer] = RADII_M;
+    let mesh = two_blocks(
+        &whole(ElementType::HEX20, [24, 1, 3], [fit, outer]),
+        &whole(ElementType::HEX20, [24, 1, 2], [inner, fit]),
+    );
+    let mut assembly = rotating([HUB, SHAFT], gap_m, speed_rad_s);
+    for (body, surface) in assembly.bodies.iter_mut().zip(["upper_z_max", "base"]) {
+        let [along_x, _, along_z] = &mut body.fixed_along;
+        along_x.clear();
+        along_z.clear();
+        assembly.springs.push(SpringSpec {
+            name: body.name.clone(),
+            first: surface.to_owned(),
+            second: None,
+            stiffness_n_m: 1e3,
+            direction: None,
+        });
+    }
+    statics(&reduced(&assembly, &mesh, FEW_MODES).1)
 }
 
 /// Outward displacement of an edge of a rotating ring in plane strain, m; the other edge has the
@@ -395,25 +456,22 @@ fn growth_m(material: Material, edge_m: f64, other_m: f64, speed_rad_s: f64) -> 
     material.density_kg_m3 * speed_rad_s.powi(2) * edge_m * of_radii / (4.0 * young_pa)
 }
 
-/// The hub grows away from the shaft. All pairs are open, and the planes of symmetry hold both.
+/// The hub grows away from the shaft. All pairs are open, and the planes of symmetry hold both, or
+/// springs do.
 #[test]
 fn a_press_fit_that_rotation_opens_is_a_static_state() {
     let [inner, fit, outer] = RADII_M;
-    let (interference_m, speed_rad_s) = (10e-6, 3000.0);
+    let (gap_m, speed_rad_s) = (-10e-6, 3000.0);
     let elements = [ElementType::HEX20; 2];
-    let (_, state) = of_quarters(
-        elements,
-        [12, 12],
-        [HUB, SHAFT],
-        -interference_m,
-        speed_rad_s,
-    );
-    assert!(state.all_open());
-    assert!(state.lambda.iter().all(|force| *force == 0.0));
+    let (_, quarters) = of_quarters(elements, [12, 12], [HUB, SHAFT], gap_m, speed_rad_s);
     let grown_m = growth_m(HUB, fit, outer, speed_rad_s) - growth_m(SHAFT, fit, inner, speed_rad_s);
-    for x in state.x.iter().step_by(3) {
-        let off = x / grown_m - 1.0;
-        assert!(off.abs() < 0.01, "{x:e} m, {grown_m:e} m: {off:e}");
+    for state in [quarters, of_rings(gap_m, speed_rad_s)] {
+        assert!(state.all_open());
+        assert!(state.lambda.iter().all(|force| *force == 0.0));
+        for x in state.x.iter().step_by(3) {
+            let off = x / grown_m - 1.0;
+            assert!(off.abs() < 0.01, "{x:e} m, {grown_m:e} m: {off:e}");
+        }
     }
 }
 

@@ -409,6 +409,25 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
     assert!(more.model.stuck_modes > 20, "{}", more.model.stuck_modes);
 }
 
+/// Harmonics above the excited ones require modes, too, but no more than 48.
+#[test]
+fn harmonics_that_are_kept_require_modes_up_to_a_number() {
+    let (_, structure) = assembly([None, None]);
+    let low = Highest::OfFirstStuckMode(0.2);
+    let modes = |factor: f64| {
+        let wanted = StuckModes {
+            count: None,
+            excited: low,
+            kept: low.times(factor),
+        };
+        reduce(&structure, wanted).unwrap().model.stuck_modes
+    };
+    let [few, more, most] = [1.0, 10.0, 1e6].map(modes);
+    println!("{few}, {more} and {most} modes");
+    assert!(few < more, "{few} {more}");
+    assert_eq!(most, StuckModes::OF_HARMONICS);
+}
+
 #[test]
 fn rigid_ground_leaves_the_flank_to_x_alone() {
     let (mut model, structure) = assembly([None, None]);

@@ -10,7 +10,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
-use dovetail_solver::results::quantities::jump_hz;
+use dovetail_solver::results::quantities::{jump_hz, peak};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -102,6 +102,7 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
     let by_time = [(0.14, 0.185), (0.28, 0.185)].map(|(from, to)| reached(from, to));
     println!("by steps in time at 0.185 Hz: {by_time:.3?} m");
     assert!(by_time[0] > 1.5 * by_time[1], "{by_time:?}");
+    let mut peaks = Vec::new();
     for (from_hz, to_hz) in [(0.12, 0.26), (0.12, 0.32), (0.15, 0.45)] {
         let response = respond(from_hz, &[], to_hz, 7);
         println!("{from_hz} to {to_hz} Hz: {:?}", response.second_motions);
@@ -113,6 +114,15 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
         assert!((two.from_hz - 0.170).abs() < 3e-3, "{two:?}");
         assert!((two.to_hz - 0.200).abs() < 3e-3, "{two:?}");
         assert!(two.from_hz <= two.frequency_hz && two.frequency_hz <= two.to_hz);
+        let top = peak(&response, 0).unwrap();
+        println!(
+            "peak {:.5} m at {:.5} Hz",
+            top.amplitude_m, top.frequency_hz
+        );
+        peaks.push([top.amplitude_m, top.frequency_hz]);
+    }
+    for (found, first) in peaks.iter().flatten().zip(peaks[0].iter().cycle()) {
+        assert!((found / first - 1.0).abs() < 1e-3, "{peaks:?}");
     }
 }
 
