@@ -11,7 +11,6 @@ use crate::exit::ExitStatus;
 use crate::export::ExportError;
 use crate::gmsh::GmshError;
 use crate::motions::free_words;
-use crate::scene::SceneError;
 use crate::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
@@ -43,11 +42,6 @@ pub enum RunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(Ended),
-
-    /// Error of the scene at one of the values that it is computed at.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Scene(#[from] SceneError),
 
     /// `dovetail peaks` found no peak at some values.
     #[error("{missing} of {values} values have no peak")]
@@ -248,7 +242,6 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
-            Self::Scene(_) => ExitStatus::BadInput,
             Self::NoPeaks { .. } => ExitStatus::NotConverged,
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,

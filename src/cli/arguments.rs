@@ -37,15 +37,15 @@ Example:
   dovetail run scene.toml --set 'contact.*.friction=0.1' --out output/smooth";
 
 const PEAKS_HELP: &str = "\
-The whole curve is solved for at the first value and at the last. Between them each
-peak is found near the last ones, with a few solutions. The least peak over the
-first key is found where it lies inside of the range.
+The whole curve is solved for at the first value and at the last. Between them
+each peak is found near the last ones, with a few solutions. The least peak over
+the first key is found where it lies inside of the range.
 
 Examples:
   dovetail peaks scene.toml --over 'excitation.*.force_n=0.1:20'
   dovetail peaks scene.toml --over 'contact.*.friction=0.01:1' \\
       --over 'excitation.*.force_n=0.5:20:5'
-  dovetail peaks scene.toml --over 'excitation.*.force_n=0.1:20' --amplitude 1e-3";
+  dovetail peaks scene.toml --over rotation.speed_rpm=2000:8000 --amplitude 1e-3";
 
 /// Vibration of parts in contact: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
@@ -79,8 +79,7 @@ pub(super) struct Shared {
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
 
-    /// Folder of meshes and models for later runs
-    /// [default: $DOVETAIL_CACHE, else output/.cache]
+    /// Cache of meshes and models [default: output/.cache]
     #[arg(long, value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(super) cache: Option<PathBuf>,
 

@@ -291,7 +291,7 @@ fn with_files(
         Command::Peaks(arguments) => {
             let scene_with = |set: &[String]| {
                 let both: Vec<String> = overrides.iter().chain(set).cloned().collect();
-                scene::load(&output.scene_file, &both)
+                scene::load(&output.scene_file, &both).map_err(Error::from)
             };
             let (table, verdict) = work.peaks(&arguments.question()?, &scene_with)?;
             finish(&verdict)?;

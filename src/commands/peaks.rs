@@ -6,7 +6,6 @@ use super::Work;
 use crate::error::RunError;
 use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
-use crate::scene::SceneError;
 use crate::warning::Weight;
 use crate::words::{figure, name_and_unit, percent, quantity, supported_digits, with_unit};
 use dovetail_solver::description::Scene;
@@ -146,12 +145,12 @@ impl Work<'_> {
     /// `scene_with` gives the scene with keys set to other values.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a scene that is wrong at a value.
-    pub fn peaks(
+    /// Errors of [`Work::solve`]; those of `scene_with`.
+    pub fn peaks<E: From<RunError>>(
         &self,
         question: &PeakQuestion,
-        scene_with: &dyn Fn(&[String]) -> Result<Scene, SceneError>,
-    ) -> Result<(String, Result<(), RunError>), RunError> {
+        scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
+    ) -> Result<(String, Result<(), RunError>), E> {
         let meshes = self.meshes()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],
@@ -185,7 +184,7 @@ impl Work<'_> {
             let meshes = meshes.clone();
             let found = self.computes(|session| run::peaks(&range, scene_at, meshes, session));
             let found = match (found, wrong.into_inner()) {
-                (_, Some(error)) => return Err(error.into()),
+                (_, Some(error)) => return Err(error),
                 (found, None) => found?,
             };
             self.warn(question, also.as_deref(), &found);

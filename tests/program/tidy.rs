@@ -68,6 +68,7 @@ const PROGRAM: [(&str, &[&str]); 27] = [
         "commands",
         &[
             "warning",
+            "words",
             "gmsh",
             "mesh_files",
             "scene_files",

@@ -4,8 +4,9 @@
 //! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves
 //! out. In a finer balance they are a residual; its first Newton correction says how far the
 //! observed amplitudes would move. A motion is judged by two such balances, with the next step of
-//! harmonics and with about twice as many. Where the larger estimate is above the accuracy asked
-//! for, the balance of the next step is solved, from its corrected motion.
+//! harmonics and with about twice as many; for one harmonic both are the balance with three. Where
+//! the larger estimate is above the accuracy asked for, the balance of the next step is solved, from
+//! its corrected motion.
 //!
 //! One harmonic is not accepted where most pairs slip or open.
 //!

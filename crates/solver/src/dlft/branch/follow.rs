@@ -11,7 +11,7 @@ use crate::dlft::orbit::linear_point;
 use crate::dlft::peaks::vertex;
 use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
-use crate::dlft::{Along, Branch, Orbit, Part, Response, SolvedFrequency, Told};
+use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
 
 /// Most points of a branch.
@@ -229,14 +229,17 @@ impl<'b, 's> Follower<'b, 's> {
         let solver = self.run.refinement.level(level);
         let passed = self.branch.lengths.last().copied().unwrap_or(0.0);
         for point in last {
-            let before = self.recent.last().map(|(point, _)| point.clone());
+            let before = self.tracer.take().map(|tracer| tracer.last().clone());
             let (course, work) = (self.course, &mut self.work);
             self.tracer = Tracer::resumed(solver, course, point, (before, passed), work);
             let Some(tracer) = &self.tracer else {
                 break;
             };
-            let amplitudes = point.orbit.observed_amplitude_m.clone();
-            self.recent.push((tracer.last().clone(), amplitudes));
+            let known = (
+                tracer.last().clone(),
+                point.orbit.observed_amplitude_m.clone(),
+            );
+            remember(&mut self.recent, known, point.orbit.outcome);
         }
         self.look_beyond_begin();
         // No direction was found: the branch is lost where it came to, not where it began.
@@ -382,15 +385,13 @@ impl<'b, 's> Follower<'b, 's> {
         stops
     }
 
-    /// Keeps the last point of the curve, and no more than the two before it.
+    /// Keeps the last point of the curve, and no more than the two before it. An amplitude that
+    /// misses its accuracy is no place to look for a peak from.
     fn remember(&mut self) {
-        let amplitudes = self.branch.points.last().map(|p| &p.orbit);
-        let amplitudes = amplitudes.map(|o| o.observed_amplitude_m.clone());
-        if let (Some(tracer), Some(amplitudes)) = (&self.tracer, amplitudes) {
-            self.recent.push((tracer.last().clone(), amplitudes));
-        }
-        if self.recent.len() > 3 {
-            self.recent.remove(0);
+        let last = self.branch.points.last().map(|p| &p.orbit);
+        if let (Some(tracer), Some(orbit)) = (&self.tracer, last) {
+            let known = (tracer.last().clone(), orbit.observed_amplitude_m.clone());
+            remember(&mut self.recent, known, orbit.outcome);
         }
     }
 
@@ -529,6 +530,18 @@ impl Followed {
         };
         points.insert(place, solved);
         lengths.insert(place, length);
+    }
+}
+
+/// Adds a point with its amplitudes to the last ones, as [`Follower::remember`] does.
+fn remember(recent: &mut Vec<(Point, Vec<f64>)>, point: (Point, Vec<f64>), outcome: Outcome) {
+    if !outcome.is_converged() {
+        recent.clear();
+        return;
+    }
+    recent.push(point);
+    if recent.len() > 3 {
+        recent.remove(0);
     }
 }
 

@@ -73,11 +73,11 @@ pub fn follow(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::Outcome;
     use crate::dlft::made_up::{self, mass_with_a_stop};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
+    use crate::dlft::{Outcome, Part};
     use crate::problem::dovetail72::{damping, dovetail72};
     use std::collections::HashSet;
     use std::f64::consts::TAU;
@@ -189,6 +189,30 @@ mod tests {
                 assert!((a / b - 1.0).abs() < 1e-6, "{amplitudes:?}");
             }
         }
+    }
+
+    /// No number of harmonics reaches the accuracy, so that no amplitude is known closely enough.
+    #[test]
+    fn no_points_are_added_at_the_peak_of_a_curve_that_misses_its_accuracy() {
+        let problem = mass_with_a_stop(1.0);
+        let settings = SweepSettings::new(vec![0.15, 0.26], Resolution::Accuracy(1e-9));
+        let state = static_state(&problem, 1, settings.newton);
+        let damping = made_up::DAMPING;
+        let parts = Mutex::new(Vec::new());
+        let tell = |told: Told<'_>| {
+            if let Told::Solved(solved) = told {
+                let part = solved.along.as_ref().map(|along| along.part);
+                parts.lock().unwrap().push((part, solved.orbit.outcome));
+            }
+        };
+        follow(&problem, damping, &state, &settings, &[], &tell);
+        let parts = parts.into_inner().unwrap();
+        let missed = (parts.iter()).filter(|(_, outcome)| *outcome == Outcome::AccuracyNotReached);
+        assert!(missed.count() > 3, "{parts:?}");
+        assert!(
+            parts.iter().all(|(part, _)| *part != Some(Part::Added)),
+            "{parts:?}"
+        );
     }
 
     /// Wherever the run was broken off, between two points of either branch.
