@@ -9,7 +9,7 @@ const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const SHORT_DIGITS: usize = 6;
 
 /// Number rounded to this number of digits.
-fn rounded(v: f64, digits: usize) -> f64 {
+pub fn rounded(v: f64, digits: usize) -> f64 {
     let text = format!("{v:.*e}", digits.saturating_sub(1));
     text.parse().unwrap_or(v)
 }

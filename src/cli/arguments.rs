@@ -79,7 +79,7 @@ pub(super) struct Shared {
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
 
-    /// Cache of meshes and models [default: output/.cache]
+    /// Folder of the cache [default: output/.cache]
     #[arg(long, value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(super) cache: Option<PathBuf>,
 

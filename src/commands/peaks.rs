@@ -7,7 +7,9 @@ use crate::error::RunError;
 use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
 use crate::warning::Weight;
-use crate::words::{figure, name_and_unit, percent, quantity, supported_digits, with_unit};
+use crate::words::{
+    figure, name_and_unit, percent, quantity, rounded, short, supported_digits, with_unit,
+};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::loss_factor;
@@ -21,6 +23,8 @@ const MOST_VALUES: usize = 1000;
 const WIDE: f64 = 3.0;
 /// Sections of a scene that are settings of the solution, or change its mesh.
 const SETTINGS: [&str; 3] = ["mesh", "response", "static"];
+/// Digits of a value for a reader.
+const DIGITS: usize = 4;
 /// Estimated error of a peak above which a warning tells it.
 const LARGE_ERROR: f64 = 0.02;
 
@@ -121,9 +125,8 @@ impl KeyRange {
     /// Name and value, such as `friction 0.05` or `force 2 N`.
     fn words(&self, value: f64) -> String {
         let (name, unit) = name_and_unit(self.word());
-        format!("{name} {} {unit}", figure(value, 4))
-            .trim_end()
-            .to_owned()
+        let value = short(rounded(value, DIGITS));
+        format!("{name} {value} {unit}").trim_end().to_owned()
     }
 }
 
@@ -187,7 +190,12 @@ impl Work<'_> {
                 (_, Some(error)) => return Err(error),
                 (found, None) => found?,
             };
-            self.warn(question, also.as_deref(), &found);
+            let words = question.at_each.as_ref().zip(value);
+            self.warn(
+                question,
+                words.map(|(range, value)| range.words(value)),
+                &found,
+            );
             lines.push((value, found));
         }
         if let Some(files) = &self.files {
@@ -210,10 +218,10 @@ impl Work<'_> {
     }
 
     /// Warns of values without a peak, and of peaks that are not accurate.
-    fn warn(&self, question: &PeakQuestion, also: Option<&str>, peaks: &Peaks) {
+    fn warn(&self, question: &PeakQuestion, also: Option<String>, peaks: &Peaks) {
         let at = also.map_or(String::new(), |also| format!(" ({also})"));
         for (value, error) in &peaks.missing {
-            let text = format!("no peak at {}{at}: {error}", question.over.set(*value));
+            let text = format!("no peak at {}{at}: {error}", question.over.words(*value));
             self.reporter.warning(Weight::Wrong, text);
         }
         let orbits = peaks.rows.iter().map(|row| &row.orbit);
@@ -287,7 +295,7 @@ fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
         let words = |v: Option<f64>| v.map_or("–".to_owned(), |v| figure(v, 3));
         text += &format!(
             "{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
-            figure(row.value, 4),
+            short(rounded(row.value, DIGITS)),
             quantity(amplitude_m, "m", supported_digits(amplitude_m, error)),
             figure(row.orbit.frequency_hz, 6),
             words(ratio),
@@ -345,10 +353,7 @@ mod tests {
         );
         assert_eq!(range("reduced_model.force_n=0.1:20").values().len(), VALUES);
         assert_eq!(wide.set(0.5), "contact.*.friction=0.5");
-        assert_eq!(
-            range("excitation.*.force_n=1:2").words(2.0),
-            "force 2.000 N"
-        );
+        assert_eq!(range("excitation.*.force_n=1:2").words(2.0), "force 2 N");
     }
 
     #[test]

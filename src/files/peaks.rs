@@ -6,11 +6,14 @@ use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::csv::PeakRow;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
-use crate::words::{capital, name_and_unit, short, with_unit};
+use crate::words::{capital, name_and_unit, rounded, short, with_unit};
 use dovetail_solver::results::quantities::loss_factor;
 
 /// Ratio of the largest to the smallest value from which an axis is logarithmic.
 const WIDE: f64 = 5.0;
+
+/// Digits of the values along the lower edge of a map.
+const MAP_DIGITS: usize = 3;
 
 /// Peaks over the values of a key.
 #[derive(Debug)]
@@ -100,7 +103,9 @@ pub fn draw(
         unit: "m",
         axes,
         labels: [
-            first.asked.iter().map(|value| short(*value)).collect(),
+            (first.asked.iter())
+                .map(|value| short(rounded(*value, MAP_DIGITS)))
+                .collect(),
             lines.iter().map(|line| line.label.clone()).collect(),
         ],
         values: (first.asked.iter())

@@ -33,8 +33,10 @@ const OTHER: f64 = 2e-3;
 const LINEAR_POINTS: usize = 200;
 /// Most values that are added to find the least peak, or an amplitude.
 const MOST_ADDED: usize = 12;
-/// Relative error of an amplitude at which no more values are added.
-const ENOUGH: f64 = 1e-4;
+/// Relative gain of the least peak below which no more values are added.
+const LEAST_GAIN: f64 = 1e-4;
+/// Relative error at which an amplitude counts as reached. Peaks are known to some 1e-4.
+const REACHED: f64 = 5e-4;
 
 /// Values at which peaks are asked for.
 #[derive(Debug, Clone)]
@@ -461,7 +463,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
                 (self.place(row.value), -row.amplitude_m(observation))
             });
             let (gain, shift) = vertex(three);
-            if gain <= -ENOUGH * three[1].1 {
+            if gain <= -LEAST_GAIN * three[1].1 {
                 return Ok(Some(own));
             }
             let value = self.value_at(three[1].0 + inside(shift, three.map(|t| t.0)));
@@ -500,7 +502,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
                 let off = above(&added);
                 let value = added.value;
                 insert(rows, added);
-                if off.abs() < ENOUGH {
+                if off.abs() < REACHED {
                     reached.push(value);
                     break;
                 }
