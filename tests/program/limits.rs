@@ -80,7 +80,7 @@ fn what_a_scene_cannot_ask_for_is_refused() {
             "expected a whole number",
         ),
         (
-            "there is no continuation in force, friction or speed",
+            "the peak alone is followed",
             "response.force_n=[1,2]",
             "unknown key `response.force_n`",
         ),

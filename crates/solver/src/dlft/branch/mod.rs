@@ -73,6 +73,7 @@ pub fn follow(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::PairLaw;
     use crate::dlft::made_up::{self, mass_with_a_stop};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
@@ -191,11 +192,17 @@ mod tests {
         }
     }
 
-    /// No number of harmonics reaches the accuracy, so that no amplitude is known closely enough.
+    /// A mass rubs on rigid ground (Den Hartog): no number of harmonics reaches the accuracy, so that
+    /// no amplitude is known closely enough to look for a peak from.
     #[test]
     fn no_points_are_added_at_the_peak_of_a_curve_that_misses_its_accuracy() {
-        let problem = mass_with_a_stop(1.0);
-        let settings = SweepSettings::new(vec![0.198, 0.206], Resolution::Accuracy(1e-6));
+        let mut problem = mass_with_a_stop(0.0);
+        let along = |n: f64, t: f64| vec![n, t, 0.0];
+        problem.laws = vec![PairLaw::rigid(0.3, 0.0)];
+        problem.reduced.static_load.on_x = along(-1.0, 0.0);
+        problem.reduced.observations[0].on_x = along(0.0, 1.0);
+        problem.excitations[0].cosine.on_x = along(0.0, 1.0);
+        let settings = SweepSettings::new(vec![0.12, 0.2], Resolution::Accuracy(1e-4));
         let state = static_state(&problem, 1, settings.newton);
         let damping = made_up::DAMPING;
         let parts = Mutex::new(Vec::new());
