@@ -120,6 +120,12 @@ pub fn name_and_unit(word: &str) -> (String, &'static str) {
     found.unwrap_or_default()
 }
 
+/// Title of a key or a figure, such as `force (N)` for `force_n`.
+pub fn title(word: &str) -> String {
+    let (name, unit) = name_and_unit(word);
+    with_unit(&name, unit)
+}
+
 /// Name with its unit in brackets, if it has one.
 pub fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() {

@@ -8,7 +8,7 @@ use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
 use crate::warning::Weight;
 use crate::words::{
-    figure, name_and_unit, percent, quantity, rounded, short, supported_digits, with_unit,
+    figure, name_and_unit, percent, quantity, rounded, short, supported_digits, title,
 };
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Orbit;
@@ -271,7 +271,6 @@ fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) 
 /// Table of one line of peaks, with what was found besides.
 fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
     let over = &question.over;
-    let (name, unit) = name_and_unit(over.word());
     let observation = peaks.observation;
     let at = question.at_each.as_ref().zip(also);
     let at = at.map_or(String::new(), |(range, value)| {
@@ -281,7 +280,7 @@ fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
         "peak of {} over {}{at}\n{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
         peaks.reduced.observations()[observation],
         over.key,
-        with_unit(&name, unit),
+        title(over.word()),
         "amplitude",
         "frequency, Hz",
         "of linear",

@@ -6,7 +6,7 @@ use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::csv::PeakRow;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
-use crate::words::{capital, name_and_unit, rounded, short, with_unit};
+use crate::words::{capital, rounded, short, title};
 use dovetail_solver::results::quantities::loss_factor;
 
 /// Ratio of the largest to the smallest value from which an axis is logarithmic.
@@ -55,11 +55,8 @@ pub fn draw(
     lines: &[PeakLine<'_>],
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
 ) -> Result<(), RunError> {
-    let title = |key: &str| {
-        let (name, unit) = name_and_unit(key.rsplit('.').next().unwrap_or(key));
-        with_unit(&name, unit)
-    };
-    let over = keys.last().map_or(String::new(), |key| title(key));
+    let titled = |key: &str| title(key.rsplit('.').next().unwrap_or(key));
+    let over = keys.last().map_or(String::new(), |key| titled(key));
     let of = lines.first().map_or("", |line| line.observation.as_str());
     for (name, quantity, unit, value) in DRAWN {
         let series: Vec<Series> = (lines.iter())
@@ -97,7 +94,7 @@ pub fn draw(
         let row = line.rows.iter().find(|row| row.peak.value == value);
         row.map(PeakRow::amplitude_m)
     };
-    let axes = [over.clone(), title(also)];
+    let axes = [over.clone(), titled(also)];
     let map = HeatMap {
         title: format!("Peak amplitude of {of} over {over} and {}", axes[1]),
         unit: "m",

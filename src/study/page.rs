@@ -13,14 +13,14 @@ use super::file::Mode;
 use super::folder::Plan;
 use super::parameter::{KINDS, Parameter, TRUE_KINDS};
 use super::pictures::Picture;
-use super::quantity::{Figure, title};
+use super::quantity::Figure;
 use super::report::{OF_RUNS, day, least_values, remarks};
 use super::results::CaseResult;
 use crate::export::report::REPORT;
 use crate::export::report::frame::{self, Frame, card, frame, warnings};
 use crate::export::{csv, write_file};
 use crate::version;
-use crate::words::{counted, figure, in_unit, percent, with_unit};
+use crate::words::{counted, figure, in_unit, percent, title, with_unit};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Largest number of points of all curves together, which a browser draws without delay.

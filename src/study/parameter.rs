@@ -8,11 +8,10 @@ use serde_spanned::Spanned;
 use toml::Value;
 
 use super::keys::{KIND_WORDS, RawParameter, STUDY};
-use super::quantity::title;
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::raw::Located;
-use crate::words::name_and_unit;
+use crate::words::{name_and_unit, title};
 
 /// Largest number of cases of a grid.
 const MOST_CASES: usize = 10_000;

@@ -2,7 +2,7 @@
 //! case.
 
 use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
-use crate::words::{figure, name_and_unit, quantity, with_unit};
+use crate::words::{figure, name_and_unit, quantity};
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
@@ -77,12 +77,6 @@ fn loss_factor(response: &ResponseSummary) -> Option<f64> {
     let row = response.peak_row?;
     let at_peak = response.peaks.iter().find(|peak| peak.row == row);
     at_peak?.loss_factor
-}
-
-/// Title of a key or a figure, such as `force (N)` for `force_n`.
-pub fn title(word: &str) -> String {
-    let (name, unit) = name_and_unit(word);
-    with_unit(&name, unit)
 }
 
 /// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
@@ -162,6 +156,7 @@ impl Quantity {
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::words::title;
     use dovetail_solver::dlft::Outcome;
 
     pub const PEAK_AMPLITUDE: Quantity = ALL[3];

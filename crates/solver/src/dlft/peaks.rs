@@ -61,6 +61,17 @@ pub fn vertex([low, middle, high]: [(f64, f64); 3]) -> (f64, f64) {
     }
 }
 
+/// Distance `shift` of a new place from the middle one of three, no nearer to one of them than a
+/// tenth of the way to the next: it would tell nothing new.
+pub fn inside(shift: f64, [low, middle, high]: [f64; 3]) -> f64 {
+    let [before, after] = [middle - low, high - middle];
+    if shift > 0.0 {
+        shift.clamp(0.1 * after, 0.9 * after)
+    } else {
+        shift.clamp(-0.9 * before, -0.1 * before)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,9 +14,9 @@ use super::statics;
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::{Guess, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
-use crate::dlft::peaks::vertex;
+use crate::dlft::peaks::{inside, vertex};
 use crate::dlft::sweep::SweepSettings;
-use crate::dlft::{Orbit, Response, StaticState, Told, demand};
+use crate::dlft::{Orbit, StaticState, Told, demand};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::reduction::damping::{Rayleigh, rayleigh};
@@ -366,15 +366,9 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             },
         };
         self.found(value, |at, tell| {
-            let At {
-                reduced,
-                state,
-                damping,
-                settings,
-                ..
-            } = at;
+            let problem = &at.reduced.problem;
             let near = (&guess, observation);
-            let found = peak_near(&reduced.problem, *damping, state, settings, near, tell);
+            let found = peak_near(problem, at.damping, &at.state, &at.settings, near, tell);
             found.map_or_else(|| highest(at, observation, tell), Ok)
         })
     }
@@ -519,15 +513,8 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
 
 /// Highest peak of the whole curve.
 fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error> {
-    let At {
-        reduced,
-        state,
-        damping,
-        settings,
-        ..
-    } = at;
-    let problem = &reduced.problem;
-    let mut curve: Response = follow(problem, *damping, state, settings, &[], tell);
+    let problem = &at.reduced.problem;
+    let mut curve = follow(problem, at.damping, &at.state, &at.settings, &[], tell);
     let top = peak(&curve, observation).ok_or(Error::NoPeak)?;
     let is_end = |c: Range<usize>| top.index == c.start || top.index + 1 == c.end;
     if (curve.curves().into_iter()).any(|c| c.contains(&top.index) && is_end(c)) {
@@ -535,17 +522,6 @@ fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Res
         return Err(Error::PeakOutside { frequency_hz });
     }
     Ok(curve.orbits.swap_remove(top.index))
-}
-
-/// Distance of a new place from the middle one of three, no closer to one of them than a tenth of
-/// the way to the next.
-fn inside(shift: f64, [low, middle, high]: [f64; 3]) -> f64 {
-    let [before, after] = [middle - low, high - middle];
-    if shift > 0.0 {
-        shift.clamp(0.1 * after, 0.9 * after)
-    } else {
-        shift.clamp(-0.9 * before, -0.1 * before)
-    }
 }
 
 /// Puts a row in its place among those that ascend in value.

@@ -8,7 +8,7 @@ use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::orbit::linear_point;
-use crate::dlft::peaks::vertex;
+use crate::dlft::peaks::{inside, vertex};
 use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
@@ -255,9 +255,9 @@ impl<'b, 's> Follower<'b, 's> {
     /// branch leaves the range or is lost before.
     fn climb(&mut self, guess: &Guess, observation: usize) -> Option<Orbit> {
         let Course { from_hz, to_hz, .. } = self.course;
-        self.next_hz = guess.frequency_hz.clamp(from_hz, to_hz);
+        self.next_hz = guess.neighbour.frequency_hz.clamp(from_hz, to_hz);
         self.level = self.run.refinement.level_of(guess.harmonics);
-        self.guess = Some(guess.neighbour());
+        self.guess = Some(guess.neighbour.clone());
         self.begin();
         let tracer = self.tracer.as_mut()?;
         tracer.set_step(CLIMBING_STEP);
@@ -579,14 +579,7 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
     if !shift.is_finite() || gain <= PEAK_ERROR * b {
         return None;
     }
-    // No nearer to a point than a tenth of the way to the next: it would tell nothing new.
-    let [left, right] = [highest - before, after - highest];
-    let shift = if shift > 0.0 {
-        shift.clamp(0.1 * right, 0.9 * right)
-    } else {
-        shift.clamp(-0.9 * left, -0.1 * left)
-    };
-    Some(highest + shift)
+    Some(highest + inside(shift, [before, highest, after]))
 }
 
 /// Response that consists of these branches.

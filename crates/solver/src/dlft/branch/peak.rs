@@ -12,16 +12,15 @@ use crate::reduction::damping::Rayleigh;
 /// Motion near which a peak is looked for.
 #[derive(Debug, Clone)]
 pub struct Guess {
-    pub(super) frequency_hz: f64,
     pub(super) harmonics: usize,
-    neighbour: Neighbour,
+    /// The motion, as one from which the solution of its frequency starts.
+    pub(super) neighbour: Neighbour,
 }
 
 impl Guess {
     /// Motion of a peak, for one of almost the same problem.
     pub fn of(peak: &Orbit) -> Self {
         Self {
-            frequency_hz: peak.frequency_hz,
             harmonics: peak.harmonics,
             neighbour: Neighbour::of(peak, None),
         }
@@ -33,7 +32,7 @@ impl Guess {
         let nearer = if place < 0.5 { first } else { second };
         let mut guess = Self::of(nearer);
         let between = |a: f64, b: f64| a + place * (b - a);
-        guess.frequency_hz = between(first.frequency_hz, second.frequency_hz);
+        guess.neighbour.frequency_hz = between(first.frequency_hz, second.frequency_hz);
         // A mean that is retained in one and free in the other lies on no line.
         let is_retained = |orbit: &Orbit| orbit.retention_n > 0.0;
         if is_retained(first) == is_retained(second) {
@@ -42,13 +41,7 @@ impl Guess {
             let ends = a.iter().zip(&b);
             *u = ends.map(|(a, b)| between(*a, *b)).collect();
         }
-        guess.neighbour.frequency_hz = guess.frequency_hz;
         guess
-    }
-
-    /// The motion, as one from which the solution of a frequency starts.
-    pub(super) fn neighbour(&self) -> Neighbour {
-        self.neighbour.clone()
     }
 }
 
@@ -123,7 +116,7 @@ mod tests {
         ];
         for off in [-0.01, -0.002, 0.002, 0.01] {
             let mut guess = Guess::of(&own);
-            guess.frequency_hz += off * first_hz;
+            guess.neighbour.frequency_hz += off * first_hz;
             guesses.push(guess);
         }
         for (i, guess) in guesses.iter().enumerate() {
@@ -156,9 +149,9 @@ mod tests {
         let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
         let top = highest(&curve);
         let mut guess = Guess::of(&top);
-        guess.frequency_hz *= 1.03;
         let last = curve.orbits.last().unwrap();
         guess.neighbour = Neighbour::of(last, None);
+        guess.neighbour.frequency_hz = 1.03 * top.frequency_hz;
         let near = (&guess, 0);
         let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
         let off = found.observed_amplitude_m[0] / top.observed_amplitude_m[0] - 1.0;
