@@ -18,7 +18,8 @@ fn named_pipe(path: &Path) {
 }
 
 fn root(file: &str) -> String {
-    format!("{}/{file}", env!("CARGO_MANIFEST_DIR"))
+    let file = dovetail_testkit::folder::root().join(file);
+    file.to_str().unwrap().to_owned()
 }
 
 /// Time limit above the duration of any of these runs.

@@ -2,7 +2,7 @@
 //! unless files are requested.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::shared_work::in_folder;
 use dovetail::cache::Cache;
@@ -15,10 +15,10 @@ use dovetail_solver::dlft::Outcome;
 use dovetail_solver::run::{
     Error, Event, Observer, Options, Run, Session, Stage, Verification, solve,
 };
+use dovetail_testkit::folder::root;
 
 fn jenkins() -> (Scene, PathBuf) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let scene_file = root.join("scenes/verification/jenkins.toml");
+    let scene_file = root().join("scenes/verification/jenkins.toml");
     let set = ["response.frequency_hz=[0.15, 0.2]", "response.points=5"].map(String::from);
     (scene::load(&scene_file, &set).unwrap(), scene_file)
 }
@@ -126,7 +126,7 @@ fn without_files_nothing_is_written() {
 /// A mesh can take minutes.
 #[test]
 fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+    let paper = root().join("scenes/paper.toml");
     let of = |set: &[&str]| {
         let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
         scene::load(&paper, &set).unwrap()

@@ -7,6 +7,7 @@ use dovetail::scene;
 use dovetail::study::{Study, cases};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec};
+use dovetail_testkit::folder::root;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -74,7 +75,7 @@ fn survives(text: &str, overrides: &[String]) {
 /// Initial inputs of `make fuzz` besides the files that other tests read.
 #[test]
 fn the_seeds_of_fuzzing_are_possible() {
-    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let fuzz = root().join("fuzz");
     for file in [
         "fuzz_targets/blocks.toml",
         "seeds/scene/geometry.toml",

@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use dovetail_testkit::folder::root;
+
 /// Modules of the library. Each may import itself and the modules before it.
 const SOLVER: [&str; 12] = [
     "input",
@@ -124,10 +126,6 @@ const PROGRAM: [(&str, &[&str]); 27] = [
     ("allocator", &["exhaustion"]),
     ("main", &[]),
 ];
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
 
 fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -370,7 +368,7 @@ fn every_path_in_the_architecture_exists() {
         let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', ':']);
         if is_path && !quoted.starts_with("output/") {
             checked += 1;
-            let places = [root(), root().join("crates/solver/src")];
+            let places = [root(), &root().join("crates/solver/src")];
             assert!(
                 places.iter().any(|place| place.join(quoted).exists()),
                 "ARCHITECTURE.md names `{quoted}`"
@@ -554,7 +552,7 @@ fn paths_that_the_book_names_exist() {
     for page in prose() {
         let text = without_code(&text_of(&page));
         for quoted in text.split('`').skip(1).step_by(2) {
-            // What the guides let the reader write, and commands.
+            // Files that a guide lets the reader write, and commands, are none of these.
             let is_path = folders.iter().any(|f| quoted.starts_with(f))
                 && !quoted.contains([' ', '\n', '<', '*', '{'])
                 && quoted != "studies/mesh.toml";
