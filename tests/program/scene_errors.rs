@@ -3,33 +3,18 @@
 
 use std::path::Path;
 
-use crate::shared_program::{cases, ended, has, in_one_line, printed, program};
+use crate::shared_program::{cases, ended, has, printed, program, rendered};
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_testkit::folder::root;
-use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
 fn parse(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
     scene::parse(text, "paper.toml", Path::new("scenes"), &overrides)
-}
-
-/// Message as the program prints it without a terminal, on one line.
-fn rendered(error: &SceneError) -> String {
-    let mut text = String::new();
-    GraphicalReportHandler::new_themed(GraphicalTheme::none())
-        .with_width(400)
-        .render_report(&mut text, error)
-        .expect("a report is rendered");
-    assert!(
-        !text.contains("Failed to read contents"),
-        "a span outside its text:\n{text}"
-    );
-    in_one_line(&text)
 }
 
 /// Text with the `nth` occurrence of `find` replaced, and the number of its line.

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use crate::shared_program::{cases, has};
+use crate::shared_program::{cases, has, rendered};
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
 use dovetail_solver::reduction::damping::DampingSpec;
-use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
@@ -22,11 +21,7 @@ fn parse(overrides: &[&str]) -> Result<Scene, SceneError> {
 #[track_caller]
 fn refused(overrides: &[&str], words: &str) {
     let error = parse(overrides).expect_err("the argument is wrong");
-    let mut text = String::new();
-    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none()).with_width(400);
-    handler
-        .render_report(&mut text, &error)
-        .expect("a report is rendered");
+    let text = rendered(&error);
     has(&text, words);
     has(&text, "[--set:1:");
     has(&text, overrides[overrides.len() - 1]);

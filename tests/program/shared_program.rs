@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use dovetail_testkit::folder::root;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 /// Setting of the paper's scene that takes its smallest ready mesh.
 pub const SMALL: &str = "mesh.file=../meshes/dovetail_small.msh";
@@ -74,6 +75,21 @@ pub fn said_in_one_line(output: &Output) -> String {
 #[track_caller]
 pub fn told(command: impl BorrowMut<Command>, code: i32) -> String {
     said_in_one_line(&ended(command, code))
+}
+
+/// Report of an error as the program prints it without a terminal, on one line.
+#[track_caller]
+pub fn rendered(error: &dyn Diagnostic) -> String {
+    let mut text = String::new();
+    GraphicalReportHandler::new_themed(GraphicalTheme::none())
+        .with_width(400)
+        .render_report(&mut text, error)
+        .expect("a report is rendered");
+    assert!(
+        !text.contains("Failed to read contents"),
+        "a span outside its text:\n{text}"
+    );
+    in_one_line(&text)
 }
 
 /// Report without its frames and line breaks.
