@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder::{Folder, without_sections};
+use crate::shared_folder::{Folder, files_below, without_sections};
 use crate::shared_program::{ended, has, program, said, told};
 use crate::shared_runs::{json, summary};
 use dovetail_testkit::folder::root;
@@ -96,20 +96,14 @@ impl Bench {
     /// the effort of the run and about unusable entries are left out.
     fn files(&self, out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let root = self.0.join(out);
-        let (mut folders, mut files) = (vec![root.clone()], BTreeMap::new());
-        while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if !path.ends_with("summary.json") {
-                    let name = path.strip_prefix(&root).unwrap().to_path_buf();
-                    let bytes = std::fs::read(&path).unwrap();
-                    files.insert(name, without_sections(bytes, &["effort", "warnings"]));
-                }
-            }
-        }
-        files
+        let mut files = files_below(&root);
+        files.retain(|path| !path.ends_with("summary.json"));
+        let content = |path: PathBuf| {
+            let name = path.strip_prefix(&root).unwrap().to_path_buf();
+            let bytes = std::fs::read(&path).unwrap();
+            (name, without_sections(bytes, &["effort", "warnings"]))
+        };
+        files.into_iter().map(content).collect()
     }
 
     /// Entries in the folder of the cache, without the file that marks it.

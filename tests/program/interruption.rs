@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use dovetail::export::manifest::RunState;
 use serde_json::Value;
 
-use crate::shared_folder::{Folder, without_sections};
+use crate::shared_folder::{Folder, files_below, without_sections};
 use crate::shared_program::{SMALL, ended, has, on_scene, said_in_one_line, told};
 use crate::shared_runs::{manifest, numbers};
 
@@ -56,23 +56,15 @@ fn send(signal: &str, child: &Child) {
 /// Contents of the files below the folder, by name; those of summary.json without times.
 fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
-    let mut folders = vec![out.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let name = path.strip_prefix(out).unwrap().display().to_string();
-            let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
-            if name == "summary.json" {
-                let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
-                without_times(&mut summary);
-                bytes = serde_json::to_vec_pretty(&summary).unwrap();
-            }
-            found.insert(name, bytes);
+    for path in files_below(out) {
+        let name = path.strip_prefix(out).unwrap().display().to_string();
+        let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
+        if name == "summary.json" {
+            let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
+            without_times(&mut summary);
+            bytes = serde_json::to_vec_pretty(&summary).unwrap();
         }
+        found.insert(name, bytes);
     }
     found
 }

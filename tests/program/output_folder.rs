@@ -2,30 +2,19 @@
 //! progress of a run.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dovetail::export::manifest::{RunState, Summary};
 
-use crate::shared_folder::Folder;
+use crate::shared_folder::{Folder, files_below};
 use crate::shared_program::{ended, has, on_patch, said, told};
 use crate::shared_runs::manifest;
 
 /// Names of all files in the folder, without the folders.
 fn names(out: &Path) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    let mut folders = vec![out.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(out).unwrap().to_str().unwrap();
-                assert!(found.insert(name.to_owned()));
-            }
-        }
-    }
-    found
+    let files = files_below(out).into_iter();
+    let name = |path: PathBuf| path.strip_prefix(out).unwrap().display().to_string();
+    files.map(name).collect()
 }
 
 /// Names of the files that summary.json lists, and its own name.

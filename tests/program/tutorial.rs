@@ -2,10 +2,10 @@
 //! results and the listings of files on a page are compared with the actual ones.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use crate::shared_folder::Folder;
+use crate::shared_folder::{Folder, files_below};
 use crate::shared_program::ended;
 use crate::shared_runs::summary;
 use dovetail_testkit::folder::root;
@@ -78,22 +78,9 @@ fn run(line: &str, folder: &Path) -> String {
     printed
 }
 
-/// Adds all files below `folder`, with their paths.
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files_below(&path, out);
-        } else {
-            out.push(path);
-        }
-    }
-}
-
 /// Texts of the files below `folder` whose names have this ending.
 fn texts(folder: &Path, ending: &str) -> Vec<String> {
-    let mut files = Vec::new();
-    files_below(folder, &mut files);
+    let files = files_below(folder);
     let own = files
         .iter()
         .filter(|f| f.extension().is_some_and(|e| e == ending));
