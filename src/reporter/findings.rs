@@ -443,32 +443,6 @@ mod tests {
     use super::*;
     use dovetail_solver::dlft::Branch;
 
-    fn orbit(frequency_hz: f64) -> Orbit {
-        Orbit {
-            frequency_hz,
-            point: 0,
-            outcome: Outcome::Converged,
-            harmonics: 1,
-            x: Vec::new(),
-            lambda: Vec::new(),
-            modal: Vec::new(),
-            cycles: Vec::new(),
-            observed: Vec::new(),
-            observed_amplitude_m: Vec::new(),
-            friction_power_w: 0.0,
-            viscous_power_w: 0.0,
-            input_power_w: 0.0,
-            kinetic_energy_j: 0.0,
-            newton_iterations: 0,
-            krylov_iterations: 0,
-            newton_residuals: Vec::new(),
-            residual: 0.0,
-            estimated_error: None,
-            observed_error: Vec::new(),
-            retention_n: 0.0,
-        }
-    }
-
     #[test]
     fn gaps_of_a_curve_are_counted_and_the_first_is_named() {
         let told = |branches: [&[usize]; 2]| {
@@ -477,6 +451,7 @@ mod tests {
                 branch.gaps = gaps.to_vec();
                 branch
             };
+            let orbit = |hz| Orbit::without_motion(hz, Outcome::Converged);
             let response = Response {
                 orbits: [10.0, 20.0, 30.5, 40.0].map(orbit).to_vec(),
                 branches: branches.map(branch).to_vec(),

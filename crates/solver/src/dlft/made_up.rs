@@ -13,27 +13,9 @@ use faer::Mat;
 /// Orbit without pairs, with these observed amplitudes.
 pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
     Orbit {
-        frequency_hz,
-        point: 0,
-        outcome,
-        harmonics: 1,
-        x: Vec::new(),
-        lambda: Vec::new(),
-        modal: Vec::new(),
-        cycles: Vec::new(),
         observed: amplitudes_m.iter().map(|a| vec![0.0, *a, 0.0]).collect(),
         observed_amplitude_m: amplitudes_m.to_vec(),
-        friction_power_w: 0.0,
-        viscous_power_w: 0.0,
-        input_power_w: 0.0,
-        kinetic_energy_j: 0.0,
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
-        retention_n: 0.0,
+        ..Orbit::without_motion(frequency_hz, outcome)
     }
 }
 

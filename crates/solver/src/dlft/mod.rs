@@ -166,6 +166,33 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Orbit of one harmonic without pairs, where every other figure is zero and every list empty.
+    pub fn without_motion(frequency_hz: f64, outcome: Outcome) -> Self {
+        Self {
+            frequency_hz,
+            point: 0,
+            outcome,
+            harmonics: 1,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            cycles: Vec::new(),
+            observed: Vec::new(),
+            observed_amplitude_m: Vec::new(),
+            friction_power_w: 0.0,
+            viscous_power_w: 0.0,
+            input_power_w: 0.0,
+            kinetic_energy_j: 0.0,
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            newton_residuals: Vec::new(),
+            residual: 0.0,
+            estimated_error: None,
+            observed_error: Vec::new(),
+            retention_n: 0.0,
+        }
+    }
+
     /// Number of pairs of each status in the period.
     pub fn counts(&self) -> CycleCounts {
         self.cycles.iter().map(|cycle| cycle.status).collect()

@@ -43,9 +43,6 @@ pub fn orbit(
         )
         .collect();
     Orbit {
-        frequency_hz,
-        point: 0,
-        outcome,
         harmonics,
         x: u.to_vec(),
         lambda: evaluation.lambda.clone(),
@@ -57,13 +54,8 @@ pub fn orbit(
         input_power_w: input_w,
         kinetic_energy_j,
         cycles,
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
         retention_n: balance.retention_n(u),
+        ..Orbit::without_motion(frequency_hz, outcome)
     }
 }
 
@@ -141,27 +133,15 @@ pub fn linear_orbit(
         kinetic_energy_j,
     } = powers(system, harmonics, omega, &[], &modal);
     Orbit {
-        frequency_hz,
         point,
-        outcome: Outcome::Converged,
         harmonics,
-        x: Vec::new(),
-        lambda: Vec::new(),
         modal,
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
-        friction_power_w: 0.0,
         viscous_power_w: viscous_w,
         input_power_w: input_w,
         kinetic_energy_j,
-        cycles: Vec::new(),
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
-        retention_n: 0.0,
+        ..Orbit::without_motion(frequency_hz, Outcome::Converged)
     }
 }
 

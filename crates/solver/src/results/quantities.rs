@@ -475,12 +475,6 @@ mod tests {
 
     fn orbit(frequency_hz: f64, outcome: Outcome, amplitude: f64) -> Orbit {
         Orbit {
-            frequency_hz,
-            outcome,
-            harmonics: 1,
-            x: vec![],
-            lambda: vec![],
-            modal: vec![],
             cycles: vec![
                 cycle(true, true, 3.0),
                 cycle(true, false, 2.0),
@@ -492,14 +486,10 @@ mod tests {
             viscous_power_w: 1.0,
             input_power_w: 6.0,
             kinetic_energy_j: 0.25,
-            point: 0,
             newton_iterations: 3,
             krylov_iterations: 9,
-            newton_residuals: Vec::new(),
-            estimated_error: None,
-            observed_error: Vec::new(),
-            retention_n: 0.0,
             residual: 1e-10,
+            ..Orbit::without_motion(frequency_hz, outcome)
         }
     }
 
