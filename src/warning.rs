@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Estimated error of an amplitude above which a run warns of it.
+pub const LARGE_ERROR: f64 = 0.02;
+
 /// Warning about a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {

@@ -6,7 +6,7 @@ use super::Work;
 use crate::error::RunError;
 use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
-use crate::warning::Weight;
+use crate::warning::{LARGE_ERROR, Weight};
 use crate::words::{
     figure, name_and_unit, percent, quantity, rounded, short, supported_digits, title,
 };
@@ -25,8 +25,6 @@ const WIDE: f64 = 3.0;
 const SETTINGS: [&str; 3] = ["mesh", "response", "static"];
 /// Digits of a value for a reader.
 const DIGITS: usize = 4;
-/// Estimated error of a peak above which a warning tells it.
-const LARGE_ERROR: f64 = 0.02;
 
 /// Range of a key: `KEY=FROM:TO` or `KEY=FROM:TO:N`.
 #[derive(Debug, Clone, PartialEq)]
