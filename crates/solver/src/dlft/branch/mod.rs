@@ -25,11 +25,6 @@ use super::sweep::{Run, SweepSettings, in_run};
 use super::{Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
-use trace::Course;
-
-/// Error of the cubics that join the points of a branch, relative to what is observed, by which
-/// steps are chosen.
-const CURVE_ERROR: f64 = 1e-3;
 
 /// Follows the response from the first to the last frequency of the settings, and from the last to
 /// the first. One branch comes of it where both meet, and two where they do not. Each of the
@@ -49,16 +44,7 @@ pub fn follow(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
-    let frequencies_hz = &settings.frequencies_hz;
-    let ends = frequencies_hz.first().zip(frequencies_hz.last());
-    // Without a frequency there is nothing to solve.
-    let (from_hz, to_hz) = ends.map_or((0.0, 0.0), |(from, to)| (*from, *to));
-    let course = Course {
-        from_hz,
-        to_hz,
-        curve_error: CURVE_ERROR,
-    };
-    let solve = |run: &Run<'_>| run.followed(course, frequencies_hz);
+    let solve = |run: &Run<'_>| run.followed(&settings.frequencies_hz);
     in_run(
         problem,
         damping,

@@ -1,7 +1,6 @@
 //! Peak of an observed amplitude, found on the curve near a motion that is known, without the rest
 //! of the curve.
 
-use super::CURVE_ERROR;
 use super::trace::Course;
 use crate::dlft::point::{Neighbour, resized};
 use crate::dlft::sweep::{Run, SweepSettings, in_run};
@@ -57,16 +56,10 @@ pub fn peak_near(
     (guess, observation): (&Guess, usize),
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Option<Orbit> {
-    let ends = settings
-        .frequencies_hz
-        .first()
-        .zip(settings.frequencies_hz.last());
-    let (from_hz, to_hz) = ends.filter(|(from, to)| from < to)?;
-    let course = Course {
-        from_hz: *from_hz,
-        to_hz: *to_hz,
-        curve_error: CURVE_ERROR,
-    };
+    let course = Course::over(&settings.frequencies_hz);
+    if course.from_hz >= course.to_hz {
+        return None;
+    }
     let solve = |run: &Run<'_>| run.peak_near(course, guess, observation);
     in_run(problem, damping, static_state, settings, &[], tell, solve)
 }
