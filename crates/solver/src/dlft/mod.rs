@@ -244,14 +244,18 @@ pub enum Told<'a> {
     /// ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
     /// A strategy is tried at a frequency.
-    Tries {
-        /// Frequency of the first harmonic.
-        frequency_hz: f64,
-        /// Harmonics of the balance. A balance that serves only to estimate an error may have more.
-        harmonics: usize,
-        /// Description of the strategy.
-        strategy: &'a str,
-    },
+    Tries(Attempt<'a>),
+}
+
+/// Strategy that is tried at a frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct Attempt<'a> {
+    /// Frequency of the first harmonic, Hz.
+    pub frequency_hz: f64,
+    /// Harmonics of the balance. A balance that serves only to estimate an error may have more.
+    pub harmonics: usize,
+    /// Description of the strategy.
+    pub strategy: &'a str,
 }
 
 /// A frequency that a sweep has solved, with what the next frequency starts from.

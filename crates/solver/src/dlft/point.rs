@@ -18,7 +18,7 @@ use super::newton_krylov::{
 use super::orbit::observed_amplitudes_m;
 use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
-use super::{Orbit, Told};
+use super::{Attempt, Orbit, Told};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
@@ -484,11 +484,11 @@ impl<'a> FrequencySolver<'a> {
             {
                 break;
             }
-            (self.tell)(Told::Tries {
+            (self.tell)(Told::Tries(Attempt {
                 frequency_hz,
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
-            });
+            }));
             // Rounded pairs creep under any force, so that they find the mean only where it is
             // retained.
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();

@@ -205,16 +205,8 @@ impl Responses<'_, '_> {
                     steps.step();
                 }
             }
-            Told::Tries {
-                frequency_hz,
-                harmonics,
-                strategy,
-            } => {
-                let _ = session.tell(&Event::Tries {
-                    frequency_hz,
-                    harmonics,
-                    strategy,
-                });
+            Told::Tries(attempt) => {
+                let _ = session.tell(&Event::Tries(attempt));
             }
         };
         let solve = if follows { follow } else { sweep };

@@ -16,7 +16,7 @@ use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
 use super::outcome::{ResponseInputs, Run, StaticResult};
 use super::reduced::Reduced;
-use crate::dlft::SolvedFrequency;
+use crate::dlft::{Attempt, SolvedFrequency};
 use crate::model::Assembly;
 use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
@@ -191,14 +191,7 @@ pub enum Event<'a> {
         compared_harmonics: Option<usize>,
     },
     /// A strategy is tried at a frequency.
-    Tries {
-        /// Frequency of the excitation, Hz.
-        frequency_hz: f64,
-        /// Number of harmonics kept.
-        harmonics: usize,
-        /// Name of the strategy.
-        strategy: &'a str,
-    },
+    Tries(Attempt<'a>),
     /// One frequency of the response that began last is solved, converged or not, or solved once
     /// more ([`SolvedFrequency::again`]).
     Frequency(&'a SolvedFrequency),
