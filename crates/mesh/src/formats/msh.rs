@@ -231,11 +231,9 @@ fn empty_groups(names: &Names, groups_of: &GroupsOf) -> Result<BTreeMap<String, 
         .iter()
         .flat_map(|((d, _), names)| names.iter().map(|n| (*d as u8, n)));
     for (dimension, name) in named.chain(used) {
-        let group = groups.entry(name.clone()).or_insert(Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        });
+        let group = groups
+            .entry(name.clone())
+            .or_insert(Group::empty(dimension));
         if group.dimension != dimension {
             return Err(MeshError::GroupNameTwice { name: name.clone() });
         }

@@ -158,12 +158,8 @@ impl<'a> Reader<'a> {
     }
 
     fn group(&mut self, dimension: u8, tag: u32) -> &mut Group {
-        let empty = || Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        };
-        self.groups.entry((dimension, tag)).or_insert_with(empty)
+        let group = self.groups.entry((dimension, tag));
+        group.or_insert_with(|| Group::empty(dimension))
     }
 
     fn nodes(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {

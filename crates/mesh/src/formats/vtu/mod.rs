@@ -311,9 +311,8 @@ impl Grid {
             let is_mark = is_mark(values);
             for (value, nodes) in by_value {
                 let group = Group {
-                    dimension: 0,
-                    elements: Vec::new(),
                     nodes,
+                    ..Group::empty(0)
                 };
                 if is_mark && value == 1 {
                     self.insert(format!("{name}{suffix}"), group.clone())?;
@@ -325,11 +324,7 @@ impl Grid {
     }
 
     fn group_of(&self, dimension: u8, cells: &[usize]) -> Group {
-        let mut group = Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        };
+        let mut group = Group::empty(dimension);
         for placed in cells.iter().map(|i| &self.cells[*i]) {
             let nodes = match placed.cell {
                 Cell::Solid(_) => self.content.elements.of(placed.index as usize),
