@@ -86,7 +86,7 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
         };
         checker.fault(span, fault);
     }
-    Some(Resolution::Fixed { harmonics, samples })
+    Some(Resolution::fixed(harmonics, samples))
 }
 
 /// Default resolution, if neither harmonics nor an accuracy are given. Keys that need harmonics are

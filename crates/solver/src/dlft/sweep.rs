@@ -481,10 +481,7 @@ mod tests {
             .collect();
         let middle = frequencies_hz[30];
         let harmonics = 1;
-        let resolution = Resolution::Fixed {
-            harmonics,
-            samples: 32,
-        };
+        let resolution = Resolution::fixed(harmonics, 32);
         let settings = SweepSettings::new(frequencies_hz, resolution);
         let state = static_state(&problem, 10, settings.newton);
         let run = |earlier: &[SolvedFrequency]| {

@@ -101,7 +101,7 @@ pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
         Resolution::Fixed { samples, .. } => samples,
         Resolution::Accuracy(accuracy) => samples_for(accuracy, harmonics),
     };
-    Resolution::Fixed { harmonics, samples }
+    Resolution::fixed(harmonics, samples)
 }
 
 /// Settings of a response at these frequencies.

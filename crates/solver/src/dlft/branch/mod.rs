@@ -88,10 +88,7 @@ mod tests {
             let problem = dovetail72(force);
             let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
             let asked = [0.975, 0.99, 0.998, 1.01, 1.025].map(|r| r * first_hz);
-            let resolution = Resolution::Fixed {
-                harmonics: 1,
-                samples: 64,
-            };
+            let resolution = Resolution::fixed(1, 64);
             let settings = |frequencies_hz| SweepSettings::new(frequencies_hz, resolution);
             let state = static_state(&problem, 10, settings(vec![]).newton);
             let damping = damping(&problem);
@@ -134,10 +131,7 @@ mod tests {
     fn a_curve_is_followed_round_both_of_its_folds_from_either_end() {
         for (gap_m, asked_hz, turns_up) in [(1.0, 0.19, true), (-0.2, 0.25, false)] {
             let problem = mass_with_a_stop(gap_m);
-            let resolution = Resolution::Fixed {
-                harmonics: 5,
-                samples: 128,
-            };
+            let resolution = Resolution::fixed(5, 128);
             let mut amplitudes = Vec::new();
             for ends in [[0.1, 0.4], [0.4, 0.1]] {
                 let frequencies_hz = vec![ends[0], asked_hz, ends[1]];
@@ -212,10 +206,7 @@ mod tests {
     #[test]
     fn a_branch_that_was_broken_off_goes_on_to_the_same_bits() {
         let problem = mass_with_a_stop(1.0);
-        let resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples: 64,
-        };
+        let resolution = Resolution::fixed(3, 64);
         let frequencies_hz = (0..81).map(|i| 0.1 + 0.3 * f64::from(i) / 80.0).collect();
         let mut settings = SweepSettings::new(frequencies_hz, resolution);
         settings.slip_threshold_m = Some(1e-9);
@@ -280,10 +271,7 @@ mod tests {
         let mut problem = mass_with_a_stop(0.0);
         problem.reduced.stiffness[(0, 0)] = 0.0;
         problem.reduced.static_load.on_x[0] = -0.05;
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 32,
-        };
+        let resolution = Resolution::fixed(1, 32);
         let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
         settings.slip_threshold_m = Some(1e-9);
         settings.most_seconds = Some(0.0);
@@ -308,10 +296,7 @@ mod tests {
         let mut problem = dovetail72(2.0);
         problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 128,
-        };
+        let resolution = Resolution::fixed(1, 128);
         let ends = [0.98, 1.02].map(|ratio| ratio * first_hz);
         let settings = SweepSettings::new(ends.to_vec(), resolution);
         let state = static_state(&problem, 10, settings.newton);
