@@ -1,13 +1,14 @@
 //! Made-up data for unit tests: an orbit that nothing computed, and the smallest model whose curve
-//! folds.
+//! folds; and what a solution told.
 
-use super::{Orbit, Outcome};
+use super::{Orbit, Outcome, SolvedFrequency, Told};
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
+use std::sync::Mutex;
 
 /// Orbit without pairs, with these observed amplitudes.
 pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
@@ -35,6 +36,19 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
         }],
         excitations: vec![HarmonicLoad::cosine(1, Load::new(normal(0.1), vec![]))],
     }
+}
+
+/// Result of `solve`, and the frequencies that it told of.
+pub fn recorded<T>(
+    solve: impl FnOnce(&(dyn Fn(Told<'_>) + Sync)) -> T,
+) -> (T, Vec<SolvedFrequency>) {
+    let solved = Mutex::new(Vec::new());
+    let found = solve(&|told| {
+        if let Told::Solved(one) = told {
+            solved.lock().unwrap().push(one.clone());
+        }
+    });
+    (found, solved.into_inner().unwrap())
 }
 
 /// Damping of the mass.

@@ -60,7 +60,7 @@ pub fn follow(
 mod tests {
     use super::*;
     use crate::contact::PairLaw;
-    use crate::dlft::made_up::{self, mass_with_a_stop};
+    use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
@@ -68,7 +68,6 @@ mod tests {
     use crate::problem::dovetail72::{damping, dovetail72};
     use std::collections::HashSet;
     use std::f64::consts::TAU;
-    use std::sync::Mutex;
 
     /// Frequency and amplitude of each point of a response of one branch without a gap.
     fn curve(response: &Response) -> Vec<(f64, f64)> {
@@ -185,15 +184,9 @@ mod tests {
         let settings = SweepSettings::new(vec![0.12, 0.2], Resolution::Accuracy(1e-4));
         let state = static_state(&problem, 1, settings.newton);
         let damping = made_up::DAMPING;
-        let parts = Mutex::new(Vec::new());
-        let tell = |told: Told<'_>| {
-            if let Told::Solved(solved) = told {
-                let part = solved.along.as_ref().map(|along| along.part);
-                parts.lock().unwrap().push((part, solved.orbit.outcome));
-            }
-        };
-        follow(&problem, damping, &state, &settings, &[], &tell);
-        let parts = parts.into_inner().unwrap();
+        let (_, told) = recorded(|tell| follow(&problem, damping, &state, &settings, &[], tell));
+        let part = |s: &SolvedFrequency| s.along.as_ref().map(|along| along.part);
+        let parts: Vec<_> = told.iter().map(|s| (part(s), s.orbit.outcome)).collect();
         let missed = (parts.iter()).filter(|(_, outcome)| *outcome == Outcome::AccuracyNotReached);
         assert!(missed.count() > 3, "{parts:?}");
         assert!(
@@ -212,22 +205,11 @@ mod tests {
         settings.slip_threshold_m = Some(1e-9);
         let state = static_state(&problem, 1, settings.newton);
         let run = |earlier: &[SolvedFrequency]| {
-            let told = Mutex::new(Vec::new());
-            let tell = |event: Told<'_>| {
-                if let Told::Solved(solved) = event {
-                    told.lock().unwrap().push(solved.clone());
-                }
-            };
-            let response = follow(
-                &problem,
-                made_up::DAMPING,
-                &state,
-                &settings,
-                earlier,
-                &tell,
-            );
+            let damping = made_up::DAMPING;
+            let (response, told) =
+                recorded(|tell| follow(&problem, damping, &state, &settings, earlier, tell));
             let text = format!("{:?}{:?}", response.orbits, response.branches);
-            (text, told.into_inner().unwrap())
+            (text, told)
         };
         let (whole, told) = run(&[]);
         let [rising, falling] = [false, true].map(|from_last| {

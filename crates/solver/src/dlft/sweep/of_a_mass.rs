@@ -1,10 +1,9 @@
 //! Quick tests of what a sweep does with its frequencies, on a mass in front of a stop.
 
 use super::*;
-use crate::dlft::made_up::{self, mass_with_a_stop};
+use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
 use crate::dlft::static_state::static_state;
 use std::ops::RangeInclusive;
-use std::sync::Mutex;
 
 /// Iteration count that marks a made-up frequency.
 const MARK: usize = 1_000_000;
@@ -27,15 +26,9 @@ fn of_mass(
     settings.slip_threshold_m = Some(1e-9);
     change(&mut settings);
     let state = static_state(problem, 1, settings.newton);
-    let told = Mutex::new(Vec::new());
-    let tell = |told_now: Told<'_>| {
-        if let Told::Solved(solved) = told_now {
-            told.lock().unwrap().push(solved.clone());
-        }
-    };
     let damping = made_up::DAMPING;
-    let response = sweep(problem, damping, &state, &settings, earlier, &tell);
-    let mut told = told.into_inner().unwrap();
+    let (response, mut told) =
+        recorded(|tell| sweep(problem, damping, &state, &settings, earlier, tell));
     told.sort_by_key(|solved| solved.orbit.point);
     (response, told)
 }
