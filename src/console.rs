@@ -162,7 +162,7 @@ fn news(orbit: &Orbit, failed: usize) -> String {
         orbit.observed_amplitude_m.first(),
     ) {
         (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
-        _ => orbit.outcome.word().replace('_', " "),
+        _ => orbit.outcome.to_string().replace('_', " "),
     };
     let failed = match failed {
         0 => String::new(),

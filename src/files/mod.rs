@@ -677,7 +677,7 @@ impl Files {
                     write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
                 }
                 None => {
-                    let outcome = state.outcome.word();
+                    let outcome = state.outcome;
                     let title = format!("Static pressure: {outcome}, no result");
                     write_no_field(&path, heading(&title))?;
                 }

@@ -4,6 +4,7 @@
 //! each block has n = 3 pairs entries (N, t1, t2 per pair).
 //! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
+use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -40,22 +41,14 @@ pub enum Outcome {
     AccuracyNotReached,
 }
 
-impl Outcome {
-    /// Word written to files.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::Stagnated => "stagnated",
-            Self::IterationLimit => "iteration_limit",
-            Self::NotPeriodic => "not_periodic",
-            Self::NotFinite => "not_finite",
-            Self::TimeLimit => "time_limit",
-            Self::LeavesSlot => "leaves_slot",
-            Self::SlidesTooFar => "slides_too_far",
-            Self::NothingHolds => "nothing_holds",
-            Self::AccuracyNotReached => "accuracy_not_reached",
-        }
+/// Word written to files.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
+}
+
+impl Outcome {
     /// Returns `true` if the balance holds to the accuracy asked for.
     pub fn is_converged(self) -> bool {
         self == Self::Converged

@@ -535,7 +535,7 @@ mod tests {
     fn fields_of_a_cycle_are_per_area_and_have_one_status_each() {
         let pairs = [pair(0.5), pair(2.0), pair(1.0)];
         let fields = cycle_fields(&orbit(4.0, Outcome::Converged, 0.0), &pairs);
-        let words: Vec<&str> = fields.status.iter().map(|s| s.word()).collect();
+        let words: Vec<String> = fields.status.iter().map(ToString::to_string).collect();
         assert_eq!(words, ["opening", "slipping", "stuck"]);
         assert_eq!(fields.pressure_mean_pa, [20.0, 5.0, 10.0]);
         assert_eq!(fields.pressure_min_pa, [0.0, 2.0, 4.0]);
