@@ -922,10 +922,7 @@ mod tests {
         at_sample_points(|_, balance, u| {
             for method in [Method::Krylov(1e-2), Method::Exact, Method::Dogleg] {
                 for max_iterations in [1, 3, 60] {
-                    let newton = NewtonOptions {
-                        tolerance: 1e-9,
-                        max_iterations,
-                    };
+                    let newton = NewtonOptions::new(1e-9, max_iterations);
                     let setting = *balance.setting;
                     let holding = Holding::of(setting.system.problem);
                     let solver = Solver::NewtonKrylov;

@@ -63,10 +63,7 @@ impl SweepSettings {
             frequencies_hz,
             resolution,
             eps: Eps::new(EpsChoice::Dynamic),
-            newton: NewtonOptions {
-                tolerance: 1e-8,
-                max_iterations: 60,
-            },
+            newton: NewtonOptions::new(1e-8, 60),
             periods: Periods::UntilPeriodic,
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,

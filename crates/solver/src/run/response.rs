@@ -115,10 +115,7 @@ pub(super) fn settings(
             choice: spec.eps,
             scale: spec.eps_scale,
         },
-        newton: NewtonOptions {
-            tolerance: spec.tolerance,
-            max_iterations: spec.max_newton_iterations,
-        },
+        newton: NewtonOptions::new(spec.tolerance, spec.max_newton_iterations),
         solver: spec.solver,
         slip_threshold_m: spec.slip_threshold_m,
         most_seconds: spec.most_seconds_per_frequency,
