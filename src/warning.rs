@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 pub const LARGE_ERROR: f64 = 0.02;
 
 /// Warning about a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// Importance of the warning.
     pub weight: Weight,
