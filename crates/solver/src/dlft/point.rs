@@ -150,6 +150,14 @@ impl Solution<'_> {
     }
 }
 
+/// Keeps the one of two solutions with the smaller residual, the first of equal ones.
+fn keep_better<'b>(best: &mut Option<Solution<'b>>, solved: Solution<'b>) {
+    let measure = solved.end.measure;
+    if best.as_ref().is_none_or(|best| measure < best.end.measure) {
+        *best = Some(solved);
+    }
+}
+
 /// A solution with the mean that it is to have.
 enum Settled<'b> {
     /// The motion.
@@ -517,12 +525,7 @@ impl<'a> FrequencySolver<'a> {
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
                 }
-                if best
-                    .as_ref()
-                    .is_none_or(|b| solved.end.measure < b.end.measure)
-                {
-                    best = Some(solved);
-                }
+                keep_better(&mut best, solved);
             }
         }
         if let Some(far) = far {
@@ -612,12 +615,7 @@ impl<'a> FrequencySolver<'a> {
                     if solved.is_converged() {
                         return Some(solved);
                     }
-                    if best
-                        .as_ref()
-                        .is_none_or(|b| solved.end.measure < b.end.measure)
-                    {
-                        best = Some(solved);
-                    }
+                    keep_better(&mut best, solved);
                 }
                 best
             }
