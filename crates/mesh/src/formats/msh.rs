@@ -132,10 +132,7 @@ fn check_total(what: &'static str, said: u64, found: u64) -> Result<(), MeshErro
     if said != found {
         return Err(MeshError::Total { what, said, found });
     }
-    if found >= u64::from(u32::MAX) {
-        return Err(MeshError::TooMany { what, found });
-    }
-    Ok(())
+    MeshError::check_number(what, found)
 }
 
 fn check_tags(

@@ -168,13 +168,7 @@ impl<'a> Reader<'a> {
             _ => 4 + 3 * 8,
         };
         let count = numbers.count(least)?;
-        if count >= u32::MAX as usize {
-            let found = count as u64;
-            return Err(MeshError::TooMany {
-                what: "nodes",
-                found,
-            });
-        }
+        MeshError::check_number("nodes", count as u64)?;
         for index in 0..count {
             let tag = numbers.natural("a node's tag")?;
             let at = [numbers.float()?, numbers.float()?, numbers.float()?];

@@ -353,17 +353,10 @@ impl Assembly<'_> {
                 let result = self.model.set(What::Elements, number, &section.set);
                 let error = |e| self.model.at(section.place, "*SOLID SECTION", e);
                 let elements = result.map_err(error)?;
-                let known = deck
-                    .materials
-                    .iter()
-                    .find(|m| key(&m.name) == key(&section.material));
-                let Some(known) = known else {
-                    let names: Vec<&str> = deck.materials.iter().map(|m| m.name.as_str()).collect();
-                    return Err(error(MeshError::NoSuchName {
-                        what: "material",
-                        name: section.material.clone(),
-                        known: text::list(&names),
-                    }));
+                let (all, name) = (deck.materials.iter(), &section.material);
+                let Some(known) = all.clone().find(|m| key(&m.name) == key(name)) else {
+                    let names = all.map(|m| &m.name);
+                    return Err(error(MeshError::no_such_name("material", name, names)));
                 };
                 let materials = &mut self.content.materials;
                 let place = *places.entry(key(&section.material)).or_insert_with(|| {

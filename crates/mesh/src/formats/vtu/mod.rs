@@ -148,13 +148,7 @@ impl Grid {
             let tags = first as u64..self.content.nodes.len() as u64;
             self.content.node_tags.extend(tags);
         }
-        let found = self.content.nodes.len() as u64;
-        if found >= u64::from(u32::MAX) {
-            return Err(MeshError::TooMany {
-                what: "nodes",
-                found,
-            });
-        }
+        MeshError::check_number("nodes", self.content.nodes.len() as u64)?;
         if piece.cells == 0 {
             return Ok(());
         }
