@@ -319,6 +319,7 @@ fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::gmsh_order::assert_middles;
     use super::*;
     use crate::element::Shape;
     use std::collections::BTreeSet;
@@ -374,20 +375,12 @@ mod tests {
         }
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
-    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let content = parse(BINARY).unwrap();
         for nodes in content.elements.iter() {
             let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
-            let shape = ElementType::with_nodes(nodes.len()).unwrap().shape;
-            for (middle, [a, b]) in at[shape.corners()..].iter().zip(shape.edges()) {
-                for axis in 0..3 {
-                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
-                    assert!((middle[axis] - between).abs() < 1e-9, "{shape:?} {a} {b}");
-                }
-            }
+            assert_middles(ElementType::with_nodes(at.len()).unwrap().shape, &at);
         }
     }
 
