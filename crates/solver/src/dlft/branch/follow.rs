@@ -613,9 +613,9 @@ pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
 }
 
 impl Run<'_> {
-    /// Follows the branches that begin at the two ends of these frequencies, each to the middle. Where they
-    /// do not meet there, both are followed to where they leave the range: a curve that folds is
-    /// then the same from both ends, and two branches that are not remain two.
+    /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
+    /// Where they do not meet there, both are followed to where they leave the range: a curve that
+    /// folds is then the same from both ends, and two branches that are not remain two.
     pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
         let course = Course::over(asked_hz);
         let mut response = assembled(self.branches(course, asked_hz));
