@@ -151,7 +151,8 @@ fn body_mesh(
     }
     if raw.mesh_file.is_none() && raw.copy_of.is_none() {
         let of_own_mesh = places!(
-            raw; rotation_deg, rotation_axis, rotation_point_m, translation_m, metres_per_unit, units
+            raw;
+            rotation_deg, rotation_axis, rotation_point_m, translation_m, metres_per_unit, units
         );
         for (key, span) in of_own_mesh {
             let remedy = "name a mesh of the body's own by `mesh_file`, or leave it out: a body of the shared mesh \

@@ -18,23 +18,19 @@ pub fn excitations(
     raw: &[Spanned<RawExcitation>],
     response: Option<&ResponseSpec>,
 ) -> Option<Vec<ExcitationSpec>> {
-    checker.items(
-        "excitation",
-        raw,
-        |_| &None,
-        |checker, at, raw| {
-            let cause = kind(checker, at, base_dir, raw);
-            let harmonic = harmonic(checker, at, raw, response);
-            let phase_deg = checker.number(at, "phase_deg", &raw.phase_deg);
-            let (kind, amplitude) = cause?;
-            Some(ExcitationSpec {
-                kind,
-                amplitude,
-                harmonic: harmonic?,
-                phase_rad: phase_deg?.to_radians(),
-            })
-        },
-    )
+    let excitation = |checker: &mut Checker, at: &Table, raw: &RawExcitation| {
+        let cause = kind(checker, at, base_dir, raw);
+        let harmonic = harmonic(checker, at, raw, response);
+        let phase_deg = checker.number(at, "phase_deg", &raw.phase_deg);
+        let (kind, amplitude) = cause?;
+        Some(ExcitationSpec {
+            kind,
+            amplitude,
+            harmonic: harmonic?,
+            phase_rad: phase_deg?.to_radians(),
+        })
+    };
+    checker.items("excitation", raw, |_| &None, excitation)
 }
 
 fn harmonic(

@@ -71,14 +71,16 @@ impl Checker<'_> {
         self.fault(table.span.clone(), Fault::MissingKey { path, example });
     }
 
-    /// Notes a fault for a section of which none of these keys is given.
-    pub fn none_of(&mut self, table: &Table, keys: &[&str], example: &str) {
+    /// Notes a fault for a table that has none of these keys. The message shows how `shown` is
+    /// written.
+    pub fn none_of(&mut self, table: &Table, keys: &[&str], shown: &str) {
         let paths = keys.iter().map(|key| table.key(key)).collect();
-        let example = self.source.vocabulary.example(table.section, example);
+        let example = self.source.vocabulary.example(table.section, shown);
         self.fault(table.span.clone(), Fault::NoneOf { paths, example });
     }
 
-    /// Checks the items of a list by `check`. No two may have the same name.
+    /// Checks each item of a list by `check`, and that no two have the same name. Items of a list
+    /// without names are named by their numbers.
     pub fn items<R, S>(
         &mut self,
         section: &'static str,

@@ -9,24 +9,21 @@ use crate::scene::raw::{Located, Number, Numbers, RawLoad};
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {
-    checker.items(
-        "load",
-        raw,
-        |_| &None,
-        |checker, at, raw| {
-            let on = checker.text(at, "on", &raw.on);
-            let size = Sizes {
-                force_n: &raw.force_n,
-                traction_pa: &raw.traction_pa,
-                pressure_pa: &raw.pressure_pa,
-            };
-            let (load, amplitude) = load(checker, at, &size, &raw.direction)?;
-            Some(LoadSpec {
-                on: on?,
-                load: scaled(load, amplitude),
-            })
-        },
-    )
+    checker.items("load", raw, |_| &None, steady_load)
+}
+
+fn steady_load(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadSpec> {
+    let on = checker.text(at, "on", &raw.on);
+    let size = Sizes {
+        force_n: &raw.force_n,
+        traction_pa: &raw.traction_pa,
+        pressure_pa: &raw.pressure_pa,
+    };
+    let (load, amplitude) = load(checker, at, &size, &raw.direction)?;
+    Some(LoadSpec {
+        on: on?,
+        load: scaled(load, amplitude),
+    })
 }
 
 /// Keys for the size of a load.
