@@ -63,10 +63,7 @@ impl SweepSettings {
             frequencies_hz,
             resolution,
             eps: Eps::new(EpsChoice::Dynamic),
-            newton: NewtonOptions {
-                tolerance: 1e-8,
-                max_iterations: 60,
-            },
+            newton: NewtonOptions::new(1e-8, 60),
             periods: Periods::UntilPeriodic,
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
@@ -434,16 +431,12 @@ mod of_a_mass;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::made_up::recorded;
     use crate::dlft::static_state::static_state;
     use crate::problem::dovetail72::{damping, dovetail72};
-    use std::sync::Mutex;
 
     /// Static state and a sweep to where all pairs slip, with the harmonics that an accuracy needs.
     fn computed(threads: usize) -> (StaticState, Response) {
-        let newton = NewtonOptions {
-            tolerance: 1e-8,
-            max_iterations: 60,
-        };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
             let problem = dovetail72(3.0);
@@ -451,7 +444,7 @@ mod tests {
             let damping = damping(&problem);
             let frequencies_hz = [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec();
             let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.03));
-            let state = static_state(&problem, 10, newton);
+            let state = static_state(&problem, 10, settings.newton);
             let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
             (state, response)
         })
@@ -480,29 +473,11 @@ mod tests {
             .map(|i| first_hz * (0.984 + 3.3e-4 * f64::from(i)))
             .collect();
         let middle = frequencies_hz[30];
-        let harmonics = 1;
-        let resolution = Resolution::Fixed {
-            harmonics,
-            samples: 32,
-        };
-        let settings = SweepSettings::new(frequencies_hz, resolution);
+        let settings = SweepSettings::new(frequencies_hz, Resolution::fixed(1, 32));
         let state = static_state(&problem, 10, settings.newton);
+        let damping = damping(&problem);
         let run = |earlier: &[SolvedFrequency]| {
-            let told = Mutex::new(Vec::new());
-            let tell = |told_now: Told<'_>| {
-                if let Told::Solved(solved) = told_now {
-                    told.lock().unwrap().push(solved.clone());
-                }
-            };
-            let response = sweep(
-                &problem,
-                damping(&problem),
-                &state,
-                &settings,
-                earlier,
-                &tell,
-            );
-            (response, told.into_inner().unwrap())
+            recorded(|tell| sweep(&problem, damping, &state, &settings, earlier, tell))
         };
         let (whole, records) = run(&[]);
         assert_eq!(records.len(), 60);

@@ -8,7 +8,7 @@
 use super::bodies::Meshes;
 use super::error::Error;
 use super::reduced::Reduced;
-use super::response::{frequencies_hz, off_undamped_modes, settings};
+use super::response::{frequencies_hz, of_smooth_curve_hz, off_undamped_modes, settings};
 use super::session::{Session, Stage};
 use super::statics;
 use crate::description::{Scene, Subject};
@@ -29,8 +29,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A peak of the whole curve is another one where it is higher by more than this fraction.
 const OTHER: f64 = 2e-3;
-/// Frequencies at which the linear reference is known in any case.
-const LINEAR_POINTS: usize = 200;
 /// Most values that are added to find the least peak, or an amplitude.
 const MOST_ADDED: usize = 12;
 /// Relative gain of the least peak below which no more values are added.
@@ -245,13 +243,12 @@ impl At {
     fn linear_m(&self, observation: usize) -> Option<f64> {
         let linear = self.state.linear.problem(&self.reduced.problem);
         let system = ContactSystem::new(&linear, self.damping);
-        let [from, to] = self.settings.frequencies_hz[..] else {
+        let [from_hz, to_hz] = self.settings.frequencies_hz[..] else {
             return None;
         };
-        let step = (to - from) / (LINEAR_POINTS - 1) as f64;
-        let even: Vec<f64> = (0..LINEAR_POINTS).map(|i| from + step * i as f64).collect();
+        let even_hz = of_smooth_curve_hz(from_hz, to_hz);
         let harmonics = self.reduced.problem.highest_excited().max(1);
-        let points = linear_curve(&system, harmonics, &even).into_iter();
+        let points = linear_curve(&system, harmonics, &even_hz).into_iter();
         let amplitudes = points.map(|point| point.observed_amplitude_m[observation]);
         amplitudes.reduce(f64::max).filter(|most| *most > 0.0)
     }

@@ -13,7 +13,6 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, Told};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -57,10 +56,8 @@ impl Mass {
                 stiffness: Some(self.springs),
             }],
             excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(self.force_n[0]),
                 sine: load(self.force_n[1]),
-                growth: Growth::Constant,
+                ..HarmonicLoad::cosine(1, load(self.force_n[0]))
             }],
         }
     }
@@ -321,6 +318,14 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             vec![on / f64::sqrt(mass)],
         )
     };
+    // A spring of 1 N/m and that of the pair, the same, share it.
+    let pressing = |i: usize| {
+        if i.is_multiple_of(3) {
+            -2.0 * hertz_force(i / 3)
+        } else {
+            0.0
+        }
+    };
     let observed = excited(1.0);
     let model = Problem {
         reduced: ReducedModel {
@@ -336,19 +341,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
             omega2: vec![body / mass],
             stuck_modes: 1,
-            static_load: Load {
-                // A spring of 1 N/m and that of the pair, the same, share it.
-                on_x: (0..n)
-                    .map(|i| {
-                        if i % 3 == 0 {
-                            -2.0 * hertz_force(i / 3)
-                        } else {
-                            0.0
-                        }
-                    })
-                    .collect(),
-                on_modes: vec![0.0],
-            },
+            static_load: Load::new((0..n).map(pressing).collect(), vec![0.0]),
             unit_loads: Vec::new(),
             observations: vec![ObservedDisplacement::new(
                 "body",
@@ -358,9 +351,8 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         },
         laws: vec![
             PairLaw {
-                friction: HERTZ_FRICTION,
-                gap_m: 0.0,
                 stiffness: Some(PairStiffness::new(1.0, own)),
+                ..PairLaw::rigid(HERTZ_FRICTION, 0.0)
             };
             HERTZ_PAIRS
         ],

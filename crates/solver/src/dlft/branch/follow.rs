@@ -148,7 +148,7 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Follows the branch until it leaves the range, or until a step passes `stop_hz`.
     fn advance(&mut self, stop_hz: Option<f64>) {
-        let Course { from_hz, to_hz, .. } = self.course;
+        let Course { from_hz, to_hz } = self.course;
         let toward = (to_hz - from_hz).signum();
         let is_at = |hz: f64| (self.branch.points.iter()).any(|p| p.orbit.frequency_hz == hz);
         if stop_hz.is_some_and(is_at) {
@@ -254,7 +254,7 @@ impl<'b, 's> Follower<'b, 's> {
     /// amplitudes, until the amplitude has fallen on the other side of the peak. `None` where the
     /// branch leaves the range or is lost before.
     fn climb(&mut self, guess: &Guess, observation: usize) -> Option<Orbit> {
-        let Course { from_hz, to_hz, .. } = self.course;
+        let Course { from_hz, to_hz } = self.course;
         self.next_hz = guess.neighbour.frequency_hz.clamp(from_hz, to_hz);
         self.level = self.run.refinement.level_of(guess.harmonics);
         self.guess = Some(guess.neighbour.clone());
@@ -553,7 +553,7 @@ fn part_of(solved: &SolvedFrequency) -> Option<Part> {
 /// Frequency behind a gap after another one, within the course, and not behind the one at which a
 /// motion was looked for last: a branch that turned back may be lost on its way back.
 fn beyond(course: Course, frequency_hz: f64, gap_hz: f64, looked_for_hz: f64) -> f64 {
-    let Course { from_hz, to_hz, .. } = course;
+    let Course { from_hz, to_hz } = course;
     let left_hz = |from: f64| (to_hz - from).abs();
     let next_hz = if left_hz(frequency_hz) > gap_hz {
         frequency_hz + (to_hz - from_hz).signum() * gap_hz
@@ -613,13 +613,14 @@ pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
 }
 
 impl Run<'_> {
-    /// Follows the branches that begin at the two ends of a range, each to the middle. Where they
-    /// do not meet there, both are followed to where they leave the range: a curve that folds is
-    /// then the same from both ends, and two branches that are not remain two.
-    pub(super) fn followed(&self, course: Course, asked_hz: &[f64]) -> Response {
+    /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
+    /// Where they do not meet there, both are followed to where they leave the range: a curve that
+    /// folds is then the same from both ends, and two branches that are not remain two.
+    pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
+        let course = Course::over(asked_hz);
         let mut response = assembled(self.branches(course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
-        let Course { from_hz, to_hz, .. } = course;
+        let Course { from_hz, to_hz } = course;
         let even = (0..=LINEAR_PARTS)
             .map(|i| from_hz + (to_hz - from_hz) * i as f64 / LINEAR_PARTS as f64);
         let own = response.linear.iter().map(|p| p.frequency_hz);
@@ -639,7 +640,6 @@ impl Run<'_> {
         let back = Course {
             from_hz: course.to_hz,
             to_hz: course.from_hz,
-            ..course
         };
         let [mut rising, mut falling] = [(course, false), (back, true)]
             .map(|(course, from_last)| Follower::new(self, course, asked_hz, from_last));
@@ -721,11 +721,7 @@ mod tests {
     #[test]
     fn a_motion_is_looked_for_ever_further_on_and_last_at_the_end() {
         for (from_hz, to_hz) in [(100.0, 200.0), (200.0, 100.0)] {
-            let course = Course {
-                from_hz,
-                to_hz,
-                curve_error: 1e-3,
-            };
+            let course = Course { from_hz, to_hz };
             let at = |share: f64| from_hz + share * (to_hz - from_hz);
             let next = |share: f64, looked_for: f64| {
                 beyond(course, at(share), GAP * course.range_hz(), at(looked_for))
