@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
-use super::parameter::KINDS;
 use super::quantity::BLADE_FREQUENCY;
 use crate::export::journal::JOURNAL;
 use crate::export::{ExportError, write_file};
@@ -107,7 +106,7 @@ impl Plan {
         let hexadecimals = |hash: [u8; 32]| blake3::Hash::from_bytes(hash).to_hex().to_string();
         let program = executable_hash();
         let program = program.map_err(StudyError::io("reading", Path::new("dovetail")))?;
-        let parameters = study.chosen(&case.values, KINDS);
+        let parameters = study.chosen(&case.values);
         let parameters = parameters.map(|(p, v)| (p.name.clone(), v.label.clone()));
         Ok(CaseRecord {
             version: env!("CARGO_PKG_VERSION").to_owned(),

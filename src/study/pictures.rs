@@ -1,15 +1,14 @@
-//! Pictures of a study (plots/*.svg): figures over design values and loads, and the estimated
-//! errors of numerical parameters.
+//! Pictures of a study (plots/*.svg): figures over physical parameters, and the estimated errors of
+//! numerical ones.
 
 use std::path::Path;
 
 use super::analysis::{Analysis, Refinement};
 use super::cases::slug;
 use super::convergence::How;
-use super::designs::centre;
 use super::error::StudyError;
 use super::file::Mode;
-use super::parameter::{Parameter, TRUE_KINDS};
+use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::export::create_folder;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
@@ -29,14 +28,14 @@ struct Pictures<'a> {
     analysis: &'a Analysis<'a>,
 }
 
-/// Draws each figure that changes over each design value or load, and the estimated errors of each
-/// numerical parameter at each design. In a grid of two design values or loads there is a line for
-/// each value of the other one, and a heat map over both.
+/// Draws each figure that changes over each physical parameter, and the estimated errors of each
+/// numerical parameter at each design. In a grid of two physical parameters there is a line for each
+/// value of the other one, and a heat map over both.
 pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, StudyError> {
     create_folder(folder)?;
     let study = analysis.runs.study;
     let parameters = study.parameters.iter().enumerate();
-    let varied = parameters.filter(|(_, p)| !p.is_numerical() && p.values.len() > 1);
+    let varied = parameters.filter(|(_, p)| !p.is_numerical && p.values.len() > 1);
     let varied: Vec<usize> = varied.map(|(k, _)| k).collect();
     let pictures = Pictures { folder, analysis };
     let mut written = Vec::new();
@@ -101,9 +100,9 @@ impl Pictures<'_> {
             return Ok(None);
         }
         let values = &self.analysis.runs.results[refinement.cases[0]].case.values;
-        let at = study.at(values, TRUE_KINDS);
+        let at = study.at(values);
         let shows = format!("Errors by {}{at}", parameter.title());
-        let design = slug(study.chosen(values, TRUE_KINDS));
+        let design = slug(study.physical(values));
         let mut file = parameter.name.clone();
         if !design.is_empty() {
             file += &format!("__{design}");
@@ -168,7 +167,7 @@ impl Pictures<'_> {
 
     /// Value of a figure where these parameters have these values and the others keep theirs.
     fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
-        let mut values = centre(self.analysis.runs.study);
+        let mut values = self.analysis.runs.study.centre();
         for (k, v) in varied {
             values[*k] = *v;
         }

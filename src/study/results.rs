@@ -6,7 +6,7 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::{CaseRecord, OutcomeRecord, Plan, read_json};
-use super::parameter::{Kind, Parameter};
+use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::exit::ExitStatus;
 use crate::export::manifest::{ResponseSummary, RunState, Summary};
@@ -169,23 +169,23 @@ impl<'s> Runs<'s> {
         self.study.parameters.iter().zip(values)
     }
 
-    /// These cases in groups that have the same values of the parameters of these `kinds`. One at a
-    /// time there is only the group of the base, as nothing is varied elsewhere.
-    pub fn groups(self, cases: &[usize], kinds: &[Kind]) -> Vec<Vec<usize>> {
-        let mut groups: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-        for &case in cases {
-            let fixed = self.chosen(case).filter(|(p, _)| kinds.contains(&p.kind));
-            let fixed: Vec<usize> = fixed.map(|(_, v)| v).collect();
-            match groups.iter_mut().find(|(known, _)| *known == fixed) {
-                Some((_, group)) => group.push(case),
-                None => groups.push((fixed, vec![case])),
+    /// Cases in groups that have the same values of the physical parameters. One at a time there is
+    /// only the group of the base, as nothing is varied elsewhere.
+    pub fn designs(self) -> Vec<Vec<usize>> {
+        let mut designs: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+        for case in 0..self.results.len() {
+            let physical = self.chosen(case).filter(|(p, _)| !p.is_numerical);
+            let physical: Vec<usize> = physical.map(|(_, v)| v).collect();
+            match designs.iter_mut().find(|(known, _)| *known == physical) {
+                Some((_, design)) => design.push(case),
+                None => designs.push((physical, vec![case])),
             }
         }
         // The base is the first case.
         if self.study.mode == Mode::OneAtATime {
-            groups.truncate(1);
+            designs.truncate(1);
         }
-        groups.into_iter().map(|(_, group)| group).collect()
+        designs.into_iter().map(|(_, design)| design).collect()
     }
 }
 
