@@ -150,18 +150,12 @@ pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> bool {
 /// Prepares the folder of a case for a run: removes outcome.json of an earlier run and writes
 /// case.json.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
-    remove_outcome(folder)?;
-    write_json(&folder.join("case.json"), record)
-}
-
-/// Removes outcome.json of an earlier run.
-pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
     let path = folder.join("outcome.json");
     match std::fs::remove_file(&path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
             Err(StudyError::io("removing", &path)(error))
         }
-        _ => Ok(()),
+        _ => write_json(&folder.join("case.json"), record),
     }
 }
 

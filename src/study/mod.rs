@@ -34,7 +34,6 @@ use self::analysis::analyse;
 use self::cases::words;
 use self::folder::Plan;
 use self::results::{CaseResult, Ended};
-use self::workflow::Pieces;
 use crate::commands;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
@@ -50,8 +49,6 @@ pub enum Action {
     Run,
     /// Run this case alone.
     Case(String),
-    /// Make only this mesh or reduced model, which several cases share.
-    Piece(String),
     /// Answer with the existing results.
     Collect,
     /// Write a Snakemake workflow into this folder.
@@ -95,57 +92,30 @@ pub fn study(
 ) -> Result<(), StudyError> {
     let mut plan = plan(Study::read(file, &options.overrides)?, options);
     check(&plan.study, &plan.cases)?;
-    let shares = plan.cache.len() > 1;
     match &options.action {
         Action::Run => answer(&plan, Some(options.jobs), reporter),
         Action::Collect => answer(&plan, None, reporter),
         Action::ExportWorkflow(folder) => {
-            let pieces = if shares {
-                plan.pieces()?
-            } else {
-                Pieces::default()
-            };
-            plan.export(folder, file, &options.overrides, &pieces)?;
+            let pieces = plan.export(folder, file, &options.overrides)?;
             reporter.note(&format!(
                 "{} and {} in {}",
                 counted(plan.cases.len(), "case", "cases"),
-                counted(pieces.all.len(), "shared input", "shared inputs"),
+                counted(pieces, "shared input", "shared inputs"),
                 folder.join("Snakefile").display()
             ));
             Ok(())
         }
-        Action::Piece(name) => {
-            let pieces = plan.pieces()?.all;
-            let known = pieces.iter().map(|p| &p.name);
-            let piece = &pieces[position("piece", name, known)?];
-            if !shares {
-                return Err(StudyError::PieceWithoutCache { name: name.clone() });
-            }
-            plan.make(piece)
-        }
         Action::Case(name) => {
-            let known = plan.cases.iter().map(|c| &c.slug);
-            let case = position("case", name, known)?;
+            let named = plan.cases.iter().position(|case| case.slug == *name);
+            let case = named.ok_or_else(|| StudyError::UnknownCase {
+                name: name.clone(),
+                known: plan.cases.iter().map(|case| case.slug.clone()).collect(),
+            })?;
             plan.cases = vec![plan.cases.swap_remove(case)];
             plan.run(1, reporter)?;
             all_complete(&plan.results()?)
         }
     }
-}
-
-/// Position of a name among the `known` names of cases or pieces (`what`).
-fn position<'n>(
-    what: &'static str,
-    name: &str,
-    known: impl Iterator<Item = &'n String>,
-) -> Result<usize, StudyError> {
-    let known: Vec<&String> = known.collect();
-    let found = known.iter().position(|n| *n == name);
-    found.ok_or_else(|| StudyError::Unknown {
-        what,
-        name: name.to_owned(),
-        known: known.into_iter().cloned().collect(),
-    })
 }
 
 fn plan(study: Study, options: &StudyOptions) -> Plan {
