@@ -8,6 +8,7 @@ use super::file::{Mode, Study};
 use super::parameter::Parameter;
 use super::quantity::Figure;
 use super::results::{CaseResult, Runs};
+use crate::export::plots::ends;
 
 /// Results of a study and their analysis.
 #[derive(Debug, Clone)]
@@ -143,9 +144,7 @@ fn changing(runs: Runs<'_>, figures: &[Figure]) -> Vec<Figure> {
     let cases: Vec<usize> = (0..runs.results.len()).filter(is_compared).collect();
     let changes = |figure: &&Figure| {
         let values = cases.iter().filter_map(|c| runs.value(*c, &figure.heading));
-        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-            [v.min(low), v.max(high)]
-        });
+        let [low, high] = ends(values);
         high - low > SAME * high.abs().max(low.abs())
     };
     figures.iter().filter(changes).cloned().collect()
