@@ -244,18 +244,16 @@ fn of_pairs(pairs: &PairTable) -> Columns<'_, usize> {
 /// Reads the rows of an existing modes.csv; none if there is no such file or it is not such a
 /// table.
 pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
-    let row = |cells: ::csv::StringRecord| {
-        let kind = cells.get(0)?;
-        let body = cells.get(1)?;
+    let row = |(kind, body, mode, frequency_hz): (String, String, usize, f64)| {
         Some(NaturalFrequency {
             kind: ModeKind::ALL.into_iter().find(|k| k.id() == kind)?,
-            body: (body != ASSEMBLY).then(|| body.to_owned()),
-            mode: cells.get(2)?.parse().ok()?,
-            frequency_hz: cells.get(3)?.parse().ok()?,
+            body: (body != ASSEMBLY).then_some(body),
+            mode,
+            frequency_hz,
         })
     };
     let table = ::csv::Reader::from_path(path);
-    let rows = table.into_iter().flat_map(::csv::Reader::into_records);
+    let rows = table.into_iter().flat_map(::csv::Reader::into_deserialize);
     rows.filter_map(|cells| row(cells.ok()?)).collect()
 }
 

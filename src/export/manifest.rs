@@ -1,4 +1,4 @@
-//! Writes summary.json: the inputs of a run, its duration, and the main figures.
+//! Content of summary.json: the inputs of a run, its duration, and the main figures.
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
@@ -16,11 +16,8 @@ pub use self::response::{ContactCounts, ResponseSummary, contact_counts, respons
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::verification::{VerificationSummary, verification_summary};
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use super::{ExportError, write_file};
 use crate::warning::{Warning, Weight};
 use dovetail_solver::model::FieldMap;
 use dovetail_solver::run::{PrestressPass, Stage};
@@ -187,23 +184,6 @@ pub struct StageSummary {
     pub from_cache: bool,
     /// Unknowns of each system that the stage solves, the largest first.
     pub unknowns: Vec<usize>,
-}
-
-/// Writes summary.json.
-pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> {
-    let mut json =
-        serde_json::to_vec_pretty(summary).map_err(|source| ExportError::EncodeJson {
-            path: path.to_path_buf(),
-            source,
-        })?;
-    json.push(b'\n');
-    write_file(path, &json)
-}
-
-/// Reads the summary in a file; `None` if there is no such file or it is not a summary of this
-/// program.
-pub fn read_summary(path: &Path) -> Option<Summary> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
 fn finite(v: f64) -> Option<f64> {

@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use super::analysis::{Analysis, Refinement};
 use super::error::StudyError;
-use super::folder::write_json;
 use super::parameter::Parameter;
 use super::results::{CaseResult, Ended, Figures};
 use crate::export::table::{Cell, Columns};
+use crate::export::write_json;
 use crate::version;
 
 /// Cell of a case in a column.
@@ -96,7 +96,7 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         "parameters": study.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "refinements": analysis.refinements.iter().map(refinement).collect::<Vec<_>>(),
     });
-    write_json(path, &summary)
+    Ok(write_json(path, &summary)?)
 }
 
 /// Last day on which a case was run; empty if none was.

@@ -10,8 +10,8 @@ use super::error::StudyError;
 use super::folder::{self, CaseRecord, OutcomeRecord, Plan};
 use super::results::Ended;
 use crate::exit::ExitStatus;
-use crate::export::ExportError;
 use crate::export::journal::Journal;
+use crate::export::{ExportError, write_json};
 use crate::reporter::Reporter;
 
 impl Plan {
@@ -99,6 +99,6 @@ fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyEr
             .code(),
         seconds: begin.elapsed().as_secs_f64(),
     };
-    folder::write_json(&folder.join("outcome.json"), &outcome)?;
+    write_json(&folder.join("outcome.json"), &outcome)?;
     Ok(outcome)
 }

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::error::StudyError;
-use super::folder::{Plan, write_json};
+use super::folder::Plan;
 use super::quantity::BLADE_FREQUENCY;
 use crate::commands::pieces::{mesh_inputs, reduction_inputs};
-use crate::export::write_file;
+use crate::export::{write_file, write_json};
 use crate::scene;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
