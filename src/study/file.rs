@@ -117,26 +117,12 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     }
     let of_file = raw.set.into_iter().map(Spanned::into_inner);
     let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
-    let quantities = match raw.quantities.map(|list| (list.span(), list.into_inner())) {
+    let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
-        Some((span, list)) if list.is_empty() => {
-            let example = STUDY.example("", "quantities");
-            let message = "at least one quantity is expected".to_owned();
-            let path = "quantities".to_owned();
-            checker.fault(
-                span,
-                Fault::WrongType {
-                    path,
-                    message,
-                    example,
-                },
-            );
-            None
-        }
-        Some((_, list)) => {
-            let words = list.into_iter().map(Some);
+        Some(list) => checker.items(&top, "quantities", list).and_then(|list| {
+            let words = list.iter().map(|word| Some(word.clone()));
             every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
-        }
+        }),
     };
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");

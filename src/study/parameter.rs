@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::Value;
 
-use super::keys::{NUMERICAL, PHYSICAL, RawParameter, STUDY};
+use super::keys::{NUMERICAL, PHYSICAL, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::raw::Located;
@@ -157,14 +157,9 @@ pub fn check(
         checker.missing(&at, "values");
         return None;
     };
+    let items = checker.items(&at, "values", items)?;
     let mut reader = Reader { checker, at: &at };
-    if items.get_ref().is_empty() {
-        let example = STUDY.example("parameter", "values");
-        let message = "at least one value is expected".to_owned();
-        return reader.wrong_type("values", items.span(), message, example);
-    }
-    let items = items.get_ref().iter();
-    let mut values = every(items.map(|item| reader.value(&raw.key, item)))?;
+    let mut values = every(items.iter().map(|item| reader.value(&raw.key, item)))?;
     let labels = values.iter();
     let labels = labels.map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     reader.checker.distinct(&labels.collect::<Vec<_>>());
@@ -203,23 +198,6 @@ impl Reader<'_, '_> {
     ) -> Option<T> {
         let message = format!("`{}`{problem}", self.at.key(key));
         self.checker.fault(span, fault(message, label, remedy));
-        None
-    }
-
-    fn wrong_type<T>(
-        &mut self,
-        key: &str,
-        span: Range<usize>,
-        message: String,
-        example: &'static str,
-    ) -> Option<T> {
-        let path = self.at.key(key);
-        let fault = Fault::WrongType {
-            path,
-            message,
-            example,
-        };
-        self.checker.fault(span, fault);
         None
     }
 
@@ -278,8 +256,9 @@ impl Reader<'_, '_> {
                     (label, set.collect())
                 }
                 Err(error) => {
-                    let message = error.message().to_owned();
-                    return self.wrong_type("values", span, message, JOINT);
+                    let problem = format!(": {}", error.message());
+                    let remedy = format!("write it like this: {JOINT}");
+                    return self.refuse("values", span, problem, "not { label, set }", remedy);
                 }
             }
         };
@@ -325,8 +304,8 @@ impl Reader<'_, '_> {
             }
             Some((span, _)) => {
                 let message = format!("a rule, or {} numbers, one a value", values.len());
-                let example = STUDY.example("parameter", "size");
-                return self.wrong_type("size", span, message, example);
+                self.checker.wrong_type(self.at, "size", span, message);
+                return None;
             }
         };
         for (i, (value, size)) in values.iter_mut().zip(&sizes).enumerate() {

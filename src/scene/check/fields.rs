@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use serde_spanned::Spanned;
+
 use crate::scene::error::{Fault, Problem};
 use crate::scene::keys;
 use crate::scene::kinds::{Kind, Limits};
@@ -65,6 +67,41 @@ impl Checker<'_> {
                 example,
             },
         );
+    }
+
+    /// Notes that a key has the wrong type; `message` says what is expected.
+    pub fn wrong_type(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        span: Range<usize>,
+        message: String,
+    ) {
+        let example = self.source.vocabulary.example(table.section, key);
+        let path = table.key(key);
+        self.fault(
+            span,
+            Fault::WrongType {
+                path,
+                message,
+                example,
+            },
+        );
+    }
+
+    /// Returns the items of a list that has at least one.
+    pub fn items<'l, T>(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        list: &'l Spanned<Vec<T>>,
+    ) -> Option<&'l [T]> {
+        if list.get_ref().is_empty() {
+            let message = "at least one value is expected".to_owned();
+            self.wrong_type(table, key, list.span(), message);
+            return None;
+        }
+        Some(list.get_ref())
     }
 
     /// Returns the type of a key with its limits and choices, as the vocabulary declares them.
@@ -219,7 +256,7 @@ impl Checker<'_> {
     }
 
     /// Returns a name that is suitable for file names, column headings and the paths of `--set`.
-    pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
+    pub fn name(&mut self, path: String, value: &Spanned<String>) -> Option<String> {
         let name = value.get_ref();
         let fit = is_name(name);
         if !fit {
