@@ -142,7 +142,7 @@ pub(super) enum Command {
     /// Only check the scene file; nothing is computed or written
     #[command(after_help = "Example:\n  dovetail check scene.toml")]
     Check(SceneFile),
-    /// Run a scene over ranges of its keys: errors and the best design
+    /// Run a scene over ranges of its keys: errors, costs, responses
     #[command(after_help = "Example:\n  dovetail study studies/quick.toml --jobs 2")]
     Study(StudyArguments),
     /// Print the JSON schema of scene or study files, for editors

@@ -28,11 +28,9 @@ pub struct Summary {
     /// Version of the program.
     pub version: String,
     /// Commit that the program was built from; `None` if it is not known.
-    #[serde(default)]
     pub commit: Option<String>,
     /// Hash of the program, its libraries and the processor, on which the last digits depend, in
     /// hexadecimals; `None` if the system does not provide it.
-    #[serde(default)]
     pub program_blake3: Option<String>,
     /// Start of the run in universal time: `2026-02-28T23:59:59Z`.
     #[serde(default)]
@@ -60,7 +58,7 @@ pub struct Summary {
     pub prestress_passes: Vec<PrestressPass>,
     /// Estimated relative change of the first stuck frequencies if the stress of the static state
     /// replaced the prestress of the held flanks; `None` for other prestress.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub held_flanks_error: Option<f64>,
     /// First frequency of the fully stuck assembly, Hz.
     pub stuck_frequency_hz: Option<f64>,
@@ -126,7 +124,6 @@ pub struct SceneSummary {
     pub file: String,
     /// Hash of the scene as it was read, with all settings of the command line, and of the files
     /// that it names, in hexadecimals.
-    #[serde(default)]
     pub blake3: Option<String>,
 }
 
@@ -164,7 +161,6 @@ pub struct TruncationSummary {
     pub frequencies: Vec<f64>,
     /// Frequency of the last stuck mode over that of the highest harmonic of the response; `None`
     /// before there is a response, and if no mode was left out.
-    #[serde(default)]
     pub modes_reach: Option<f64>,
 }
 

@@ -308,28 +308,18 @@ impl Reader<'_, '_> {
                 return None;
             }
         };
-        for (i, (value, size)) in values.iter_mut().zip(&sizes).enumerate() {
-            let (problem, words, remedy) = if !(*size > 0.0 && size.is_finite()) {
-                (
-                    format!(
-                        ": {} has the size {size}, which is not above 0",
-                        value.label
-                    ),
-                    "no size above 0",
-                    "give one size above 0 for each value, as a list: size = [1.0, 0.5]",
-                )
-            } else if sizes[..i].contains(size) {
-                (
-                    format!(": two values have the size {size}"),
-                    "the same size",
-                    "a size says how fine a value is; leave out `size` where the values are not \
-                     finer and coarser (they then count from coarse to fine as they are written)",
-                )
-            } else {
-                value.size = Some(*size);
-                continue;
-            };
-            return self.refuse("size", value.span.clone(), problem, words, remedy);
+        for (i, (value, &size)) in values.iter_mut().zip(&sizes).enumerate() {
+            if !(size > 0.0 && size.is_finite()) || sizes[..i].contains(&size) {
+                let problem = format!(
+                    ": {} has the size {size}, which is not above 0, or that of another value",
+                    value.label
+                );
+                let remedy = "give each value a size of its own above 0, as a list: \
+                              size = [1.0, 0.5]; leave `size` out where the values are not finer \
+                              and coarser (they then count from coarse to fine as written)";
+                return self.refuse("size", value.span.clone(), problem, "no size", remedy);
+            }
+            value.size = Some(size);
         }
         Some(name)
     }

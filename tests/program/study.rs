@@ -813,7 +813,11 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "1 has the size inf, which is not above 0 & size = [1.0, 0.5]",
     );
     wrong(values, "[1, 2, \"\"]", "as in the scene has the size NaN");
-    wrong(sizes, "[3, 2, 2]", "two values have the size 2");
+    wrong(
+        sizes,
+        "[3, 2, 2]",
+        "3 has the size 2, which is not above 0, or that of another value",
+    );
     wrong(
         sizes,
         "[1, 2]",
