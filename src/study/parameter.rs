@@ -214,8 +214,8 @@ impl Reader<'_, '_> {
         self.refuse("key", key.span(), problem, "names the parameter", remedy)
     }
 
-    /// Kind given by `is`, else numerical if all keys are. Only numerical parameters may have a size
-    /// and an order, as these describe errors.
+    /// Kind given by `is`, else numerical if all keys are. Only numerical parameters may have a
+    /// size and an order, as these describe errors.
     fn is_numerical(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<bool> {
         let own = raw.key.iter().map(|key| key.get_ref().as_str());
         let mut keys = own.chain(keys(values));

@@ -27,8 +27,8 @@ struct Pictures<'a> {
 }
 
 /// Draws each figure that changes over each physical parameter, and the estimated errors of each
-/// numerical parameter at each design. In a grid of two physical parameters there is a line for each
-/// value of the other one, and a heat map over both.
+/// numerical parameter at each design. In a grid of two physical parameters there is a line for
+/// each value of the other one, and a heat map over both.
 pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, StudyError> {
     create_folder(folder)?;
     let study = analysis.runs.study;
