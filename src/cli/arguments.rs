@@ -142,7 +142,7 @@ pub(super) enum Command {
     /// Only check the scene file; nothing is computed or written
     #[command(after_help = "Example:\n  dovetail check scene.toml")]
     Check(SceneFile),
-    /// Run a scene over ranges of its keys: errors and the best design
+    /// Run a scene over ranges of its keys: errors, costs, responses
     #[command(after_help = "Example:\n  dovetail study studies/quick.toml --jobs 2")]
     Study(StudyArguments),
     /// Print the JSON schema of scene or study files, for editors
@@ -215,10 +215,6 @@ pub(super) struct StudyArguments {
     #[arg(long, value_name = "NAME", group = "action", conflicts_with = "jobs")]
     case: Option<String>,
 
-    /// Only make this mesh or reduced model, which cases share through --cache
-    #[arg(long, value_name = "NAME", group = "action", conflicts_with = "jobs")]
-    piece: Option<String>,
-
     /// Run nothing: write a Snakemake workflow and the list of its cases into DIR
     #[arg(long, value_name = "DIR", group = "action", conflicts_with = "jobs", value_hint = ValueHint::DirPath)]
     export_workflow: Option<PathBuf>,
@@ -226,10 +222,9 @@ pub(super) struct StudyArguments {
 
 impl StudyArguments {
     pub(super) fn options(&self, shared: &Shared) -> StudyOptions {
-        let action = match (&self.case, &self.piece, &self.export_workflow) {
-            (Some(case), _, _) => Action::Case(case.clone()),
-            (_, Some(piece), _) => Action::Piece(piece.clone()),
-            (_, _, Some(folder)) => Action::ExportWorkflow(folder.clone()),
+        let action = match (&self.case, &self.export_workflow) {
+            (Some(case), _) => Action::Case(case.clone()),
+            (_, Some(folder)) => Action::ExportWorkflow(folder.clone()),
             _ if self.collect => Action::Collect,
             _ => Action::Run,
         };

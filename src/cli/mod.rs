@@ -74,9 +74,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Study(arguments) => {
             let reporter = Reporter::new(&mut console, None);
             let options = arguments.options(&cli.shared);
-            let studied = study::study(&arguments.study, &options, &reporter)?;
-            print(&studied.answers)?;
-            Ok(studied.verdict?)
+            Ok(study::study(&arguments.study, &options, &reporter)?)
         }
         Command::New(New { folder, template }) => {
             let told = new::write(folder, *template)?;

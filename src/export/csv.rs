@@ -13,8 +13,8 @@ use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    CycleFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak, phasors,
-    static_fields, sweep_fields,
+    CycleFields, StaticFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak,
+    phasors, static_fields, sweep_fields,
 };
 use dovetail_solver::run::{Crossing, Family, PeakAt, Peaks};
 
@@ -110,25 +110,23 @@ pub fn write_static(
     check_static(path, &fields, count)?;
     let valid = state.outcome.is_converged();
     let fields = &fields;
-    let area = |i: usize| pairs.rows[i].area_m2;
-    let number = |cell: &dyn Fn(usize) -> f64, i: &usize| valid.then(|| cell(*i));
+    let number =
+        |cell: fn(&StaticFields, usize) -> f64| move |i: &usize| valid.then(|| cell(fields, *i));
+    let pressure = number(|f, i| f.pressure_pa[i]);
     let mut table = of_pairs(pairs);
-    table.add("normal_force_n", move |i| {
-        number(&|i| fields.normal_force_n[i], i)
-    });
+    table.add("normal_force_n", number(|f, i| f.normal_force_n[i]));
     table.add("pressure_pa", move |i| {
-        number(&|i| fields.pressure_pa[i], i).filter(|_| area(*i).is_some())
+        pressure(i).filter(|_| pairs.rows[*i].area_m2.is_some())
     });
-    for (k, name) in ["friction_t1_n", "friction_t2_n"].into_iter().enumerate() {
-        table.add(name, move |i| number(&|i| fields.friction_n[i][k], i));
-    }
-    for (k, name) in ["slip_t1_m", "slip_t2_m"].into_iter().enumerate() {
-        table.add(name, move |i| number(&|i| fields.slip_m[i][k], i));
-    }
-    table.add("slip_m", move |i| {
-        number(&|i| fields.slip_m[i][0].hypot(fields.slip_m[i][1]), i)
-    });
-    table.add("gap_m", move |i| number(&|i| fields.gap_m[i], i));
+    table.add("friction_t1_n", number(|f, i| f.friction_n[i][0]));
+    table.add("friction_t2_n", number(|f, i| f.friction_n[i][1]));
+    table.add("slip_t1_m", number(|f, i| f.slip_m[i][0]));
+    table.add("slip_t2_m", number(|f, i| f.slip_m[i][1]));
+    table.add(
+        "slip_m",
+        number(|f, i| f.slip_m[i][0].hypot(f.slip_m[i][1])),
+    );
+    table.add("gap_m", number(|f, i| f.gap_m[i]));
     table.add("clearance_m", |i| pairs.rows[*i].gap_m);
     table.add("status", move |i| {
         if valid {
@@ -244,18 +242,16 @@ fn of_pairs(pairs: &PairTable) -> Columns<'_, usize> {
 /// Reads the rows of an existing modes.csv; none if there is no such file or it is not such a
 /// table.
 pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
-    let row = |cells: ::csv::StringRecord| {
-        let kind = cells.get(0)?;
-        let body = cells.get(1)?;
+    let row = |(kind, body, mode, frequency_hz): (String, String, usize, f64)| {
         Some(NaturalFrequency {
             kind: ModeKind::ALL.into_iter().find(|k| k.id() == kind)?,
-            body: (body != ASSEMBLY).then(|| body.to_owned()),
-            mode: cells.get(2)?.parse().ok()?,
-            frequency_hz: cells.get(3)?.parse().ok()?,
+            body: (body != ASSEMBLY).then_some(body),
+            mode,
+            frequency_hz,
         })
     };
     let table = ::csv::Reader::from_path(path);
-    let rows = table.into_iter().flat_map(::csv::Reader::into_records);
+    let rows = table.into_iter().flat_map(::csv::Reader::into_deserialize);
     rows.filter_map(|cells| row(cells.ok()?)).collect()
 }
 

@@ -1,8 +1,11 @@
-//! Writing of files: all results are written through this module.
+//! Writing of files, through which all results pass, and reading of JSON.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::ExportError;
 
@@ -30,6 +33,23 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
         path: path.to_path_buf(),
         source,
     })
+}
+
+/// Writes a value as indented JSON, the whole file or nothing.
+///
+/// # Errors
+/// As for [`write_file`]; a value that JSON cannot hold.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ExportError> {
+    let text = serde_json::to_string_pretty(value).map_err(|source| ExportError::EncodeJson {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    write_file(path, (text + "\n").as_bytes())
+}
+
+/// Reads a JSON file; `None` if there is no such file, or if it holds no such value.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Option<T> {
+    serde_json::from_slice(&fs::read(path).ok()?).ok()
 }
 
 /// Writes a whole file or nothing. `write` writes to a neighbour `<name>.<six characters>.part`,

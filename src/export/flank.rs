@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::ExportError;
 use super::vtu::{Grid, check_length, write_pvd};
-use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::{ContactPair, Model};
 use dovetail_solver::results::quantities::{
     StaticFields, cycle_fields, static_fields, sweep_fields,
@@ -37,11 +37,7 @@ pub fn write_flank_static(
         flanks.field("slip_vector_m", 3, in_space(model, &fields.slip_m));
         flanks.field("friction_vector_n", 3, in_space(model, &fields.friction_n));
         flanks.field("gap_m", 1, fields.gap_m);
-        flanks.integers("status", |pair| match fields.status[pair] {
-            PairStatus::Stuck => 0,
-            PairStatus::Slipping => 1,
-            PairStatus::Open => 2,
-        });
+        flanks.integers("status", |pair| fields.status[pair] as i32);
     }
     flanks.grid.write(path)
 }

@@ -8,8 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::journal::JOURNAL;
-use super::manifest::{self, RunState, Summary};
-use super::{ExportError, create_folder, name_of_part};
+use super::manifest::{RunState, Summary};
+use super::{ExportError, create_folder, name_of_part, read_json, write_json};
 
 const SUMMARY: &str = "summary.json";
 
@@ -66,7 +66,7 @@ impl OutputFolder {
         to_resume: bool,
     ) -> Result<Self, ExportError> {
         create_folder(path)?;
-        let earlier = manifest::read_summary(&path.join(SUMMARY));
+        let earlier: Option<Summary> = read_json(&path.join(SUMMARY));
         let is_same = |earlier: &Summary| earlier.scene.is_of(&summary.scene);
         if let Some(earlier) = &earlier {
             let refuses = other == OtherScene::Refuse;
@@ -214,7 +214,7 @@ impl OutputFolder {
             summary = run.with_findings_of(summary);
         }
         summary.files = self.files(state);
-        manifest::write_summary(&self.path.join(SUMMARY), &summary)?;
+        write_json(&self.path.join(SUMMARY), &summary)?;
         *self.said.borrow_mut() = summary;
         Ok(())
     }
@@ -224,12 +224,12 @@ impl OutputFolder {
 /// of a process whose threads no longer work. Errors of writing are ignored.
 pub fn mark_failed(path: &Path, why: String) {
     let file = path.join(SUMMARY);
-    let Some(mut summary) = manifest::read_summary(&file) else {
+    let Some(mut summary) = read_json::<Summary>(&file) else {
         return;
     };
     if summary.state == RunState::Running {
         (summary.state, summary.why) = (RunState::Failed, Some(why));
-        let _ = manifest::write_summary(&file, &summary);
+        let _ = write_json(&file, &summary);
     }
 }
 
@@ -348,7 +348,7 @@ mod tests {
         fs::write(&outside, "x").unwrap();
         let mut edited = summary("a");
         edited.files = vec!["../precious".into(), outside.display().to_string()];
-        manifest::write_summary(&path.join(SUMMARY), &edited).unwrap();
+        write_json(&path.join(SUMMARY), &edited).unwrap();
         let mut folder = open(&path, "a", OtherScene::Refuse).unwrap();
         folder.remove_earlier().unwrap();
         assert!(outside.exists());
@@ -376,7 +376,7 @@ mod tests {
         run.write_summary(of_run("a"), finished, None).unwrap();
         let mut modes = beside(path, &summary("a")).unwrap();
         assert!(modes.is_beside_run());
-        let said = || manifest::read_summary(&path.join(SUMMARY)).unwrap();
+        let said = || read_json::<Summary>(&path.join(SUMMARY)).unwrap();
         assert_eq!(said().response, of_run("a").response);
         write(&modes, &["modes.vtu"]);
         // A command that fails, or is killed here, leaves the run's word.
@@ -431,7 +431,7 @@ mod tests {
         run.list(["flank/flank_0000.vtu", "flank/flank_0001.vtu"].map(str::to_owned))
             .unwrap();
         run.file("response.csv").unwrap();
-        let listed = || manifest::read_summary(&path.join(SUMMARY)).unwrap().files;
+        let listed = || read_json::<Summary>(&path.join(SUMMARY)).unwrap().files;
         let all = [
             "flank/flank_0000.vtu",
             "flank/flank_0001.vtu",

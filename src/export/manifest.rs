@@ -1,4 +1,4 @@
-//! Writes summary.json: the inputs of a run, its duration, and the main figures.
+//! Content of summary.json: the inputs of a run, its duration, and the main figures.
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
@@ -16,11 +16,8 @@ pub use self::response::{ContactCounts, ResponseSummary, contact_counts, respons
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::verification::{VerificationSummary, verification_summary};
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use super::{ExportError, write_file};
 use crate::warning::Warning;
 use dovetail_solver::model::FieldMap;
 use dovetail_solver::run::{PrestressPass, Stage};
@@ -31,11 +28,9 @@ pub struct Summary {
     /// Version of the program.
     pub version: String,
     /// Commit that the program was built from; `None` if it is not known.
-    #[serde(default)]
     pub commit: Option<String>,
     /// Hash of the program, its libraries and the processor, on which the last digits depend, in
     /// hexadecimals; `None` if the system does not provide it.
-    #[serde(default)]
     pub program_blake3: Option<String>,
     /// Start of the run in universal time: `2026-02-28T23:59:59Z`.
     #[serde(default)]
@@ -63,7 +58,7 @@ pub struct Summary {
     pub prestress_passes: Vec<PrestressPass>,
     /// Estimated relative change of the first stuck frequencies if the stress of the static state
     /// replaced the prestress of the held flanks; `None` for other prestress.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub held_flanks_error: Option<f64>,
     /// First frequency of the fully stuck assembly, Hz.
     pub stuck_frequency_hz: Option<f64>,
@@ -129,7 +124,6 @@ pub struct SceneSummary {
     pub file: String,
     /// Hash of the scene as it was read, with all settings of the command line, and of the files
     /// that it names, in hexadecimals.
-    #[serde(default)]
     pub blake3: Option<String>,
 }
 
@@ -151,7 +145,6 @@ pub struct TruncationSummary {
     pub frequencies: Vec<f64>,
     /// Frequency of the last stuck mode over that of the highest harmonic of the response; `None`
     /// before there is a response, and if no mode was left out.
-    #[serde(default)]
     pub modes_reach: Option<f64>,
 }
 
@@ -171,23 +164,6 @@ pub struct StageSummary {
     pub from_cache: bool,
     /// Unknowns of each system that the stage solves, the largest first.
     pub unknowns: Vec<usize>,
-}
-
-/// Writes summary.json.
-pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> {
-    let mut json =
-        serde_json::to_vec_pretty(summary).map_err(|source| ExportError::EncodeJson {
-            path: path.to_path_buf(),
-            source,
-        })?;
-    json.push(b'\n');
-    write_file(path, &json)
-}
-
-/// Reads the summary in a file; `None` if there is no such file or it is not a summary of this
-/// program.
-pub fn read_summary(path: &Path) -> Option<Summary> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
 fn finite(v: f64) -> Option<f64> {

@@ -20,4 +20,4 @@ mod unrolled;
 pub mod vtu;
 
 pub use error::ExportError;
-pub use file::{create_folder, name_of_part, write_file, write_whole};
+pub use file::{create_folder, name_of_part, read_json, write_file, write_json, write_whole};

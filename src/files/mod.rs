@@ -229,8 +229,8 @@ impl Files {
         vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);
-            out.list(vtu::frame_files("peak", frames))?;
-            vtu::write_frames(folder, "peak", model, &motion, hz, frames)?;
+            out.list(vtu::frame_files(frames))?;
+            vtu::write_frames(folder, model, &motion, hz, frames)?;
         }
         Ok(Some(motion))
     }

@@ -9,9 +9,6 @@ use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_s
 use crate::words::{capital, rounded, short, title};
 use dovetail_solver::results::quantities::loss_factor;
 
-/// Ratio of the largest to the smallest value from which an axis is logarithmic.
-const WIDE: f64 = 5.0;
-
 /// Digits of the values along the lower edge of a map.
 const MAP_DIGITS: usize = 3;
 
@@ -60,28 +57,22 @@ pub fn draw(
     let of = lines.first().map_or("", |line| line.observation.as_str());
     for (name, quantity, unit, value) in DRAWN {
         let series: Vec<Series> = (lines.iter())
-            .map(|line| Series {
-                label: line.label.clone(),
-                points: line
-                    .rows
-                    .iter()
-                    .map(|row| (row.peak.value, value(row)))
-                    .collect(),
-                names: Vec::new(),
-                joined: true,
+            .map(|line| {
+                let points = line.rows.iter().map(|row| (row.peak.value, value(row)));
+                Series::new(line.label.clone(), points)
             })
             .collect();
         let points = || series.iter().flat_map(|s| &s.points);
         let x = Axis {
             title: over.clone(),
             unit: "",
-            scale: scale(points().map(|p| p.0)),
+            scale: Scale::of(points().map(|p| p.0)),
             marks: Vec::new(),
         };
         let y = Axis {
             title: quantity.to_owned(),
             unit,
-            scale: scale(points().filter_map(|p| p.1)),
+            scale: Scale::of(points().filter_map(|p| p.1)),
             marks: Vec::new(),
         };
         let shows = format!("{} of {of} over {over}", capital(quantity));
@@ -94,11 +85,9 @@ pub fn draw(
         let row = line.rows.iter().find(|row| row.peak.value == value);
         row.map(PeakRow::amplitude_m)
     };
-    let axes = [over.clone(), titled(also)];
     let map = HeatMap {
-        title: format!("Peak amplitude of {of} over {over} and {}", axes[1]),
+        quantity: format!("peak amplitude of {of}"),
         unit: "m",
-        axes,
         labels: [
             (first.asked.iter())
                 .map(|value| short(rounded(*value, MAP_DIGITS)))
@@ -108,18 +97,7 @@ pub fn draw(
         values: (first.asked.iter())
             .map(|value| lines.iter().map(|line| at(line, *value)).collect())
             .collect(),
+        axes: [over, titled(also)],
     };
     Ok(write_heat_map(&file("peaks_map")?, &map)?)
-}
-
-/// Logarithmic for positive values of a wide range.
-fn scale(values: impl Iterator<Item = f64>) -> Scale {
-    let [least, most] = values.fold([f64::INFINITY, 0.0], |[least, most], v| {
-        [v.min(least), v.max(most)]
-    });
-    if least > 0.0 && most >= WIDE * least {
-        Scale::Logarithmic
-    } else {
-        Scale::Linear
-    }
 }

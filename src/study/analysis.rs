@@ -1,14 +1,14 @@
 //! Analysis of the results of all cases: how each figure converges with each numerical parameter,
-//! how far every case is from the finest, and which design has the smallest value of a figure.
+//! how far every case is from the finest, and which figures change with the physical parameters.
 
 use serde::Serialize;
 
-use super::convergence::{Limit, estimates, limit, relative_error};
-use super::designs::{Minimum, changing, minima};
+use super::convergence::{Limit, SAME, estimates, limit, relative_error};
 use super::file::{Mode, Study};
-use super::parameter::{Parameter, TRUE_KINDS};
+use super::parameter::Parameter;
 use super::quantity::Figure;
 use super::results::{CaseResult, Runs};
+use crate::export::plots::ends;
 
 /// Results of a study and their analysis.
 #[derive(Debug, Clone)]
@@ -19,10 +19,8 @@ pub struct Analysis<'s> {
     /// finest case or no such figure.
     pub differences: Vec<Vec<Option<f64>>>,
     pub refinements: Vec<Refinement>,
-    /// Figures that differ among the designs.
+    /// Figures that change with the physical parameters.
     pub changing: Vec<Figure>,
-    /// Smallest values of the figures to be minimised, at each load.
-    pub minima: Vec<Minimum>,
 }
 
 /// One numerical parameter through its values, while the others stay at their base (in a grid at
@@ -59,7 +57,6 @@ pub fn analyse<'s>(study: &'s Study, results: &'s [CaseResult]) -> Analysis<'s> 
         runs,
         differences: vec![vec![None; figures.len()]; results.len()],
         changing: changing(runs, &figures),
-        minima: minima(runs, &figures),
         figures,
         refinements: Vec::new(),
     };
@@ -71,10 +68,12 @@ impl Analysis<'_> {
     /// Refines each numerical parameter at each design.
     fn refine(&mut self) {
         let (runs, parameters) = (self.runs, &self.runs.study.parameters);
-        let numerical = (0..parameters.len()).filter(|k| parameters[*k].is_numerical());
+        let numerical = (0..parameters.len()).filter(|k| parameters[*k].is_numerical);
         let numerical: Vec<usize> = numerical.collect();
-        let all = 0..runs.results.len() * numerical.len().min(1);
-        for design in runs.groups(&all.collect::<Vec<_>>(), TRUE_KINDS) {
+        if numerical.is_empty() {
+            return;
+        }
+        for design in runs.designs() {
             let centre = centre(runs, &design);
             let axes = numerical.iter().map(|k| axis(runs, &design, centre, *k));
             let axes: Vec<Vec<usize>> = axes.collect();
@@ -134,6 +133,23 @@ fn difference(runs: Runs<'_>, case: usize, finest: &[usize], heading: &str) -> O
     differences.reduce(f64::max)
 }
 
+/// Figures that differ among the cases whose numerical parameters are at their centre; none without
+/// physical parameters.
+fn changing(runs: Runs<'_>, figures: &[Figure]) -> Vec<Figure> {
+    let centre = runs.study.centre();
+    let is_compared = |case: &usize| {
+        let mut chosen = runs.chosen(*case).zip(&centre);
+        chosen.all(|((p, value), centre)| !p.is_numerical || value == *centre)
+    };
+    let cases: Vec<usize> = (0..runs.results.len()).filter(is_compared).collect();
+    let changes = |figure: &&Figure| {
+        let values = cases.iter().filter_map(|c| runs.value(*c, &figure.heading));
+        let [low, high] = ends(values);
+        high - low > SAME * high.abs().max(low.abs())
+    };
+    figures.iter().filter(changes).cloned().collect()
+}
+
 fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> Refined {
     let there: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_some()).collect();
     let known: Vec<f64> = values.iter().flatten().copied().collect();
@@ -160,7 +176,7 @@ fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> 
 pub mod tests {
     use super::*;
     use crate::study::cases::{Case, cases};
-    use crate::study::parameter::{Kind, ParameterValue};
+    use crate::study::parameter::ParameterValue;
     use crate::study::quantity::tests::PEAK_AMPLITUDE;
     use crate::study::results::{Ended, Figures};
 
@@ -174,7 +190,7 @@ pub mod tests {
         };
         Parameter {
             name: name.to_owned(),
-            kind: Kind::Numerical,
+            is_numerical: true,
             values: sizes.iter().map(value).collect(),
             base,
             size_name: "size".into(),
@@ -277,5 +293,52 @@ pub mod tests {
         let a = &found.refinements[0].figures[0];
         assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
         near(Some(a.limit.unwrap().value), 1.05);
+    }
+
+    /// Study whose figure is (x - 0.3)^2 + y + 0.1 a, with the physical x and y and a numerical a.
+    fn designed() -> (Study, Vec<CaseResult>) {
+        let physical = |name: &str, values: &[f64]| Parameter {
+            is_numerical: false,
+            ..sized(name, values, 0)
+        };
+        let mut study = study(Mode::Grid);
+        study.parameters = vec![
+            physical("x", &[0.1, 0.2, 0.4, 0.9]),
+            physical("y", &[1.0, 2.0]),
+            sized("a", &[0.4, 0.2], 0),
+        ];
+        let figure = |study: &Study, values: &[usize]| {
+            let number = |k: usize| study.parameters[k].values[values[k]].number.unwrap();
+            (number(0) - 0.3).powi(2) + number(1) + 0.1 * number(2)
+        };
+        let results = cases(&study);
+        let results = results.iter().map(|c| result(c, figure(&study, &c.values)));
+        let results = results.collect();
+        (study, results)
+    }
+
+    #[test]
+    fn differences_are_those_of_the_numerical_parameters_at_each_design_by_itself() {
+        let (study, results) = designed();
+        let found = analyse(&study, &results);
+        assert_eq!(found.changing.len(), 1);
+        assert_eq!(found.refinements.len(), 8);
+        for refinement in &found.refinements {
+            let [coarse, fine] = [0, 1].map(|v| refinement.cases[v]);
+            let step = 0.02 / results[fine].value("peak_amplitude_m").unwrap();
+            let difference = found.differences[coarse][0].unwrap();
+            assert!((difference - step).abs() < 1e-12, "{difference} {step}");
+            assert_eq!(found.differences[fine], [Some(0.0)]);
+        }
+    }
+
+    #[test]
+    fn physical_parameters_alone_have_no_errors() {
+        let (mut study, _) = designed();
+        study.parameters.truncate(2);
+        let all = cases(&study);
+        let results: Vec<CaseResult> = all.iter().map(|c| result(c, 1.0)).collect();
+        let found = analyse(&study, &results);
+        assert!(found.refinements.is_empty() && found.changing.is_empty());
     }
 }

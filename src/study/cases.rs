@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::file::{Mode, Study};
-use super::parameter::{KINDS, Kind, Parameter, ParameterValue};
+use super::parameter::{Parameter, ParameterValue};
 
 /// One run, with a value of each parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,36 +17,51 @@ pub struct Case {
 impl Case {
     /// `KEY=VALUE` texts for `--set`, those of the study first.
     pub fn set(&self, study: &Study) -> Vec<String> {
-        let of_parameters = study.chosen(&self.values, KINDS).flat_map(|(_, v)| &v.set);
+        let of_parameters = study.chosen(&self.values).flat_map(|(_, v)| &v.set);
         study.set.iter().chain(of_parameters).cloned().collect()
     }
 }
 
 impl Study {
-    /// Parameters of these kinds, each with its value at these positions.
+    /// Parameters, each with its value at these positions.
     pub fn chosen<'s>(
         &'s self,
         values: &'s [usize],
-        kinds: &'s [Kind],
     ) -> impl Iterator<Item = (&'s Parameter, &'s ParameterValue)> {
         let parameters = self.parameters.iter().zip(values);
-        let wanted = parameters.filter(|(p, _)| kinds.contains(&p.kind));
-        wanted.map(|(p, v)| (p, &p.values[*v]))
+        parameters.map(|(p, v)| (p, &p.values[*v]))
     }
 
-    /// Text of the parameters of these kinds, such as `friction 0.3, force 1.0 N`.
-    pub fn words(&self, values: &[usize], kinds: &[Kind]) -> String {
-        let words = self.chosen(values, kinds).map(|(p, v)| p.words(v));
-        words.collect::<Vec<_>>().join(", ")
+    /// Physical parameters, each with its value at these positions.
+    pub fn physical<'s>(
+        &'s self,
+        values: &'s [usize],
+    ) -> impl Iterator<Item = (&'s Parameter, &'s ParameterValue)> {
+        self.chosen(values).filter(|(p, _)| !p.is_numerical)
     }
 
-    /// Text of the parameters of these kinds, such as ` at force 1.0 N`; empty if there are none.
-    pub fn at(&self, values: &[usize], kinds: &[Kind]) -> String {
-        match self.words(values, kinds) {
+    /// Text of the physical parameters, such as ` at friction 0.3, force 1.0 N`; empty if there are
+    /// none.
+    pub fn at(&self, values: &[usize]) -> String {
+        match words(self.physical(values)) {
             none if none.is_empty() => none,
             words => format!(" at {words}"),
         }
     }
+
+    /// Position of the value of each parameter around which others are varied: its base or, for a
+    /// numerical parameter in a grid, its finest value.
+    pub fn centre(&self) -> Vec<usize> {
+        let is_finest = |p: &Parameter| self.mode == Mode::Grid && p.is_numerical;
+        let value = |p: &Parameter| if is_finest(p) { p.last() } else { p.base };
+        self.parameters.iter().map(value).collect()
+    }
+}
+
+/// Text of parameters and their values, such as `friction 0.3, force 1.0 N`.
+pub fn words<'s>(chosen: impl Iterator<Item = (&'s Parameter, &'s ParameterValue)>) -> String {
+    let words = chosen.map(|(p, v)| p.words(v));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// All cases. One at a time the base comes first, then one parameter after the other; in a grid the
@@ -76,7 +91,7 @@ pub fn cases(study: &Study) -> Vec<Case> {
     }
     let mut taken = HashSet::new();
     let mut case = |(i, values): (usize, Vec<usize>)| {
-        let chosen = study.chosen(&values, KINDS).zip(values.iter().zip(&base));
+        let chosen = study.chosen(&values).zip(values.iter().zip(&base));
         let named = chosen.filter(|(_, (v, base))| study.mode == Mode::Grid || v != base);
         let slug = match slug(named.map(|(chosen, _)| chosen)) {
             empty if empty.is_empty() => "base".to_owned(),
@@ -117,7 +132,6 @@ fn clean(label: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::parameter::TRUE_KINDS;
 
     fn parameter(name: &str, labels: &[&str], base: usize) -> Parameter {
         let value = |label: &&str| ParameterValue {
@@ -129,7 +143,7 @@ mod tests {
         };
         Parameter {
             name: name.to_owned(),
-            kind: Kind::Numerical,
+            is_numerical: true,
             values: labels.iter().map(value).collect(),
             base,
             size_name: String::new(),
@@ -175,14 +189,13 @@ mod tests {
     }
 
     #[test]
-    fn designs_and_loads_have_words() {
+    fn physical_parameters_have_words() {
         let mut study = study(Mode::Grid);
-        assert_eq!(study.at(&[0, 1], TRUE_KINDS), "");
-        study.parameters[0].kind = Kind::Design;
-        study.parameters[1].kind = Kind::Load;
-        assert_eq!(study.at(&[1, 1], TRUE_KINDS), " at flanks 8 x 18, h 3");
-        assert_eq!(study.words(&[1, 1], &[Kind::Load]), "h 3");
-        assert_eq!(slug(study.chosen(&[1, 1], &[Kind::Design])), "flanks_8x18");
+        assert_eq!(study.at(&[0, 1]), "");
+        study.parameters[0].is_numerical = false;
+        assert_eq!(study.at(&[1, 1]), " at flanks 8 x 18");
+        assert_eq!(slug(study.physical(&[1, 1])), "flanks_8x18");
+        assert_eq!(study.centre(), [0, 2]);
     }
 
     #[test]

@@ -23,26 +23,9 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Invalid(#[from] SceneError),
-    /// `what` is `case` or `piece`.
-    #[error("the study has no {what} \"{name}\"")]
-    #[diagnostic(help("its {what}s are: {}", dovetail_mesh::text::list(known)))]
-    Unknown {
-        what: &'static str,
-        name: String,
-        known: Vec<String>,
-    },
-    /// A shared input that was not made. The cases that need it try to make it themselves.
-    #[error("the piece \"{name}\" was not made: see {}", log.display())]
-    #[diagnostic(
-        severity(Warning),
-        help(
-            "each case that needs it tries to make it, and says in its own log.txt why it cannot"
-        )
-    )]
-    PieceFailed { name: String, log: PathBuf },
-    #[error("the piece \"{name}\" has no cache in which cases would find it")]
-    #[diagnostic(help("name the folder that the cases are given, too: --cache DIR"))]
-    PieceWithoutCache { name: String },
+    #[error("the study has no case \"{name}\"")]
+    #[diagnostic(help("its cases are: {}", dovetail_mesh::text::list(known)))]
+    UnknownCase { name: String, known: Vec<String> },
     /// An input named by the scene, such as a mesh, without which no case can run.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -89,13 +72,10 @@ impl StudyError {
     /// Exit status of a command that ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
-            Self::Read { .. }
-            | Self::Invalid(_)
-            | Self::Unknown { .. }
-            | Self::PieceWithoutCache { .. } => ExitStatus::BadInput,
+            Self::Read { .. } | Self::Invalid(_) | Self::UnknownCase { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
             Self::Io { .. } | Self::Export(_) => ExitStatus::Failed,
-            Self::CasesFailed { .. } | Self::PieceFailed { .. } => ExitStatus::NotConverged,
+            Self::CasesFailed { .. } => ExitStatus::NotConverged,
         }
     }
 }

@@ -1,5 +1,4 @@
-//! Reads a [`Study`] from its text: its scene, its parameters, its quantities, and the quantities
-//! that a design is to minimise.
+//! Reads a [`Study`] from its text: its scene, its parameters and its quantities.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,10 +8,9 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::{RawStudy, STUDY};
-use super::parameter::{self, Kind, Parameter, every, fault};
+use super::parameter::{self, Parameter, every, fault};
 use super::quantity::{self, Quantity};
 use crate::scene::check::fields::{Checker, Table};
-use crate::scene::raw::Located;
 use crate::scene::source::Source;
 use crate::scene::{Fault, SceneError, document};
 use dovetail_solver::input;
@@ -30,8 +28,6 @@ pub struct Study {
     /// True if cases write their fields for ParaView.
     pub fields: bool,
     pub parameters: Vec<Parameter>,
-    /// Quantities of which the case with the smallest value is reported.
-    pub minimise: Vec<Quantity>,
     /// Name and text of the file, for messages about cases.
     pub(super) file: (String, Arc<str>),
 }
@@ -121,26 +117,14 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     }
     let of_file = raw.set.into_iter().map(Spanned::into_inner);
     let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
-    let quantities = match raw.quantities.map(|list| (list.span(), list.into_inner())) {
+    let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
-        Some((span, list)) if list.is_empty() => {
-            let example = STUDY.example("", "quantities");
-            let message = "at least one quantity is expected".to_owned();
-            let path = "quantities".to_owned();
-            checker.fault(
-                span,
-                Fault::WrongType {
-                    path,
-                    message,
-                    example,
-                },
-            );
-            None
-        }
-        Some((_, list)) => {
-            let words = list.into_iter().map(Some);
-            every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
-        }
+        Some(list) => checker
+            .at_least_one(&top, "quantities", list)
+            .and_then(|list| {
+                let words = list.iter().map(|word| Some(word.clone()));
+                every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
+            }),
     };
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");
@@ -151,11 +135,6 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     if let Some(parameters) = &parameters {
         parameter::check_together(checker, parameters, mode == Some(Mode::Grid));
     }
-    let minimise = every(raw.minimise.iter().enumerate().map(|(i, minimum)| {
-        let at = Table::of("minimise", minimum.span(), Some((i, &None)));
-        let word = &minimum.get_ref().quantity;
-        minimum_of(checker, &at, word, &quantities, &parameters)
-    }));
     Some(Study {
         name: name?,
         scene: folder.join(scene?),
@@ -164,45 +143,6 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         quantities: quantities?,
         fields: raw.fields,
         parameters: parameters?,
-        minimise: minimise?,
         file: Default::default(),
     })
-}
-
-/// Quantity of a `[[minimise]]`: the study has to follow it and to have designs to compare.
-/// `followed` and `parameters` are `None` if they have faults of their own.
-fn minimum_of(
-    checker: &mut Checker,
-    at: &Table,
-    word: &Located<String>,
-    followed: &Option<Vec<Quantity>>,
-    parameters: &Option<Vec<Parameter>>,
-) -> Option<Quantity> {
-    let is_design = |p: &Parameter| p.kind == Kind::Design;
-    if let Some(all) = parameters.as_ref().filter(|all| !all.iter().any(is_design)) {
-        let names: Vec<&str> = all.iter().map(|p| p.name.as_str()).collect();
-        let message = format!(
-            "`{}` asks for the best design, and no parameter is a design value ({})",
-            at.path,
-            names.join(", ")
-        );
-        let remedy = "write is = \"design\" in a parameter that says what is built, or leave \
-                      [[minimise]] out: the report has the values of every case";
-        let fault = fault(message, "nothing to choose from", remedy);
-        checker.fault(at.span.clone(), fault);
-    }
-    let Some(located) = word else {
-        checker.missing(at, "quantity");
-        return None;
-    };
-    let found = checker.choice(at, "quantity", word, quantity::ALL)?;
-    if followed.as_ref().is_some_and(|all| !all.contains(&found)) {
-        let (key, word) = (at.key("quantity"), found.word);
-        let message = format!("`{key}`: {word} is not among the `quantities` of the study");
-        let remedy = format!(
-            "add \"{word}\" to `quantities`, or leave `quantities` out to follow all of them"
-        );
-        checker.fault(located.span(), fault(message, "not followed", remedy));
-    }
-    Some(found)
 }

@@ -3,16 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
-use super::parameter::KINDS;
 use super::quantity::BLADE_FREQUENCY;
 use crate::export::journal::JOURNAL;
-use crate::export::{ExportError, write_file};
+use crate::export::{read_json, write_json};
 use crate::fingerprint::{executable_hash, fingerprint};
 use crate::scene;
 use crate::scene_files;
@@ -20,6 +18,9 @@ use crate::scene_files;
 /// Options of a case, as far as its result depends on them: it lacks what it leaves out.
 const NO_FIELDS: &str = "--no-fields";
 const HELD_MODES: &str = "--held-modes";
+
+/// File of the request of a case.
+const CASE: &str = "case.json";
 
 /// Content of case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,7 +108,7 @@ impl Plan {
         let hexadecimals = |hash: [u8; 32]| blake3::Hash::from_bytes(hash).to_hex().to_string();
         let program = executable_hash();
         let program = program.map_err(StudyError::io("reading", Path::new("dovetail")))?;
-        let parameters = study.chosen(&case.values, KINDS);
+        let parameters = study.chosen(&case.values);
         let parameters = parameters.map(|(p, v)| (p.name.clone(), v.label.clone()));
         Ok(CaseRecord {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -126,9 +127,15 @@ impl Plan {
 }
 
 impl CaseRecord {
+    /// Record of the run in a folder, if its result is also one of this request.
+    pub fn answered_in(&self, folder: &Path) -> Option<Self> {
+        let earlier: Option<Self> = read_json(&folder.join(CASE));
+        earlier.filter(|earlier| self.is_answered_by(earlier))
+    }
+
     /// Returns `true` if a result of `earlier` is also a result of this request: paths, threads and
     /// the machine do not matter.
-    pub fn is_answered_by(&self, earlier: &Self) -> bool {
+    fn is_answered_by(&self, earlier: &Self) -> bool {
         let asks = |r: &Self, option: &str| r.command.iter().any(|word| word == option);
         let contents = |r: &Self| -> Vec<String> { r.inputs.iter().map(|i| i.1.clone()).collect() };
         self.program_hash == earlier.program_hash
@@ -141,42 +148,21 @@ impl CaseRecord {
 
 /// Returns `true` if an interrupted run of the same case is in the folder, which can be resumed.
 pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> bool {
-    let earlier: Option<CaseRecord> = read_json(&folder.join("case.json"));
-    let is_same = earlier.is_some_and(|earlier| {
-        record.is_answered_by(&earlier) && record.machine_hash == earlier.machine_hash
-    });
-    is_same && folder.join(JOURNAL).exists()
+    let earlier = record.answered_in(folder);
+    earlier.is_some_and(|earlier| earlier.machine_hash == record.machine_hash)
+        && folder.join(JOURNAL).exists()
 }
 
 /// Prepares the folder of a case for a run: removes outcome.json of an earlier run and writes
 /// case.json.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
-    remove_outcome(folder)?;
-    write_json(&folder.join("case.json"), record)
-}
-
-/// Removes outcome.json of an earlier run.
-pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
     let path = folder.join("outcome.json");
     match std::fs::remove_file(&path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
             Err(StudyError::io("removing", &path)(error))
         }
-        _ => Ok(()),
+        _ => Ok(write_json(&folder.join(CASE), record)?),
     }
-}
-
-pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
-    let text = serde_json::to_string_pretty(value).map_err(|source| ExportError::EncodeJson {
-        path: path.to_owned(),
-        source,
-    })?;
-    Ok(write_file(path, (text + "\n").as_bytes())?)
-}
-
-/// Reads a JSON file; `None` if there is no such file, or if another program wrote it.
-pub fn read_json<T: DeserializeOwned>(path: &Path) -> Option<T> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
 #[cfg(test)]

@@ -10,8 +10,9 @@ use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 use crate::scene::raw::{Located, Number};
 
-/// Words for the kinds of a parameter.
-pub(super) const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
+/// Words for the two kinds of a parameter.
+pub(super) const NUMERICAL: &str = "numerical";
+pub(super) const PHYSICAL: &str = "physical";
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,14 +27,6 @@ pub(super) struct RawStudy {
     pub fields: bool,
     #[serde(default)]
     pub parameter: Vec<Spanned<RawParameter>>,
-    #[serde(default)]
-    pub minimise: Vec<Spanned<RawMinimum>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawMinimum {
-    pub quantity: Located<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -69,15 +62,6 @@ pub const STUDY: Vocabulary = Vocabulary {
             example: "[[parameter]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
             fields: fields::<RawParameter>,
             keys: &PARAMETER,
-        },
-        Section {
-            name: "minimise",
-            shape: Shape::List,
-            needed: "none or more",
-            what: "a quantity that a design shall have as little of as possible",
-            example: "[[minimise]]\nquantity = \"peak_amplitude_m\"",
-            fields: fields::<RawMinimum>,
-            keys: &MINIMISE,
         },
     ],
 };
@@ -146,14 +130,12 @@ const PARAMETER: [Key; 7] = [
     ),
     key(
         "is",
-        Kind::Choice(&KIND_WORDS),
+        Kind::Choice(&[NUMERICAL, PHYSICAL]),
         "by its keys",
-        "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
-         built; `\"load\"`: what acts on it. Keys of `mesh`, `response` and `static` and numbers \
-         of modes are numerical. Keys of `load`, `excitation` and `rotation` and \
-         `reduced_model.force_n` are loads. All others are design values. A parameter that sets \
-         keys of several kinds is a design value where one of them is, else a load",
-        "is = \"design\"",
+        "`\"numerical\"`: how the model is solved, which has an error; `\"physical\"`: what is \
+         built, or what acts on it. Keys of `mesh`, `response` and `static` and numbers of modes \
+         are numerical, all others physical. A parameter that sets keys of both kinds is physical",
+        "is = \"physical\"",
     ),
     key(
         "values",
@@ -188,14 +170,6 @@ const PARAMETER: [Key; 7] = [
         "order = 2",
     ),
 ];
-
-const MINIMISE: [Key; 1] = [key(
-    "quantity",
-    Kind::Choice(quantity::WORDS),
-    "-",
-    "one of the quantities below that the study follows",
-    "quantity = \"peak_amplitude_m\"",
-)];
 
 #[cfg(test)]
 mod tests {

@@ -1,16 +1,14 @@
 //! Studies: runs of a scene over ranges of any of its keys, for the cost of accuracy and the effect
-//! of design values.
+//! of physical parameters.
 //!
 //! A study file (`file`, `parameter`) names a scene and parameters. They make cases (`cases`), each
 //! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). The results
-//! (`results`) are turned into orders and errors (`convergence`, `analysis`) and into the smallest
-//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). All figures are
-//! read from the summary.json of the runs.
+//! (`results`) are turned into orders and errors (`convergence`, `analysis`) and written (`report`,
+//! `pictures`, `page`). All figures are read from the summary.json of the runs.
 
 mod analysis;
 mod cases;
 mod convergence;
-mod designs;
 mod error;
 mod file;
 mod folder;
@@ -33,10 +31,9 @@ pub use self::error::StudyError;
 pub use self::file::Study;
 
 use self::analysis::analyse;
+use self::cases::words;
 use self::folder::Plan;
-use self::parameter::{KINDS, Parameter};
 use self::results::{CaseResult, Ended};
-use self::workflow::Pieces;
 use crate::commands;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
@@ -52,8 +49,6 @@ pub enum Action {
     Run,
     /// Run this case alone.
     Case(String),
-    /// Make only this mesh or reduced model, which several cases share.
-    Piece(String),
     /// Answer with the existing results.
     Collect,
     /// Write a Snakemake workflow into this folder.
@@ -84,89 +79,49 @@ pub struct StudyOptions {
 /// Size limit of a cache that belongs to one study, whose cases need all of it.
 const MOST_GIB: f64 = 1000.0;
 
-/// Outcome of a study.
-#[derive(Debug)]
-pub struct Studied {
-    /// Smallest values, one line each; empty if the study asks for none.
-    pub answers: String,
-    /// [`StudyError::CasesFailed`] if everything is written but some cases have no or no full
-    /// result.
-    pub verdict: Result<(), StudyError>,
-}
-
 /// Performs a study from its file to its answers.
 ///
 /// # Errors
 /// A study or a case of it that is not possible (reported before anything runs), files that cannot
-/// be read or written.
+/// be read or written; [`StudyError::CasesFailed`] if everything is written but some cases have no
+/// or no full result.
 pub fn study(
     file: &Path,
     options: &StudyOptions,
     reporter: &Reporter<'_>,
-) -> Result<Studied, StudyError> {
+) -> Result<(), StudyError> {
     let mut plan = plan(Study::read(file, &options.overrides)?, options);
     check(&plan.study, &plan.cases)?;
-    let shares = plan.cache.len() > 1;
-    let verdict = match &options.action {
-        Action::Run => return answer(&plan, Some(options.jobs), reporter),
-        Action::Collect => return answer(&plan, None, reporter),
+    match &options.action {
+        Action::Run => answer(&plan, Some(options.jobs), reporter),
+        Action::Collect => answer(&plan, None, reporter),
         Action::ExportWorkflow(folder) => {
-            let pieces = if shares {
-                plan.pieces()?
-            } else {
-                Pieces::default()
-            };
-            plan.export(folder, file, &options.overrides, &pieces)?;
+            let pieces = plan.export(folder, file, &options.overrides)?;
             reporter.note(&format!(
                 "{} and {} in {}",
                 counted(plan.cases.len(), "case", "cases"),
-                counted(pieces.all.len(), "shared input", "shared inputs"),
+                counted(pieces, "shared input", "shared inputs"),
                 folder.join("Snakefile").display()
             ));
             Ok(())
         }
-        Action::Piece(name) => {
-            let pieces = plan.pieces()?.all;
-            let known = pieces.iter().map(|p| &p.name);
-            let piece = &pieces[position("piece", name, known)?];
-            if !shares {
-                return Err(StudyError::PieceWithoutCache { name: name.clone() });
-            }
-            plan.make(piece)
-        }
         Action::Case(name) => {
-            let known = plan.cases.iter().map(|c| &c.slug);
-            let case = position("case", name, known)?;
+            let named = plan.cases.iter().position(|case| case.slug == *name);
+            let case = named.ok_or_else(|| StudyError::UnknownCase {
+                name: name.clone(),
+                known: plan.cases.iter().map(|case| case.slug.clone()).collect(),
+            })?;
             plan.cases = vec![plan.cases.swap_remove(case)];
             plan.run(1, reporter)?;
             all_complete(&plan.results()?)
         }
-    };
-    Ok(Studied {
-        answers: String::new(),
-        verdict,
-    })
-}
-
-/// Position of a name among the `known` names of cases or pieces (`what`).
-fn position<'n>(
-    what: &'static str,
-    name: &str,
-    known: impl Iterator<Item = &'n String>,
-) -> Result<usize, StudyError> {
-    let known: Vec<&String> = known.collect();
-    let found = known.iter().position(|n| *n == name);
-    found.ok_or_else(|| StudyError::Unknown {
-        what,
-        name: name.to_owned(),
-        known: known.into_iter().cloned().collect(),
-    })
+    }
 }
 
 fn plan(study: Study, options: &StudyOptions) -> Plan {
     let out = options.out.clone();
     let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
-    let tells_costs = study.parameters.iter().any(Parameter::is_numerical);
+    let tells_costs = study.parameters.iter().any(|p| p.is_numerical);
     let is_workflow = matches!(options.action, Action::ExportWorkflow(_));
     let own = is_workflow && !tells_costs && !options.no_cache;
     let own = own.then(|| (out.join("cache"), Some(MOST_GIB)));
@@ -188,11 +143,7 @@ fn plan(study: Study, options: &StudyOptions) -> Plan {
 
 /// Runs the incomplete cases, `jobs` at a time, and answers; without `jobs` it answers with the
 /// existing results.
-fn answer(
-    plan: &Plan,
-    jobs: Option<usize>,
-    reporter: &Reporter<'_>,
-) -> Result<Studied, StudyError> {
+fn answer(plan: &Plan, jobs: Option<usize>, reporter: &Reporter<'_>) -> Result<(), StudyError> {
     let (name, all) = (&plan.study.name, plan.cases.len());
     reporter.note(&format!("study \"{name}\": {all} cases"));
     if let Some(jobs) = jobs {
@@ -211,11 +162,7 @@ fn answer(
         }
     }
     reporter.note(&format!("answers in {}", plan.out.join(REPORT).display()));
-    let least = report::least_values(&analysis);
-    Ok(Studied {
-        answers: least.iter().map(|line| format!("{line}\n")).collect(),
-        verdict: all_complete(&results),
-    })
+    all_complete(&results)
 }
 
 /// Loads every case and looks for its mesh or folder, so that a mistake in the last case is
@@ -240,7 +187,7 @@ fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
         let Err(error) = checked else {
             continue;
         };
-        let (slug, values) = (&case.slug, study.words(&case.values, KINDS));
+        let (slug, values) = (&case.slug, words(study.chosen(&case.values)));
         let message = format!("case \"{slug}\" ({values}) is no possible run: {error}");
         let remedy = error.help().map_or(String::new(), |h| h.to_string());
         // The value that makes the case differ from the base, else the first parameter.

@@ -11,10 +11,10 @@ use super::convergence::{How, SAME};
 use super::error::StudyError;
 use super::file::Mode;
 use super::folder::Plan;
-use super::parameter::{KINDS, Parameter, TRUE_KINDS};
+use super::parameter::Parameter;
 use super::pictures::Picture;
 use super::quantity::Figure;
-use super::report::{OF_RUNS, day, least_values, remarks};
+use super::report::{OF_RUNS, day, remarks};
 use super::results::CaseResult;
 use crate::export::report::REPORT;
 use crate::export::report::frame::{self, Frame, card, frame, warnings};
@@ -119,7 +119,6 @@ fn answer(analysis: &Analysis<'_>) -> Markup {
     let figures = || results.iter().filter_map(CaseResult::figures);
     let (all, complete) = (results.len(), figures().count());
     let seconds: f64 = figures().filter_map(|f| f.processor_seconds).sum();
-    let least = least_values(analysis);
     html! {
         div.cards {
             (card("Cases with a result", &format!("{complete} of {all}"), &html! {
@@ -127,7 +126,7 @@ fn answer(analysis: &Analysis<'_>) -> Markup {
             }))
             @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
                 (card(
-                    &format!("{}, {}", p.title(), p.kind.word()),
+                    &format!("{}, {}", p.title(), p.kind()),
                     &counted(p.values.len(), "value", "values"),
                     &html! { (p.values[0].label) " to " (p.values[p.last()].label) },
                 ))
@@ -135,15 +134,6 @@ fn answer(analysis: &Analysis<'_>) -> Markup {
             (card("All cases took", &format!("{} s", figure(seconds, 3)), &html! {
                 "of the processor"
             }))
-        }
-        @if least.is_empty() {
-            p.quiet {
-                "The study asks for no least value (" code { "[[minimise]]" } "): its answer is "
-                "the responses, the tables and the pictures below."
-            }
-        } @else {
-            h3 { "Least values" }
-            ul { @for line in &least { li { (line) } } }
         }
         @if analysis.refinements.is_empty() {
             p.quiet {
@@ -211,7 +201,7 @@ fn cases(plan: &Plan, analysis: &Analysis<'_>) -> Markup {
                 a href={ "cases/" (case.slug) "/" (REPORT) } { (case.slug) }
             } @else { (case.slug) }
         };
-        let labels = study.chosen(&case.values, KINDS);
+        let labels = study.chosen(&case.values);
         let labels = labels.map(|(_, v)| html! { (v.label) });
         rows.push([link].into_iter().chain(labels).collect());
     }
@@ -259,7 +249,7 @@ fn errors(analysis: &Analysis<'_>) -> Markup {
             @let values = &analysis.runs.results[refinement.cases[0]].case.values;
             @let ends = ["order", "counted from"].map(str::to_owned);
             @let header = [vec![String::new()], parameter.labels(), ends.to_vec()].concat();
-            h3 { (parameter.title()) (analysis.runs.study.at(values, TRUE_KINDS)) }
+            h3 { (parameter.title()) (analysis.runs.study.at(values)) }
             (table("plain", &header, &of_refinement(analysis, refinement)))
         }
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::Value;
 
-use super::keys::{KIND_WORDS, RawParameter, STUDY};
+use super::keys::{NUMERICAL, PHYSICAL, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::raw::Located;
@@ -21,46 +21,22 @@ const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
-/// Kind of a parameter, in the order of its words in a study file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Setting of the solution method: its values have errors.
-    Numerical,
-    /// Load on the model: values are compared separately at each load.
-    Load,
-    /// Value of the design.
-    Design,
-}
-
-pub const KINDS: &[Kind] = &[Kind::Numerical, Kind::Load, Kind::Design];
-/// Kinds whose values have no errors.
-pub const TRUE_KINDS: &[Kind] = &[Kind::Load, Kind::Design];
-
-impl Kind {
-    /// Word for the kind in a study file.
-    pub fn word(self) -> &'static str {
-        KIND_WORDS[self as usize]
-    }
-
-    /// Kind of a key of the scene, if the study does not state it.
-    fn of_key(key: &str) -> Self {
-        let words: Vec<&str> = key.split('.').map(str::trim).collect();
-        let last = words[words.len() - 1];
-        match words[0] {
-            _ if last.ends_with("_modes") => Self::Numerical,
-            "mesh" | "response" | "static" => Self::Numerical,
-            "excitation" | "load" | "rotation" => Self::Load,
-            "reduced_model" if last == "force_n" => Self::Load,
-            _ => Self::Design,
-        }
-    }
+/// Returns `true` if a key of the scene is a setting of the solution, whose values have errors, if
+/// the study does not state it.
+fn is_numerical(key: &str) -> bool {
+    let mut words = key.split('.').map(str::trim);
+    let section = words.next().unwrap_or_default();
+    let last = words.next_back().unwrap_or(section);
+    matches!(section, "mesh" | "response" | "static") || last.ends_with("_modes")
 }
 
 /// One varied key of the scene, or several keys that are varied together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     pub name: String,
-    pub kind: Kind,
+    /// True for a setting of the solution, whose values have errors; false for what is built and
+    /// what acts on it.
+    pub is_numerical: bool,
     /// Values in order. Numerical ones are ordered from coarse to fine: by decreasing size, or as
     /// written if they have no sizes. Others are ordered from low to high, or as written if they
     /// are not numbers.
@@ -88,8 +64,13 @@ pub struct ParameterValue {
 }
 
 impl Parameter {
-    pub fn is_numerical(&self) -> bool {
-        self.kind == Kind::Numerical
+    /// Word for its kind in a study file.
+    pub fn kind(&self) -> &'static str {
+        if self.is_numerical {
+            NUMERICAL
+        } else {
+            PHYSICAL
+        }
     }
 
     /// Position of the last value.
@@ -176,27 +157,22 @@ pub fn check(
         checker.missing(&at, "values");
         return None;
     };
+    let items = checker.at_least_one(&at, "values", items)?;
     let mut reader = Reader { checker, at: &at };
-    if items.get_ref().is_empty() {
-        let example = STUDY.example("parameter", "values");
-        let message = "at least one value is expected".to_owned();
-        return reader.wrong_type("values", items.span(), message, example);
-    }
-    let items = items.get_ref().iter();
-    let mut values = every(items.map(|item| reader.value(&raw.key, item)))?;
+    let mut values = every(items.iter().map(|item| reader.value(&raw.key, item)))?;
     let labels = values.iter();
     let labels = labels.map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     reader.checker.distinct(&labels.collect::<Vec<_>>());
-    let kind = reader.kind(raw, &values)?;
+    let is_numerical = reader.is_numerical(raw, &values)?;
     let size_name = reader.sizes(&raw.size, &mut values)?;
     let base = reader.base(&raw.base, &values, needs_base)?;
     let base_label = values[base].label.clone();
-    sort(kind, &mut values);
+    sort(is_numerical, &mut values);
     let name = name?;
     Some(Parameter {
         size_name: size_name.replace("value", &name_and_unit(&name).0),
         name,
-        kind,
+        is_numerical,
         base: values.iter().position(|v| v.label == base_label)?,
         values,
         order: order?,
@@ -225,23 +201,6 @@ impl Reader<'_, '_> {
         None
     }
 
-    fn wrong_type<T>(
-        &mut self,
-        key: &str,
-        span: Range<usize>,
-        message: String,
-        example: &'static str,
-    ) -> Option<T> {
-        let path = self.at.key(key);
-        let fault = Fault::WrongType {
-            path,
-            message,
-            example,
-        };
-        self.checker.fault(span, fault);
-        None
-    }
-
     /// Last word of a key, which names the parameter if nothing else does.
     fn name(&mut self, key: &Spanned<String>) -> Option<String> {
         let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
@@ -255,19 +214,21 @@ impl Reader<'_, '_> {
         self.refuse("key", key.span(), problem, "names the parameter", remedy)
     }
 
-    /// Kind given by `is`, else the last of the kinds of its keys. Only numerical parameters may
-    /// have a size and an order, as these describe errors.
-    fn kind(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<Kind> {
+    /// Kind given by `is`, else numerical if all keys are. Only numerical parameters may have a
+    /// size and an order, as these describe errors.
+    fn is_numerical(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<bool> {
         let own = raw.key.iter().map(|key| key.get_ref().as_str());
-        let kinds = own.chain(keys(values)).map(Kind::of_key);
-        let kind = match kinds.max_by_key(|kind| *kind as usize) {
-            Some(kind) if raw.is.is_none() => kind,
-            _ => self.checker.choice(self.at, "is", &raw.is, KINDS)?,
+        let mut keys = own.chain(keys(values));
+        let is_numerical = if raw.is.is_some() {
+            self.checker
+                .choice(self.at, "is", &raw.is, &[true, false])?
+        } else {
+            keys.all(is_numerical)
         };
         let size = raw.size.as_ref().map(|size| ("size", size.span()));
         let of_errors = size.or(raw.order.as_ref().map(|order| ("order", order.span())));
-        let Some((key, span)) = of_errors.filter(|_| kind != Kind::Numerical) else {
-            return Some(kind);
+        let Some((key, span)) = of_errors.filter(|_| !is_numerical) else {
+            return Some(is_numerical);
         };
         let problem = " belongs to errors, which numerical parameters alone have".to_owned();
         let remedy = format!(
@@ -295,8 +256,9 @@ impl Reader<'_, '_> {
                     (label, set.collect())
                 }
                 Err(error) => {
-                    let message = error.message().to_owned();
-                    return self.wrong_type("values", span, message, JOINT);
+                    let problem = format!(": {}", error.message());
+                    let remedy = format!("write it like this: {JOINT}");
+                    return self.refuse("values", span, problem, "not { label, set }", remedy);
                 }
             }
         };
@@ -342,32 +304,22 @@ impl Reader<'_, '_> {
             }
             Some((span, _)) => {
                 let message = format!("a rule, or {} numbers, one a value", values.len());
-                let example = STUDY.example("parameter", "size");
-                return self.wrong_type("size", span, message, example);
+                self.checker.wrong_type(self.at, "size", span, message);
+                return None;
             }
         };
-        for (i, (value, size)) in values.iter_mut().zip(&sizes).enumerate() {
-            let (problem, words, remedy) = if !(*size > 0.0 && size.is_finite()) {
-                (
-                    format!(
-                        ": {} has the size {size}, which is not above 0",
-                        value.label
-                    ),
-                    "no size above 0",
-                    "give one size above 0 for each value, as a list: size = [1.0, 0.5]",
-                )
-            } else if sizes[..i].contains(size) {
-                (
-                    format!(": two values have the size {size}"),
-                    "the same size",
-                    "a size says how fine a value is; leave out `size` where the values are not \
-                     finer and coarser (they then count from coarse to fine as they are written)",
-                )
-            } else {
-                value.size = Some(*size);
-                continue;
-            };
-            return self.refuse("size", value.span.clone(), problem, words, remedy);
+        for (i, (value, &size)) in values.iter_mut().zip(&sizes).enumerate() {
+            if !(size > 0.0 && size.is_finite()) || sizes[..i].contains(&size) {
+                let problem = format!(
+                    ": {} has the size {size}, which is not above 0, or that of another value",
+                    value.label
+                );
+                let remedy = "give each value a size of its own above 0, as a list: \
+                              size = [1.0, 0.5]; leave `size` out where the values are not finer \
+                              and coarser (they then count from coarse to fine as written)";
+                return self.refuse("size", value.span.clone(), problem, "no size", remedy);
+            }
+            value.size = Some(size);
         }
         Some(name)
     }
@@ -418,10 +370,13 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 /// Sorts numerical values with sizes from coarse to fine, other numbers from low to high.
-fn sort(kind: Kind, values: &mut [ParameterValue]) {
-    let place = |v: &ParameterValue| match kind {
-        Kind::Numerical => v.size.map(|size| -size),
-        Kind::Load | Kind::Design => v.number,
+fn sort(is_numerical: bool, values: &mut [ParameterValue]) {
+    let place = |v: &ParameterValue| {
+        if is_numerical {
+            v.size.map(|size| -size)
+        } else {
+            v.number
+        }
     };
     if values.iter().all(|v| place(v).is_some()) {
         values.sort_by(|a, b| f64::total_cmp(&place(a).unwrap_or(0.0), &place(b).unwrap_or(0.0)));
@@ -467,7 +422,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_is_a_setting_a_load_or_a_design_value() {
+    fn a_key_is_a_setting_or_physical() {
         for key in [
             "mesh.parameters.nu",
             "mesh.file",
@@ -476,29 +431,22 @@ mod tests {
             "static.load_steps",
             "body.*.fixed_interface_modes",
         ] {
-            assert_eq!(Kind::of_key(key), Kind::Numerical, "{key}");
+            assert!(is_numerical(key), "{key}");
         }
         for key in [
             "contact.*.friction",
-            "reduced_model.friction",
             "damping.ratio",
             "body.blade.young_pa",
-        ] {
-            assert_eq!(Kind::of_key(key), Kind::Design, "{key}");
-        }
-        for key in [
             "reduced_model.force_n",
-            "excitation.*.force_n",
             "rotation.speed_rpm",
             " load.0.force_n",
         ] {
-            assert_eq!(Kind::of_key(key), Kind::Load, "{key}");
+            assert!(!is_numerical(key), "{key}");
         }
-        assert!(KINDS.iter().map(|kind| kind.word()).eq(KIND_WORDS));
     }
 
     #[test]
-    fn numbers_of_a_design_are_put_in_order_and_sizes_of_a_setting() {
+    fn physical_numbers_are_put_in_order_and_sizes_of_a_setting() {
         let value = |number: Option<f64>, size: Option<f64>| ParameterValue {
             label: String::new(),
             set: vec![],
@@ -509,16 +457,16 @@ mod tests {
         let numbers =
             |values: &[ParameterValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
         let mut values = [0.3, 0.1, 0.2].map(|v| value(Some(v), None));
-        sort(Kind::Numerical, &mut values);
+        sort(true, &mut values);
         assert_eq!(numbers(&values), [0.3, 0.1, 0.2].map(Some));
-        sort(Kind::Design, &mut values);
+        sort(false, &mut values);
         assert_eq!(numbers(&values), [0.1, 0.2, 0.3].map(Some));
         let mut values = [(1.0, 0.5), (2.0, 1.0)].map(|(v, h)| value(Some(v), Some(h)));
-        sort(Kind::Numerical, &mut values);
+        sort(true, &mut values);
         assert_eq!(numbers(&values), [2.0, 1.0].map(Some));
         // A value that leaves the key as it is has no place among numbers.
         let mut values = [Some(2.0), None, Some(1.0)].map(|v| value(v, None));
-        sort(Kind::Design, &mut values);
+        sort(false, &mut values);
         assert_eq!(numbers(&values), [Some(2.0), None, Some(1.0)]);
     }
 }

@@ -1,15 +1,14 @@
-//! Pictures of a study (plots/*.svg): figures over design values and loads, and the estimated
-//! errors of numerical parameters.
+//! Pictures of a study (plots/*.svg): figures over physical parameters, and the estimated errors of
+//! numerical ones.
 
 use std::path::Path;
 
 use super::analysis::{Analysis, Refinement};
 use super::cases::slug;
 use super::convergence::How;
-use super::designs::centre;
 use super::error::StudyError;
 use super::file::Mode;
-use super::parameter::{Parameter, TRUE_KINDS};
+use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::export::create_folder;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
@@ -17,8 +16,6 @@ use crate::words::capital;
 
 /// Largest number of figures in one picture: the number of colours.
 const MOST_SERIES: usize = 6;
-/// Ratio of the largest to the smallest value above which an axis is logarithmic.
-const WIDE: f64 = 20.0;
 
 /// Written picture: its description, and its file name.
 pub type Picture = (String, String);
@@ -29,14 +26,14 @@ struct Pictures<'a> {
     analysis: &'a Analysis<'a>,
 }
 
-/// Draws each figure that changes over each design value or load, and the estimated errors of each
-/// numerical parameter at each design. In a grid of two design values or loads there is a line for
+/// Draws each figure that changes over each physical parameter, and the estimated errors of each
+/// numerical parameter at each design. In a grid of two physical parameters there is a line for
 /// each value of the other one, and a heat map over both.
 pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, StudyError> {
     create_folder(folder)?;
     let study = analysis.runs.study;
     let parameters = study.parameters.iter().enumerate();
-    let varied = parameters.filter(|(_, p)| !p.is_numerical() && p.values.len() > 1);
+    let varied = parameters.filter(|(_, p)| !p.is_numerical && p.values.len() > 1);
     let varied: Vec<usize> = varied.map(|(k, _)| k).collect();
     let pictures = Pictures { folder, analysis };
     let mut written = Vec::new();
@@ -89,7 +86,7 @@ impl Pictures<'_> {
             }
             let errors = refined.estimated_errors.iter();
             let errors = errors.map(|e| e.map(|e| 100.0 * e));
-            let mut one = line(figure.name.clone(), places.iter().copied().zip(errors));
+            let mut one = Series::new(figure.name.clone(), places.iter().copied().zip(errors));
             // The values are written once, beside the first figure.
             if x.marks.is_empty() && series.is_empty() {
                 one.names = parameter.labels();
@@ -101,9 +98,9 @@ impl Pictures<'_> {
             return Ok(None);
         }
         let values = &self.analysis.runs.results[refinement.cases[0]].case.values;
-        let at = study.at(values, TRUE_KINDS);
+        let at = study.at(values);
         let shows = format!("Errors by {}{at}", parameter.title());
-        let design = slug(study.chosen(values, TRUE_KINDS));
+        let design = slug(study.physical(values));
         let mut file = parameter.name.clone();
         if !design.is_empty() {
             file += &format!("__{design}");
@@ -125,7 +122,7 @@ impl Pictures<'_> {
         let over = |label: String, fixed: &[(usize, usize)]| {
             let value = |v: usize| self.value(figure, &[fixed, &[(k, v)]].concat());
             let points = places.iter().enumerate();
-            line(label, points.map(|(v, place)| (*place, value(v))))
+            Series::new(label, points.map(|(v, place)| (*place, value(v))))
         };
         let mut file = format!("{}_over_{}", figure.heading, parameters[k].name);
         let mut shows = format!("{} over {}", capital(&figure.name), parameters[k].title());
@@ -151,24 +148,22 @@ impl Pictures<'_> {
         let [across, up] = [a, b].map(|k| &self.analysis.runs.study.parameters[k]);
         let value = |v: usize, w: usize| self.value(figure, &[(a, v), (b, w)]);
         let column = |v: usize| (0..up.values.len()).map(|w| value(v, w)).collect();
-        let axes = [across.title(), up.title()];
-        let shows = format!("{} over {} and {}", capital(&figure.name), axes[0], axes[1]);
         let map = HeatMap {
-            title: shows.clone(),
+            quantity: figure.name.clone(),
             unit: figure.unit(),
             labels: [across.labels(), up.labels()],
             values: (0..across.values.len()).map(column).collect(),
-            axes,
+            axes: [across.title(), up.title()],
         };
         let (figure, across, up) = (&figure.heading, &across.name, &up.name);
         let file = format!("{figure}_over_{across}_and_{up}.svg");
         write_heat_map(&self.folder.join(&file), &map)?;
-        Ok((shows, file))
+        Ok((map.title(), file))
     }
 
     /// Value of a figure where these parameters have these values and the others keep theirs.
     fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
-        let mut values = centre(self.analysis.runs.study);
+        let mut values = self.analysis.runs.study.centre();
         for (k, v) in varied {
             values[*k] = *v;
         }
@@ -178,31 +173,17 @@ impl Pictures<'_> {
     }
 }
 
-fn line(label: String, points: impl Iterator<Item = (f64, Option<f64>)>) -> Series {
-    Series {
-        label,
-        points: points.collect(),
-        names: Vec::new(),
-        joined: true,
-    }
-}
-
 /// Axis of a parameter with a mark at each of its values, and their coordinates. Values that are
 /// not numbers are at equal distances.
 fn axis(parameter: &Parameter) -> (Axis, Vec<f64>) {
     let counted = || (1..=parameter.values.len()).map(|v| v as f64).collect();
     let places: Vec<f64> = parameter.numbers().unwrap_or_else(counted);
-    let least = places.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = places.iter().copied().fold(0.0, f64::max);
-    let is_wide = parameter.numbers().is_some() && least > 0.0 && largest >= WIDE * least;
     let axis = Axis {
         title: parameter.title(),
         unit: "",
-        scale: if is_wide {
-            Scale::Logarithmic
-        } else {
-            Scale::Linear
-        },
+        scale: parameter
+            .numbers()
+            .map_or(Scale::Linear, |numbers| Scale::of(numbers.into_iter())),
         marks: places.iter().copied().zip(parameter.labels()).collect(),
     };
     (axis, places)

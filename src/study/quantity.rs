@@ -2,7 +2,7 @@
 //! case.
 
 use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
-use crate::words::{figure, name_and_unit, quantity};
+use crate::words::{figure, name_and_unit};
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
@@ -107,14 +107,6 @@ impl Figure {
             figure(value, digits)
         }
     }
-
-    /// Text of a value in a sentence, such as `6.4913 mm`.
-    pub fn words(&self, value: f64) -> String {
-        match self.unit() {
-            "" => self.number(value, 5),
-            unit => quantity(value, unit, 5),
-        }
-    }
 }
 
 impl Quantity {
@@ -185,7 +177,7 @@ pub mod tests {
     }
 
     #[test]
-    fn figures_have_words_for_what_they_are_and_for_their_values() {
+    fn figures_have_words_for_what_they_are() {
         let summary = Summary {
             response: Some(ResponseSummary {
                 observation: Some("tip".into()),
@@ -197,9 +189,9 @@ pub mod tests {
             ..Summary::default()
         };
         let figures = ALL.iter().flat_map(|q| q.figures(&summary));
-        let words = figures.map(|(f, v)| format!("{}: {}", f.name, f.words(v)));
+        let words = figures.map(|(f, v)| format!("{}: {}", f.name, f.number(v, 5)));
         let expected = [
-            "peak amplitude of tip: 6.4913 mm",
+            "peak amplitude of tip: 0.0064913",
             "ratio of the peak to the linear peak: 0.38280",
             "pairs that open: 120",
         ];

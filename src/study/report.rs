@@ -1,17 +1,15 @@
-//! Answers as texts: table.csv, summary.json, and the lines for the reader.
+//! Answers as texts: table.csv, summary.json, and remarks about single cases.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
 
 use super::analysis::{Analysis, Refinement};
-use super::designs::Minimum;
 use super::error::StudyError;
-use super::file::Study;
-use super::folder::write_json;
-use super::parameter::{Kind, Parameter, TRUE_KINDS};
+use super::parameter::Parameter;
 use super::results::{CaseResult, Ended, Figures};
 use crate::export::table::{Cell, Columns};
+use crate::export::write_json;
 use crate::version;
 
 /// Cell of a case in a column.
@@ -72,37 +70,19 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         })),
         _ => None,
     });
-    let parameter =
-        |p: &Parameter| json!({ "name": p.name, "is": p.kind.word(), "values": p.labels() });
+    let parameter = |p: &Parameter| json!({ "name": p.name, "is": p.kind(), "values": p.labels() });
     let refinement = |r: &Refinement| {
         let parameter = &study.parameters[r.parameter];
+        let at = study.physical(&results[r.cases[0]].case.values);
+        let at = at.map(|(p, v)| (p.name.clone(), json!(v.label)));
         let cases = r.cases.iter().map(|c| &results[*c].case.slug);
         json!({
             "parameter": parameter.name,
-            "at": labels(study, &results[r.cases[0]], TRUE_KINDS),
+            "at": Value::Object(at.collect()),
             "sizes": parameter.sizes(),
             "cases": cases.collect::<Vec<_>>(),
             "figures": r.figures,
         })
-    };
-    let minimum = |m: &Minimum| {
-        let mut summary = json!({
-            "figure": m.heading,
-            "loads": labels(study, &results[m.cases[0]], &[Kind::Load]),
-            "cases_without": m.cases_without,
-            "value": null,
-        });
-        if let Some(least) = &m.least {
-            let case = &results[least.case];
-            let ends = least.at_ends.iter().map(|(p, end)| (p.clone(), json!(end)));
-            summary["value"] = json!(least.value);
-            summary["case"] = json!(case.case.slug);
-            summary["outcome"] = json!(case.outcome());
-            summary["design"] = labels(study, case, &[Kind::Design]);
-            summary["peak_at_end_of_range"] = json!(case.peak_at_end_of_range());
-            summary["at_ends"] = Value::Object(ends.collect());
-        }
-        summary
     };
     let summary = json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -115,54 +95,14 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         "failed": failed.collect::<Vec<_>>(),
         "parameters": study.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "refinements": analysis.refinements.iter().map(refinement).collect::<Vec<_>>(),
-        "minima": analysis.minima.iter().map(minimum).collect::<Vec<_>>(),
     });
-    write_json(path, &summary)
+    Ok(write_json(path, &summary)?)
 }
 
 /// Last day on which a case was run; empty if none was.
 pub fn day(results: &[CaseResult]) -> &str {
     let days = results.iter().filter_map(CaseResult::figures);
     days.map(|f| f.day.as_str()).max().unwrap_or("")
-}
-
-/// Name and value of each parameter of these kinds.
-fn labels(study: &Study, result: &CaseResult, kinds: &[Kind]) -> Value {
-    let chosen = study.chosen(&result.case.values, kinds);
-    Value::Object(
-        chosen
-            .map(|(p, v)| (p.name.clone(), json!(v.label)))
-            .collect(),
-    )
-}
-
-/// Smallest value of each figure to be minimised, on one line for each load.
-pub fn least_values(analysis: &Analysis<'_>) -> Vec<String> {
-    let (study, results) = (analysis.runs.study, analysis.runs.results);
-    let line = |minimum: &Minimum| {
-        let load = study.at(&results[minimum.cases[0]].case.values, &[Kind::Load]);
-        let all = minimum.cases.len();
-        let Some(least) = &minimum.least else {
-            return format!("{}{load}: none of {all} cases has a value", minimum.heading);
-        };
-        let (figure, result) = (&least.figure, &results[least.case]);
-        let (name, value) = (&figure.name, figure.words(least.value));
-        let design = study.words(&result.case.values, &[Kind::Design]);
-        let (case, outcome) = (&result.case.slug, result.outcome());
-        let mut line =
-            format!("least {name}{load}: {value} with {design} (case {case}, {outcome})");
-        for (name, end) in &least.at_ends {
-            line += &format!("; this is the {end} value of {name}: less may lie beyond");
-        }
-        if figure.heading.starts_with("peak_") && result.peak_at_end_of_range() {
-            line += "; its peak is at an end of the frequencies and may be higher outside";
-        }
-        if minimum.cases_without > 0 {
-            line += &format!("; of {all} cases {} have no value", minimum.cases_without);
-        }
-        line
-    };
-    analysis.minima.iter().map(line).collect()
 }
 
 /// Remarks about single cases.

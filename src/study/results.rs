@@ -5,11 +5,12 @@ use std::path::Path;
 use super::cases::Case;
 use super::error::StudyError;
 use super::file::{Mode, Study};
-use super::folder::{CaseRecord, OutcomeRecord, Plan, read_json};
-use super::parameter::{Kind, Parameter};
+use super::folder::{CaseRecord, OutcomeRecord, Plan};
+use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::exit::ExitStatus;
 use crate::export::manifest::{ResponseSummary, RunState, Summary};
+use crate::export::read_json;
 use dovetail_solver::run::Stage;
 
 /// A case and its result.
@@ -106,10 +107,9 @@ impl Plan {
     /// byte.
     pub fn ended(&self, case: &Case, record: &CaseRecord) -> Ended {
         let folder = self.folder(case);
-        let earlier: Option<CaseRecord> = read_json(&folder.join("case.json"));
         let outcome: Option<OutcomeRecord> = read_json(&folder.join("outcome.json"));
-        let is_answered = earlier.is_some_and(|earlier| record.is_answered_by(&earlier));
-        match outcome.filter(|_| is_answered).map(|o| o.exit_code) {
+        let outcome = outcome.filter(|_| record.answered_in(&folder).is_some());
+        match outcome.map(|outcome| outcome.exit_code) {
             None => Ended::NotRun,
             Some(exit_code) if !ExitStatus::has_results(exit_code) => Ended::Failed {
                 exit_code,
@@ -169,23 +169,23 @@ impl<'s> Runs<'s> {
         self.study.parameters.iter().zip(values)
     }
 
-    /// These cases in groups that have the same values of the parameters of these `kinds`. One at a
-    /// time there is only the group of the base, as nothing is varied elsewhere.
-    pub fn groups(self, cases: &[usize], kinds: &[Kind]) -> Vec<Vec<usize>> {
-        let mut groups: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-        for &case in cases {
-            let fixed = self.chosen(case).filter(|(p, _)| kinds.contains(&p.kind));
-            let fixed: Vec<usize> = fixed.map(|(_, v)| v).collect();
-            match groups.iter_mut().find(|(known, _)| *known == fixed) {
-                Some((_, group)) => group.push(case),
-                None => groups.push((fixed, vec![case])),
+    /// Cases in groups that have the same values of the physical parameters. One at a time there is
+    /// only the group of the base, as nothing is varied elsewhere.
+    pub fn designs(self) -> Vec<Vec<usize>> {
+        let mut designs: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+        for case in 0..self.results.len() {
+            let physical = self.chosen(case).filter(|(p, _)| !p.is_numerical);
+            let physical: Vec<usize> = physical.map(|(_, v)| v).collect();
+            match designs.iter_mut().find(|(known, _)| *known == physical) {
+                Some((_, design)) => design.push(case),
+                None => designs.push((physical, vec![case])),
             }
         }
         // The base is the first case.
         if self.study.mode == Mode::OneAtATime {
-            groups.truncate(1);
+            designs.truncate(1);
         }
-        groups.into_iter().map(|(_, group)| group).collect()
+        designs.into_iter().map(|(_, design)| design).collect()
     }
 }
 
@@ -217,6 +217,7 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
 mod tests {
     use super::*;
     use crate::export::manifest::StageSummary;
+    use crate::export::write_json;
     use crate::study::analysis::tests::study;
 
     #[test]
@@ -230,10 +231,10 @@ mod tests {
             ..Summary::default()
         };
         let path = folder.path().join("summary.json");
-        crate::export::manifest::write_summary(&path, &summary).unwrap();
+        write_json(&path, &summary).unwrap();
         assert_eq!(why_failed(folder.path()), "Killed");
         summary.state = RunState::Failed;
-        crate::export::manifest::write_summary(&path, &summary).unwrap();
+        write_json(&path, &summary).unwrap();
         assert_eq!(
             why_failed(folder.path()),
             "meshing failed: gmsh was stopped"

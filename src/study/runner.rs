@@ -1,4 +1,4 @@
-//! Runs cases and shared inputs: each is a process of this program, several cases at the same time.
+//! Runs cases: each is a process of this program, several at the same time.
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
@@ -9,10 +9,9 @@ use std::time::Instant;
 use super::error::StudyError;
 use super::folder::{self, CaseRecord, OutcomeRecord, Plan};
 use super::results::Ended;
-use super::workflow::Piece;
 use crate::exit::ExitStatus;
 use crate::export::journal::Journal;
-use crate::export::{ExportError, create_folder};
+use crate::export::{ExportError, write_json};
 use crate::reporter::Reporter;
 
 impl Plan {
@@ -62,28 +61,9 @@ impl Plan {
             ends.try_for_each(|end| end.unwrap_or_else(|panic| resume_unwind(panic)))
         })
     }
-
-    /// Puts a shared input into the cache. An input that is already there is not made again.
-    ///
-    /// # Errors
-    /// A process that cannot be started, a folder that cannot be written;
-    /// [`StudyError::PieceFailed`], after everything is written.
-    pub fn make(&self, piece: &Piece) -> Result<(), StudyError> {
-        let folder = self.out.join("pieces").join(&piece.name);
-        create_folder(&folder)?;
-        folder::remove_outcome(&folder)?;
-        let words = piece.command(self, &folder);
-        match one(words.iter().map(String::as_str), &folder)?.exit_code {
-            Some(0) => Ok(()),
-            _ => Err(StudyError::PieceFailed {
-                name: piece.name.clone(),
-                log: folder.join("log.txt"),
-            }),
-        }
-    }
 }
 
-/// Runs one case in its folder and records how it ended.
+/// Runs one case in its folder, with its log there, and records how it ended.
 ///
 /// # Errors
 /// [`ExportError::Busy`] if another process runs the case; its folder is then left unchanged.
@@ -94,17 +74,6 @@ fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyEr
     }
     let resumed = folder::was_broken_off(record, folder).then_some("--resume");
     folder::prepare(record, folder)?;
-    let own = ["--until-stdin-ends"].into_iter().chain(resumed);
-    let words = record.command[1..].iter().map(String::as_str);
-    one(words.chain(own), folder)
-}
-
-/// Runs this program with these words about a folder, writes its log there and records how it
-/// ended.
-fn one<'w>(
-    words: impl Iterator<Item = &'w str>,
-    folder: &Path,
-) -> Result<OutcomeRecord, StudyError> {
     let program = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
     let path = folder.join("log.txt");
     let log = std::fs::File::create(&path).map_err(StudyError::io("creating", &path))?;
@@ -113,7 +82,9 @@ fn one<'w>(
     // The pipe to its standard input ends with this process, however it ends, and the case with it:
     // nobody writes into the folder any more when the study is taken up again.
     let mut child = Command::new(&program)
-        .args(words)
+        .args(&record.command[1..])
+        .arg("--until-stdin-ends")
+        .args(resumed)
         .stdin(Stdio::piped())
         .stdout(log)
         .stderr(also)
@@ -128,6 +99,6 @@ fn one<'w>(
             .code(),
         seconds: begin.elapsed().as_secs_f64(),
     };
-    folder::write_json(&folder.join("outcome.json"), &outcome)?;
+    write_json(&folder.join("outcome.json"), &outcome)?;
     Ok(outcome)
 }

@@ -3,16 +3,15 @@
 //! them into the cache of the cases.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::cases::Case;
 use super::error::StudyError;
-use super::folder::{Plan, write_json};
+use super::folder::Plan;
 use super::quantity::BLADE_FREQUENCY;
 use crate::commands::pieces::{mesh_inputs, reduction_inputs};
-use crate::export::write_file;
+use crate::export::{write_file, write_json};
 use crate::scene;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
@@ -22,72 +21,44 @@ const REDUCTION: &str = "reduction";
 
 /// One shared input.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+struct Piece {
     /// Name of its folder: `mesh_1`, `reduction_2`.
-    pub name: String,
+    name: String,
     kind: &'static str,
     /// First case that needs it.
-    case: Case,
+    case: usize,
     /// Name of the shared input that has to be made before it.
     needs: Option<String>,
 }
 
-/// All shared inputs, each after the one that it needs.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Pieces {
-    pub all: Vec<Piece>,
-    /// Name of the shared input that each case needs; empty if nothing is shared.
-    of_case: Vec<Option<String>>,
-}
-
-impl Pieces {
-    /// `needed`: numbers of the mesh and of the reduction that each case needs.
-    fn shared(cases: &[Case], needed: &[(Option<usize>, Option<usize>)]) -> Self {
-        let mut pieces = Self::default();
-        // Kind and number of each piece.
-        let mut made: Vec<(&'static str, usize)> = Vec::new();
-        for (case, &(mesh, reduction)) in cases.iter().zip(needed) {
-            let of_mesh = needed.iter().filter(|n| n.0 == mesh).map(|n| n.1);
-            let is_shared = of_mesh.collect::<HashSet<_>>().len() > 1;
-            let mesh = mesh.filter(|_| is_shared).map(|m| (MESH, m));
-            let is_shared = needed.iter().filter(|n| n.1 == reduction).count() > 1;
-            let reduction = reduction.filter(|_| is_shared).map(|r| (REDUCTION, r));
-            let mut needs = None;
-            for (kind, number) in mesh.into_iter().chain(reduction) {
-                let at = position(&mut made, (kind, number));
-                if at == pieces.all.len() {
-                    let of_kind = made.iter().filter(|(k, _)| *k == kind).count();
-                    pieces.all.push(Piece {
-                        name: format!("{kind}_{of_kind}"),
-                        kind,
-                        case: case.clone(),
-                        needs,
-                    });
-                }
-                needs = Some(pieces.all[at].name.clone());
+/// Shared inputs, each after the one that it needs, and the name of the one that each case needs.
+/// `needed`: numbers of the mesh and of the reduction that each case needs.
+fn shared(needed: &[[Option<usize>; 2]]) -> (Vec<Piece>, Vec<Option<String>>) {
+    let mut pieces: Vec<Piece> = Vec::new();
+    let of_cases = needed.iter().enumerate().map(|(case, &[mesh, reduction])| {
+        let of_mesh = needed.iter().filter(|n| n[0] == mesh).map(|n| n[1]);
+        let of_mesh = of_mesh.collect::<HashSet<_>>().len();
+        let of_reduction = needed.iter().filter(|n| n[1] == reduction).count();
+        let mut needs = None;
+        for (kind, number, users) in [(MESH, mesh, of_mesh), (REDUCTION, reduction, of_reduction)] {
+            let Some(number) = number.filter(|_| users > 1) else {
+                continue;
+            };
+            let name = format!("{kind}_{}", number + 1);
+            if pieces.iter().all(|piece| piece.name != name) {
+                pieces.push(Piece {
+                    name: name.clone(),
+                    kind,
+                    case,
+                    needs,
+                });
             }
-            pieces.of_case.push(needs);
+            needs = Some(name);
         }
-        pieces
-    }
-}
-
-impl Piece {
-    /// Words of the command line that put it into the cache.
-    pub fn command(&self, plan: &Plan, folder: &Path) -> Vec<String> {
-        let study = &plan.study;
-        let words: &[&str] = match self.kind {
-            MESH => &["mesh"],
-            _ if study.quantities.contains(&BLADE_FREQUENCY) => {
-                &["reduce", "--into-cache", "--held-modes"]
-            }
-            _ => &["reduce", "--into-cache"],
-        };
-        let mut command: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-        command.insert(1, study.scene.display().to_string());
-        command.extend(plan.words(&self.case.set(study), folder));
-        command
-    }
+        needs
+    });
+    let of_cases = of_cases.collect();
+    (pieces, of_cases)
 }
 
 /// Position of an item in a list of distinct items; a new item is appended.
@@ -99,56 +70,83 @@ fn position<T: PartialEq>(all: &mut Vec<T>, item: T) -> usize {
     })
 }
 
+/// Absolute path, so that the workflow runs from any folder.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
 impl Plan {
-    /// Meshes that are used by two or more reductions, and reductions that are used by two or more
-    /// cases.
-    ///
-    /// # Errors
-    /// A case whose scene cannot be read.
-    pub fn pieces(&self) -> Result<Pieces, StudyError> {
+    /// Numbers of the mesh and of the reduction that each case needs and can share.
+    fn needed(&self) -> Result<Vec<[Option<usize>; 2]>, StudyError> {
         let (mut meshes, mut reductions) = (Vec::new(), Vec::new());
-        let mut needed = Vec::new();
-        for case in &self.cases {
+        let needed = self.cases.iter().map(|case| {
             let scene = scene::load(&self.study.scene, &case.set(&self.study))?;
-            needed.push((
+            Ok([
                 mesh_inputs(&scene).map(|inputs| position(&mut meshes, inputs)),
                 reduction_inputs(&scene).map(|inputs| position(&mut reductions, inputs)),
-            ));
-        }
-        Ok(Pieces::shared(&self.cases, &needed))
+            ])
+        });
+        needed.collect()
+    }
+
+    /// Words after the name of the program that put a shared input into the cache.
+    fn making(&self, piece: &Piece) -> Vec<String> {
+        let study = &self.study;
+        let scene = absolute(&study.scene).display().to_string();
+        let words: &[&str] = match piece.kind {
+            MESH => &["mesh", &scene],
+            _ if study.quantities.contains(&BLADE_FREQUENCY) => {
+                &["reduce", &scene, "--into-cache", "--held-modes"]
+            }
+            _ => &["reduce", &scene, "--into-cache"],
+        };
+        let folder = absolute(&self.out).join("pieces").join(&piece.name);
+        let mut command: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        command.extend(self.words(&self.cases[piece.case].set(study), &folder));
+        command
     }
 
     /// Writes `folder`/Snakefile and `folder`/cases.json for this study file and these overrides of
-    /// the command line.
+    /// the command line. Meshes that two or more reductions use, and reductions that two or more
+    /// cases use, are made once if the cases have a cache. Returns their number.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A case whose scene cannot be read, a file that cannot be written.
     pub fn export(
         &self,
         folder: &Path,
         study_file: &Path,
         overrides: &[String],
-        pieces: &Pieces,
-    ) -> Result<(), StudyError> {
-        // Absolute, so that the workflow runs from any folder.
-        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    ) -> Result<usize, StudyError> {
+        let needed = if self.cache.len() > 1 {
+            self.needed()?
+        } else {
+            vec![[None; 2]; self.cases.len()]
+        };
+        let (pieces, of_cases) = shared(&needed);
         let set = overrides.iter().flat_map(|set| ["--set", set]);
         let cache = self.cache.iter().map(String::as_str);
-        // Name of the job, and of the shared input that it waits for.
-        let job = |name: &String, needs: Option<&Option<String>>| json!({ "name": name, "needs": Vec::from_iter(needs.into_iter().flatten()) });
-        let of_pieces = pieces.all.iter().map(|p| job(&p.name, Some(&p.needs)));
-        let cases = self.cases.iter().enumerate();
-        let of_cases = cases.map(|(i, case)| job(&case.slug, pieces.of_case.get(i)));
+        let pieces = pieces.iter().map(|piece| {
+            let needs = Vec::from_iter(&piece.needs);
+            json!({ "name": piece.name, "needs": needs, "command": self.making(piece) })
+        });
+        let pieces: Vec<_> = pieces.collect();
+        let cases = self.cases.iter().zip(&of_cases);
+        let cases = cases.map(|(case, needs)| {
+            let needs = Vec::from_iter(needs);
+            json!({ "name": case.slug, "needs": needs })
+        });
         let study = json!({
             "study": absolute(study_file),
             "out": absolute(&self.out),
             "arguments": set.chain(cache).collect::<Vec<_>>(),
             "threads": self.threads,
-            "pieces": of_pieces.collect::<Vec<_>>(),
-            "cases": of_cases.collect::<Vec<_>>(),
+            "pieces": pieces,
+            "cases": cases.collect::<Vec<_>>(),
         });
         write_json(&folder.join("cases.json"), &study)?;
-        Ok(write_file(&folder.join("Snakefile"), SNAKEFILE.as_bytes())?)
+        write_file(&folder.join("Snakefile"), SNAKEFILE.as_bytes())?;
+        Ok(pieces.len())
     }
 }
 
@@ -156,35 +154,25 @@ impl Plan {
 mod tests {
     use super::*;
 
-    fn cases(count: usize) -> Vec<Case> {
-        let case = |i: usize| Case {
-            slug: format!("c{i}"),
-            values: vec![i],
-        };
-        (0..count).map(case).collect()
-    }
-
     /// Two speeds of one mesh, one of another: the second mesh has one reduction, which two cases
     /// share.
     #[test]
     fn what_only_one_needs_is_no_piece() {
-        let needed = [(0, 0), (0, 0), (0, 1), (1, 2), (1, 2), (2, 3)];
-        let needed = needed.map(|(m, r)| (Some(m), Some(r)));
-        let pieces = Pieces::shared(&cases(6), &needed);
-        let names: Vec<&str> = pieces.all.iter().map(|p| p.name.as_str()).collect();
-        assert_eq!(names, ["mesh_1", "reduction_1", "reduction_2"]);
-        let needs = pieces.all.iter().map(|p| p.needs.as_deref());
+        let needed = [[0, 0], [0, 0], [0, 1], [1, 2], [1, 2], [2, 3]];
+        let (pieces, of_cases) = shared(&needed.map(|needed| needed.map(Some)));
+        let names: Vec<&str> = pieces.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["mesh_1", "reduction_1", "reduction_3"]);
+        let needs = pieces.iter().map(|p| p.needs.as_deref());
         assert!(needs.eq([None, Some("mesh_1"), None]));
-        let [mesh, one, two] = [names[0], names[1], names[2]].map(Some);
-        let needs = pieces.of_case.iter().map(Option::as_deref);
-        assert!(needs.eq([one, one, mesh, two, two, None]));
-        let makers: Vec<&str> = pieces.all.iter().map(|p| p.case.slug.as_str()).collect();
-        assert_eq!(makers, ["c0", "c0", "c3"]);
+        let [mesh, one, three] = [names[0], names[1], names[2]].map(Some);
+        let needs = of_cases.iter().map(Option::as_deref);
+        assert!(needs.eq([one, one, mesh, three, three, None]));
+        let makers: Vec<usize> = pieces.iter().map(|p| p.case).collect();
+        assert_eq!(makers, [0, 0, 3]);
     }
 
     #[test]
     fn without_a_mesh_nothing_is_shared() {
-        let pieces = Pieces::shared(&cases(2), &[(None, None); 2]);
-        assert_eq!((pieces.all.len(), pieces.of_case), (0, vec![None, None]));
+        assert_eq!(shared(&[[None; 2]; 2]), (vec![], vec![None, None]));
     }
 }

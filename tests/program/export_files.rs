@@ -14,7 +14,7 @@ use dovetail::export::curves::Sweep;
 use dovetail::export::fields::{Field, Separation, at_peak, at_rest};
 use dovetail::export::manifest::{self, MeshOrigin, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{self, Heading, Scale};
-use dovetail::export::{ExportError, csv, flank, vtu};
+use dovetail::export::{ExportError, csv, flank, vtu, write_json};
 use dovetail::words::figure;
 use dovetail_mesh::ElementOrder;
 use dovetail_numerics::space::{cross, norm, sub};
@@ -138,8 +138,8 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     let motion = scaled(&run.motion, gain);
 
     vtu::write_motion(&out.join("peak.vtu"), model, &motion).unwrap();
-    vtu::write_frames(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
-    let files = vtu::frame_files("peak", FRAMES);
+    vtu::write_frames(&out, model, &motion, top.frequency_hz, FRAMES).unwrap();
+    let files = vtu::frame_files(FRAMES);
     assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));
     assert!(files.iter().all(|file| out.join(file).exists()));
     let mode = ModeShape {
@@ -150,7 +150,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
         shape: run.static_displacement.to_vec(),
     };
     vtu::write_modes(&out.join("modes.vtu"), model, &[mode]).unwrap();
-    manifest::write_summary(&out.join("summary.json"), &summary(run)).unwrap();
+    write_json(&out.join("summary.json"), &summary(run)).unwrap();
     let curves = sweep(response).amplitude("tip", 0);
     let plot = |file: &str, scale, curves| {
         plots::write_curves(&out.join(file), HEADING, scale, curves).unwrap();
@@ -352,7 +352,7 @@ fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
     }
     let grid = read(&out.join("flank_static.vtu"));
     assert!(grid.data.point.iter().all(|a| a.name() != "pressure_pa"));
-    manifest::write_summary(&out.join("summary.json"), &summary(&run)).unwrap();
+    write_json(&out.join("summary.json"), &summary(&run)).unwrap();
     let json: serde_json::Value =
         serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
     assert!(json["response"]["peak_amplitude_m"].is_null());
@@ -913,7 +913,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         &|o| {
             let top = peak(&run.response, 0).unwrap();
             let slow = 0.5 * top.frequency_hz;
-            vtu::write_frames(o, "peak", &run.model, &run.motion, slow, FRAMES).unwrap();
+            vtu::write_frames(o, &run.model, &run.motion, slow, FRAMES).unwrap();
         },
         "timesteps",
     );
@@ -921,7 +921,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         "frames",
         &|o| {
             let (half, top) = (scaled(&run.motion, 0.5), peak(&run.response, 0).unwrap());
-            vtu::write_frames(o, "peak", &run.model, &half, top.frequency_hz, FRAMES).unwrap();
+            vtu::write_frames(o, &run.model, &half, top.frequency_hz, FRAMES).unwrap();
         },
         "oscillation_m",
     );

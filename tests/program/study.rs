@@ -185,7 +185,6 @@ fn a_study_runs_its_cases_and_answers() {
         assert_eq!(drawn(&dom), expected);
         has(&dom, ">4 of 4</div>");
     }
-    // Nothing is chosen: the study asks for no least value.
     assert_eq!(said.stdout, "");
     let svg = folder.text("out/plots/harmonics.svg");
     let words = [
@@ -226,7 +225,7 @@ fn a_study_runs_its_cases_and_answers() {
 }
 
 const FRICTION_AND_FORCE: &str = r#"
-name = "designs"
+name = "physical"
 scene = "scene.toml"
 mode = "grid"
 quantities = ["stuck_frequency_hz", "peak_amplitude_m", "peak_ratio"]
@@ -238,67 +237,35 @@ values = [0.3, 0.05]
 [[parameter]]
 key = "reduced_model.force_n"
 values = [1.0, 2.0, 4.0]
-
-[[minimise]]
-quantity = "peak_amplitude_m"
 "#;
 
-/// Design values have no error: such a study reports values, pictures of them and the smallest
-/// value.
+/// Physical parameters have no error: such a study reports values and pictures of them.
 #[test]
-fn a_study_of_designs_answers_without_errors() {
-    let folder = Folder::new("designs", FRICTION_AND_FORCE);
-    let said = folder.study(0, &["--jobs", "2"]);
+fn a_study_of_physical_parameters_answers_without_errors() {
+    let folder = Folder::new("physical", FRICTION_AND_FORCE);
+    folder.study(0, &["--jobs", "2"]);
     let rows = folder.table();
     assert_eq!(rows.len(), 6);
     let table = folder.text("out/table.csv");
     let headings =
         "case,friction,force_n,stuck_frequency_hz,peak_amplitude_m,peak_ratio,processor_";
     assert!(table.starts_with(headings), "{table}");
-    // The least of the table at each force, and where its friction stands among the values.
     let answers = folder.json("out/summary.json");
-    let minima = answers["minima"].as_array().unwrap();
-    assert_eq!(minima.len(), 3);
-    for (minimum, force) in minima.iter().zip(["1.0", "2.0", "4.0"]) {
-        let own = rows.iter().filter(|r| r["force_n"] == force);
-        let amplitude = |r: &&Row| number(r, "peak_amplitude_m").to_bits();
-        let least = own.min_by_key(amplitude).unwrap();
-        let friction = &least["friction"];
-        let end = ["lowest", "highest"][usize::from(friction == "0.3")];
-        let expected = serde_json::json!({
-            "figure": "peak_amplitude_m",
-            "loads": { "force_n": force },
-            "cases_without": 0,
-            "value": number(least, "peak_amplitude_m"),
-            "case": least["case"],
-            "outcome": "converged",
-            "design": { "friction": friction },
-            "peak_at_end_of_range": minimum["peak_at_end_of_range"],
-            "at_ends": { "friction": end },
-        });
-        assert_eq!(*minimum, expected);
-    }
-    let told = "least peak amplitude of tip at force 1.0 N: ";
-    assert!(said.stdout.starts_with(told), "{}", said.stdout);
     let report = folder.text("out/report.html");
-    let least = said.stdout.lines().next().unwrap();
-    has(&report, &format!("<li>{least}</li>"));
-    let words = "µm with friction 0.05 (case friction_0.05__force_n_1.0, converged); \
-                 this is the lowest value of friction \
-                 & <figcaption>Ratio of the peak to the linear peak over force (N), by friction.\
-                 </figcaption><img src=\"data:image/svg+xml;base64,";
-    has(&report, words);
+    let picture = "<figcaption>Ratio of the peak to the linear peak over force (N), by friction.\
+                   </figcaption><img src=\"data:image/svg+xml;base64,";
+    has(&report, picture);
     // Nothing is told as an error.
     let (words, _scripts) = report.split_once("<script").unwrap();
-    for text in [words, &said.stdout, &table, &answers.to_string()] {
+    for text in [words, &table, &answers.to_string()] {
         let text = text.to_lowercase();
         let is_told = text.contains("error") || text.contains("difference");
         assert!(!is_told, "{text}");
     }
     // Low values come first, whatever the order in the file.
     let expected = serde_json::json!([
-        { "name": "friction", "is": "design", "values": ["0.05", "0.3"] },
-        { "name": "force_n", "is": "load", "values": ["1.0", "2.0", "4.0"] },
+        { "name": "friction", "is": "physical", "values": ["0.05", "0.3"] },
+        { "name": "force_n", "is": "physical", "values": ["1.0", "2.0", "4.0"] },
     ]);
     assert_eq!(answers["parameters"], expected);
     let expected = ["peak_amplitude_m", "peak_ratio"].map(|figure| {
@@ -323,7 +290,7 @@ fn a_study_of_designs_answers_without_errors() {
         let shown = format!("{:.2}", 1e3 * number(row, "peak_amplitude_m"));
         has_lines(&map, &[&shown]);
     }
-    // Where the largest amplitude is no peak is said, and of the least one, too.
+    // Where the largest amplitude is no peak is said.
     let at_end = |row: &Row| {
         let slug = &row["case"];
         let summary = folder.json(&format!("out/cases/{slug}/summary.json"));
@@ -336,11 +303,6 @@ fn a_study_of_designs_answers_without_errors() {
         at_end.contains(&true) && at_end.contains(&false),
         "{at_end:?}"
     );
-    let said = folder.study(0, &["--set", "response.times_first_linear_mode=[0.7, 0.8]"]);
-    let words = "; its peak is at an end of the frequencies and may be higher outside";
-    has(&said.stdout, words);
-    let minimum = &folder.json("out/summary.json")["minima"][0];
-    assert_eq!(minimum["peak_at_end_of_range"], true);
 }
 
 /// The errors of numerical parameters are those at one design: a different friction is not an
@@ -358,8 +320,6 @@ values = [0.05, 0.3]
 [[parameter]]
 key = "response.harmonics"
 values = [1, 3]
-[[minimise]]
-quantity = "peak_amplitude_m"
 "#;
     let folder = Folder::new("mixed", study);
     folder.study(0, &["--jobs", "2"]);
@@ -394,8 +354,6 @@ quantity = "peak_amplitude_m"
     let by_friction = (of_fine[0] - of_fine[1]).abs() / of_fine[1];
     let is_small = errors.iter().all(|e| *e < 0.5 * by_friction);
     assert!(is_small, "{errors:?} {by_friction}");
-    // Designs are compared at the finest numerical value.
-    assert_eq!(answers["minima"][0]["value"], of_fine[0].min(of_fine[1]));
     folder.text("out/plots/peak_amplitude_m_over_friction.svg");
 }
 
@@ -419,15 +377,9 @@ fn the_study_of_friction_and_force_answers() {
         "--set",
         "response.harmonics=1",
     ];
-    let said = folder.study(0, &few);
+    folder.study(0, &few);
     assert_eq!(folder.table().len(), 4);
-    for (quantity, name) in [
-        ("peak_ratio", "ratio of the peak to the linear peak"),
-        ("peak_amplitude_m", "peak amplitude of tip"),
-    ] {
-        for force in ["0.5", "4.0"] {
-            has(&said.stdout, &format!("least {name} at force {force} N: "));
-        }
+    for quantity in ["peak_ratio", "peak_amplitude_m"] {
         folder.text(&format!(
             "out/plots/{quantity}_over_friction_and_force_n.svg"
         ));
@@ -811,13 +763,14 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         base = 2 => base = 9 => `parameter.0.base` is not one of the values
         & the values are: 1, 2, 3
         base = 2 => base = 2\nis = "numeric" => `parameter.0.is`: there is no choice "numeric"
-        & did you mean `numerical`? & "numerical", "load", "design"
-        base = 2 => base = 2\nis = "design" => leave `size` out
+        & did you mean `numerical`? & "numerical", "physical"
+        base = 2 => base = 2\nis = "physical" => leave `size` out
         & `parameter.0.size` belongs to errors, which numerical parameters alone have
         "1/(value+1)" => "1/value2" => there is no choice "1/value2" & "1/(value+1)"
         "1/(value+1)" => "1/(value-1)" => 1 has the size inf, which is not above 0
         & size = [1.0, 0.5]
-        "1/(value+1)" => [3, 2, 2] => two values have the size 2
+        "1/(value+1)" => [3, 2, 2]
+        => 3 has the size 2, which is not above 0, or that of another value
         "1/(value+1)" => [1, 2]
         => `parameter.0.size` has the wrong type: a rule, or 3 numbers, one a value
         [1, 2, 3] => [1, 2, ""] => as in the scene has the size NaN
@@ -832,9 +785,6 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         response.samples=32 => samples => "samples" is not KEY=VALUE
         [[parameter]] => mode = "gird"\n[[parameter]] => there is no choice "gird"
         & did you mean `grid`? & "one_at_a_time", "grid"
-        [[parameter]] => [[minimise]]\nquantity = "peak_ratio"\n[[parameter]] => is = "design"
-        & `minimise.0` asks
-        & asks for the best design, and no parameter is a design value (harmonics, grid)
         "response.harmonics" => "response.harmonic" => unknown key `response.harmonic`
         & the keys of `response` are
         scene.toml => nowhere.toml => nowhere.toml cannot be read
@@ -859,29 +809,17 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
 }
 
 #[test]
-fn a_wrong_study_of_designs_or_an_empty_one_is_told_with_its_remedy() {
-    let wrong = |study: &str, words: &str| refused(&Folder::new("wrong-designs", study), words);
+fn a_wrong_quantity_or_an_empty_study_is_told_with_its_remedy() {
+    let wrong = |study: &str, words: &str| refused(&Folder::new("wrong-quantity", study), words);
     wrong("name = ", "this is not TOML");
     wrong(
         "",
         "`name` is missing & `scene` is missing & `parameter` is missing & [[parameter]] key = ",
     );
-    let quantity = "quantity = \"peak_amplitude_m\"";
-    let changed = |to: &str| FRICTION_AND_FORCE.replace(quantity, to);
     wrong(
         &FRICTION_AND_FORCE.replace("\"peak_amplitude_m\",", "\"peak_amplitude\","),
         "did you mean `peak_amplitude_m`? & \"normal_force_n\"",
     );
-    wrong(
-        &changed("quantity = \"peak\""),
-        "there is no choice \"peak\" & \"peak_ratio\", \"static_pressure_pa\"",
-    );
-    wrong(
-        &changed("quantity = \"opening_pairs\""),
-        "`minimise.0.quantity`: opening_pairs is not among the `quantities` of the study \
-         & add \"opening_pairs\" to `quantities`",
-    );
-    wrong(&changed(""), "`minimise.0.quantity` is missing");
     let parameter = |k: usize| {
         let values: Vec<usize> = (0..30).collect();
         format!("[[parameter]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {values:?}\n")

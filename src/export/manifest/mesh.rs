@@ -16,7 +16,6 @@ pub struct MeshOrigin {
     #[serde(serialize_with = "displayed")]
     pub source: PathBuf,
     /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file cannot be read.
-    #[serde(default)]
     pub blake3: Option<String>,
     /// Version of gmsh that made the mesh; `None` for a ready mesh.
     pub gmsh: Option<String>,

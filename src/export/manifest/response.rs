@@ -47,13 +47,10 @@ pub struct ResponseSummary {
     pub peak_ratio: Option<f64>,
     /// Counts of the states of the pairs in a period at the peak. The five counts add up to the
     /// number of pairs.
-    #[serde(default)]
     pub peak_stuck_pairs: Option<usize>,
     pub peak_slipping_pairs: Option<usize>,
     pub peak_opening_pairs: Option<usize>,
-    #[serde(default)]
     pub peak_closing_pairs: Option<usize>,
-    #[serde(default)]
     pub peak_open_pairs: Option<usize>,
     /// Counts of the states of the pairs of each contact at the peak.
     #[serde(default)]
@@ -64,10 +61,8 @@ pub struct ResponseSummary {
     pub peak_damping_power_w: Option<f64>,
     /// Energy that friction dissipates in a period per area at the peak, the largest over the
     /// pairs; `None` if the area of a pair is unknown.
-    #[serde(default)]
     pub peak_largest_friction_energy_j_m2: Option<f64>,
     /// Distance slid in a period at the peak, the largest over the pairs.
-    #[serde(default)]
     pub peak_largest_slid_m: Option<f64>,
     /// Number of pairs, closed in the static state, that separate at any converged frequency.
     pub pairs_that_open: usize,

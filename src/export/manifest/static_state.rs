@@ -89,21 +89,11 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
                 .map(|s| s[0].hypot(s[1]))
                 .fold(0.0, f64::max)
         }),
-        largest_pressure_pa: valid
-            .then(|| fields.pressure_pa.iter().copied().fold(0.0, nan_or_max))
-            .and_then(finite),
+        largest_pressure_pa: (valid && fields.pressure_pa.iter().all(|p| p.is_finite()))
+            .then(|| fields.pressure_pa.iter().copied().fold(0.0, f64::max)),
         contacts: contacts.collect(),
         retention_n: state.retention_n.filter(|_| valid).and_then(finite),
         newton_iterations: state.newton_iterations,
         residual: finite(state.residual),
-    }
-}
-
-/// Larger of two numbers, or NaN if one is NaN (the pressure of a pair without area).
-fn nan_or_max(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.max(b)
     }
 }

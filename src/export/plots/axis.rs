@@ -4,12 +4,33 @@ use crate::words::{in_unit, short, ticks, with_unit};
 
 /// Number of round marks that a linear axis has, about.
 const MARKS: usize = 10;
+/// Ratio of the largest to the least value from which an axis is logarithmic.
+const WIDE: f64 = 10.0;
+
+/// Least and largest number; the least is above the largest if there is none.
+pub fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, largest], v| {
+        [v.min(least), v.max(largest)]
+    })
+}
 
 /// Spacing of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     Linear,
     Logarithmic,
+}
+
+impl Scale {
+    /// Scale that shows these values well: logarithmic for values above 0 over a decade or more.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let [least, largest] = ends(values);
+        if least > 0.0 && largest >= WIDE * least {
+            Self::Logarithmic
+        } else {
+            Self::Linear
+        }
+    }
 }
 
 /// One of the two axes.
@@ -51,10 +72,7 @@ impl Axis {
     /// Axis that covers these values and its own marks.
     pub(super) fn around(&self, values: impl Iterator<Item = f64>) -> DrawnAxis {
         let marked = self.marks.iter().map(|(v, _)| *v);
-        let places = values.chain(marked).filter_map(|v| place(self.scale, v));
-        let [low, high] = places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-            [v.min(low), v.max(high)]
-        });
+        let [low, high] = ends(values.chain(marked).filter_map(|v| place(self.scale, v)));
         let [low, high] = match self.scale {
             Scale::Logarithmic if low > high => [-1.0, 0.0],
             Scale::Logarithmic => [low - 0.15, high + 0.15],
@@ -177,6 +195,15 @@ mod tests {
         assert_eq!(words(0.9, 120.0), ["1", "2", "5", "10", "20", "50", "100"]);
         assert_eq!(words(0.5e-4, 2.0), ["0.0001", "0.001", "0.01", "0.1", "1"]);
         assert_eq!(words(2.5, 4.5), ["3", "4"]);
+    }
+
+    #[test]
+    fn an_axis_over_a_decade_is_logarithmic() {
+        let of = |values: &[f64]| Scale::of(values.iter().copied());
+        assert_eq!(of(&[0.5, 0.05]), Scale::Logarithmic);
+        for values in [&[0.5, 0.06][..], &[0.0, 1.0], &[-1.0, 1.0], &[]] {
+            assert_eq!(of(values), Scale::Linear, "{values:?}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::HPos;
 
 use super::chart::{Chart, SIZE, Stroke};
 use super::legend::{Legend, Mark};
-use super::{Axis, Drawn, Heading, Scale, TEXT_PX, at_px, px, rgb, width_of, write_svg};
+use super::{Axis, Drawn, Heading, Scale, TEXT_PX, at_px, ends, px, rgb, width_of, write_svg};
 use crate::export::ExportError;
 use crate::export::colours::CurveKind;
 use crate::export::curves::{Curve, Curves, PeakMark, Point};
@@ -69,13 +69,6 @@ fn frequencies(curves: &Curves) -> super::axis::DrawnAxis {
         (false, false) => [0.0, 1.0],
     };
     Axis::linear("frequency (Hz)").spanning(ends)
-}
-
-/// Least and largest number; the least is above the largest if there is none.
-fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [v.min(low), v.max(high)]
-    })
 }
 
 fn values(curves: &Curves, scale: Scale) -> Axis {
@@ -159,7 +152,7 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
         for stretch in stretches(&curve.points, range) {
             let places: Vec<_> = stretch.into_iter().filter_map(|p| chart.at(p)).collect();
             chart.line(&places, curve.stroke())?;
-            chart.taken.add_line(&places, true);
+            chart.taken.add_line(&places);
         }
         for point in &curve.points {
             let height = point.value.filter(|v| (bottom..=top).contains(v));

@@ -7,11 +7,11 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{
     Bar, Canvas, Drawn, Heading, NOTHING, PX, SMALL_PX, Side, TEXT_PX, at_px, draw_bar, draw_marks,
-    draw_titles, px, rgb, text_style, width_of, write_svg,
+    draw_titles, ends, px, rgb, text_style, width_of, write_svg,
 };
 use crate::export::ExportError;
 use crate::export::colours::of_value;
-use crate::words::{in_steps, in_unit};
+use crate::words::{capital, in_steps, in_unit};
 
 const SIZE: (i32, i32) = (at_px(1280), at_px(860));
 /// Smallest and largest room for the labels of the rows.
@@ -25,7 +25,8 @@ const ROOM: (i32, i32) = (at_px(76), at_px(28));
 /// Figure over two parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    pub title: String,
+    /// Name of the values: `peak amplitude of tip`.
+    pub quantity: String,
     /// SI unit of the values; empty if they have none.
     pub unit: &'static str,
     /// Titles of the horizontal and of the vertical axis.
@@ -46,6 +47,12 @@ pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
 }
 
 impl HeatMap {
+    /// Title of the picture.
+    pub fn title(&self) -> String {
+        let [across, up] = &self.axes;
+        format!("{} over {across} and {up}", capital(&self.quantity))
+    }
+
     fn value(&self, column: usize, row: usize) -> Option<f64> {
         let value = self.values.get(column)?.get(row).copied()?;
         value.filter(|v| v.is_finite())
@@ -79,15 +86,14 @@ impl HeatMap {
 
 fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
     let heading = Heading {
-        title: &map.title,
+        title: &map.title(),
         conditions: "",
     };
     heading.draw(canvas)?;
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
-    let low = values().fold(f64::INFINITY, f64::min);
-    let high = values().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = ends(values());
     let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
     let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
     let step = if values().all(|v| (factor * v).fract() == 0.0) {
@@ -166,7 +172,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.svg");
         let map = HeatMap {
-            title: "peak_amplitude".into(),
+            quantity: "peak amplitude".into(),
             unit,
             axes: ["friction", "force_n"].map(str::to_owned),
             labels: [
@@ -214,7 +220,7 @@ mod tests {
     #[test]
     fn words_at_the_rows_have_room_beside_the_title() {
         let map = |label: &str| HeatMap {
-            title: String::new(),
+            quantity: String::new(),
             unit: "",
             axes: ["x", "y"].map(str::to_owned),
             labels: [vec!["a".into()], vec![label.to_owned()]],

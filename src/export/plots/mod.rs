@@ -11,7 +11,7 @@ mod legend;
 mod names;
 mod series;
 
-pub use axis::{Axis, Scale};
+pub use axis::{Axis, Scale, ends};
 pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};
 pub use curves::write_curves;
 pub use flanks::{write_field_map, write_no_field, write_separation_map};

@@ -12,16 +12,14 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// Adds a line through points, or the points alone if they are not `joined`.
-    pub fn add_line(&mut self, points: &[(i32, i32)], joined: bool) {
+    /// Adds a line through points.
+    pub fn add_line(&mut self, points: &[(i32, i32)]) {
         // A dot is as wide as a short line.
         let dots = points
             .iter()
             .map(|(x, y)| [(x - at_px(6), *y), (x + at_px(6), *y)]);
         self.lines.extend(dots);
-        if joined {
-            self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
-        }
+        self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
     }
 
     /// Adds a box: left, right, top, bottom.
@@ -117,7 +115,7 @@ mod tests {
         let at = (at_px(500), at_px(500));
         let mut taken = Taken::default();
         // A line that rises to the right: the place above at the right is taken.
-        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)], true);
+        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)]);
         let first = taken.beside(at, word, frame, &[12, 26]).unwrap();
         assert!(first[1] < at.0 && first[3] < at.1, "{first:?}");
         let second = taken.beside(at, word, frame, &[12, 26]).unwrap();

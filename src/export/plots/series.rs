@@ -18,7 +18,7 @@ const NAME_DISTANCES: [i32; 3] = [12, 26, 44];
 /// Largest number of entries in the legend; further series are left out of it.
 const MOST_ENTRIES: usize = 10;
 
-/// Points of one colour; points that an axis cannot show are left out.
+/// Points of one colour, joined by a line; points that an axis cannot show are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub label: String,
@@ -26,8 +26,17 @@ pub struct Series {
     pub points: Vec<(f64, Option<f64>)>,
     /// Text beside each point; empty for no texts.
     pub names: Vec<String>,
-    /// True if a line joins the points.
-    pub joined: bool,
+}
+
+impl Series {
+    /// Series without texts beside its points.
+    pub fn new(label: String, points: impl Iterator<Item = (f64, Option<f64>)>) -> Self {
+        Self {
+            label,
+            points: points.collect(),
+            names: Vec::new(),
+        }
+    }
 }
 
 /// Draws the series on their axes.
@@ -70,10 +79,8 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         runs.map(|run| run.iter().copied().flatten().collect())
             .collect()
     };
-    for (one, places) in series.iter().zip(&places) {
-        for run in runs(places) {
-            chart.taken.add_line(&run, one.joined);
-        }
+    for run in places.iter().flat_map(|places| runs(places)) {
+        chart.taken.add_line(&run);
     }
     let extra = extra_widths(series);
     for (i, (one, places)) in series.iter().zip(&places).enumerate() {
@@ -82,8 +89,8 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
             width: 3 + extra[i],
             dashed: false,
         };
-        for run in runs(places).iter().filter(|_| one.joined) {
-            chart.line(run, stroke)?;
+        for run in runs(places) {
+            chart.line(&run, stroke)?;
         }
         for at in places.iter().flatten() {
             chart.dot(*at, 6 + extra[i] / 2, stroke.colour)?;
@@ -140,7 +147,6 @@ mod tests {
             label: "peak".into(),
             names: points.iter().map(|p| format!("at{}", p.0)).collect(),
             points: points.to_vec(),
-            joined: true,
         }
     }
 

@@ -3,12 +3,13 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use serde_spanned::Spanned;
+
 use crate::scene::error::{Fault, Problem};
 use crate::scene::keys;
 use crate::scene::kinds::{Kind, Limits};
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
-use serde_spanned::Spanned;
 
 /// Places of these keys of a table; `None` for those that are not given.
 macro_rules! places {
@@ -98,6 +99,41 @@ impl Checker<'_> {
         }
         self.distinct(&names);
         specs.into_iter().collect()
+    }
+
+    /// Notes that a key has the wrong type; `message` says what is expected.
+    pub fn wrong_type(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        span: Range<usize>,
+        message: String,
+    ) {
+        let example = self.source.vocabulary.example(table.section, key);
+        let path = table.key(key);
+        self.fault(
+            span,
+            Fault::WrongType {
+                path,
+                message,
+                example,
+            },
+        );
+    }
+
+    /// Returns the items of a list that has at least one.
+    pub fn at_least_one<'l, T>(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        list: &'l Spanned<Vec<T>>,
+    ) -> Option<&'l [T]> {
+        if list.get_ref().is_empty() {
+            let message = "at least one value is expected".to_owned();
+            self.wrong_type(table, key, list.span(), message);
+            return None;
+        }
+        Some(list.get_ref())
     }
 
     /// Returns the type of a key with its limits and choices, as the vocabulary declares them.

@@ -5,15 +5,15 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Status of a pair in the static state.
+/// Status of a pair in the static state, with the code written to VTK files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairStatus {
     /// The pair neither slides nor opens.
-    Stuck,
+    Stuck = 0,
     /// Friction is at its limit.
-    Slipping,
+    Slipping = 1,
     /// The pair carries no force.
-    Open,
+    Open = 2,
 }
 
 /// Status of a pair over a period, with the code written to VTK files. The first three are for
