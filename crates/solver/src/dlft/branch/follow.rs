@@ -9,7 +9,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::orbit::linear_point;
 use crate::dlft::peaks::{inside, vertex};
-use crate::dlft::point::{Neighbour, Work};
+use crate::dlft::point::{Neighbour, Solution, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
@@ -118,6 +118,8 @@ struct Follower<'b, 's> {
     guess: Option<Neighbour>,
     /// `true` once the branch has left the range.
     has_left: bool,
+    /// `true` if the error of each point is estimated.
+    estimates: bool,
     work: Work,
 }
 
@@ -140,6 +142,7 @@ impl<'b, 's> Follower<'b, 's> {
             next_hz: course.from_hz,
             guess: None,
             has_left: false,
+            estimates: true,
             work: Work::default(),
         };
         new.restore();
@@ -250,14 +253,20 @@ impl<'b, 's> Follower<'b, 's> {
         }
     }
 
-    /// Follows the branch from a motion near it to a peak of an observed amplitude: towards larger
-    /// amplitudes, until the amplitude has fallen on the other side of the peak. `None` where the
-    /// branch leaves the range or is lost before.
-    fn climb(&mut self, guess: &Guess, observation: usize) -> Option<Orbit> {
+    /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
+    /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
+    /// Returns the peak, whose error is not estimated, and its level; `None` where the branch leaves
+    /// the range or is lost before.
+    fn climb(
+        &mut self,
+        (near, level): (&Neighbour, usize),
+        observation: usize,
+    ) -> Option<(Orbit, usize)> {
         let Course { from_hz, to_hz, .. } = self.course;
-        self.next_hz = guess.neighbour.frequency_hz.clamp(from_hz, to_hz);
-        self.level = self.run.refinement.level_of(guess.harmonics);
-        self.guess = Some(guess.neighbour.clone());
+        self.next_hz = near.frequency_hz.clamp(from_hz, to_hz);
+        self.level = level;
+        self.guess = Some(near.clone());
+        self.estimates = false;
         self.begin();
         let tracer = self.tracer.as_mut()?;
         tracer.set_step(CLIMBING_STEP);
@@ -278,7 +287,7 @@ impl<'b, 's> Follower<'b, 's> {
             }
             if highest > 0 {
                 let found = self.branch.points.swap_remove(highest).orbit;
-                return found.outcome.has_motion().then_some(found);
+                return found.outcome.has_motion().then_some((found, self.level));
             }
             // The first point was behind the peak, and the branch runs away from it.
             if std::mem::replace(&mut has_turned, true) {
@@ -293,6 +302,16 @@ impl<'b, 's> Follower<'b, 's> {
         None
     }
 
+    /// Judges a solution of a level, where errors are estimated.
+    fn judged(&mut self, at_hz: f64, level: usize, solved: Solution<'b>) -> Resolved<'b> {
+        if self.estimates {
+            let refinement = &self.run.refinement;
+            refinement.refined(at_hz, level, solved, &mut self.work)
+        } else {
+            Resolved::without_estimate(level, solved)
+        }
+    }
+
     /// Looks for a motion to follow, on from where the branch was lost.
     fn begin(&mut self) {
         let run = self.run;
@@ -302,11 +321,10 @@ impl<'b, 's> Follower<'b, 's> {
         let neighbour = last.or_else(|| self.guess.take());
         let at_hz = self.next_hz;
         self.work.start_counting(run.most_seconds);
-        let found = run
-            .refinement
-            .resolve(at_hz, self.level, &mut self.work, |level, work| {
-                level.solve(at_hz, neighbour.as_ref(), work)
-            });
+        let (level, solved) = (run.refinement).solve(self.level, &mut self.work, |level, work| {
+            level.solve(at_hz, neighbour.as_ref(), work)
+        });
+        let found = self.judged(at_hz, level, solved);
         self.level = found.level;
         if found.solved.is_converged() && self.course.range_hz() > 0.0 {
             let solver = run.refinement.level(found.level);
@@ -340,11 +358,9 @@ impl<'b, 's> Follower<'b, 's> {
                 frequency_hz,
                 length,
             } = found;
-            let work = &mut self.work;
-            if let Some(solution) = solver.on_curve(frequency_hz, solution, work) {
-                let resolved = run
-                    .refinement
-                    .refined(frequency_hz, self.level, solution, work);
+            let on_curve = solver.on_curve(frequency_hz, solution, &mut self.work);
+            if let Some(solution) = on_curve {
+                let resolved = self.judged(frequency_hz, self.level, solution);
                 self.record(resolved, frequency_hz, length, Part::Passed);
             }
             self.work.start_counting(run.most_seconds);
@@ -365,9 +381,7 @@ impl<'b, 's> Follower<'b, 's> {
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
-        let resolved = run
-            .refinement
-            .refined(at_hz, self.level, solved, &mut self.work);
+        let resolved = self.judged(at_hz, self.level, solved);
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
@@ -444,7 +458,7 @@ impl<'b, 's> Follower<'b, 's> {
         let solver = run.refinement.level(self.level);
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
-        let resolved = run.refinement.refined(at_hz, self.level, solution, work);
+        let resolved = self.judged(at_hz, self.level, solution);
         let amplitudes = self.record(resolved, at_hz, length, Part::Added);
         Some((point, amplitudes[observation]))
     }
@@ -670,14 +684,39 @@ impl Run<'_> {
         vec![rising, falling]
     }
 
-    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found.
+    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found. The
+    /// errors of the points on the way are not estimated, and that of the peak is: where it needs
+    /// more harmonics, its peak with these is looked for from there.
     pub(super) fn peak_near(
         &self,
         course: Course,
         guess: &Guess,
         observation: usize,
     ) -> Option<Orbit> {
-        Follower::new(self, course, &[], false).climb(guess, observation)
+        let Guess {
+            harmonics,
+            estimated_error,
+            neighbour,
+        } = guess;
+        let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
+        let mut near = neighbour.clone();
+        loop {
+            let mut follower = Follower::new(self, course, &[], false);
+            let (peak, of_peak) = follower.climb((&near, level), observation)?;
+            let (at_hz, work) = (peak.frequency_hz, &mut follower.work);
+            work.start_counting(self.most_seconds);
+            near = Neighbour::of(&peak, None);
+            let solver = self.refinement.level(of_peak);
+            let solved = solver.solve_from(at_hz, &near, work);
+            let judged = self.refinement.refined(at_hz, of_peak, solved, work);
+            level = judged.level;
+            let place = (peak.point, at_hz);
+            let judged = self.orbit_of(judged, place, &follower.work);
+            if level == of_peak {
+                return judged.outcome.has_motion().then_some(judged);
+            }
+            near = Neighbour::of(&judged, None);
+        }
     }
 
     /// Returns `true` if two motions at one frequency have the same vibration: that of what is

@@ -13,6 +13,8 @@ use crate::reduction::damping::Rayleigh;
 #[derive(Debug, Clone)]
 pub struct Guess {
     pub(super) harmonics: usize,
+    /// Estimated error of the peak that it comes from.
+    pub(super) estimated_error: Option<f64>,
     /// The motion, as one from which the solution of its frequency starts.
     pub(super) neighbour: Neighbour,
 }
@@ -22,6 +24,7 @@ impl Guess {
     pub fn of(peak: &Orbit) -> Self {
         Self {
             harmonics: peak.harmonics,
+            estimated_error: peak.estimated_error,
             neighbour: Neighbour::of(peak, None),
         }
     }
