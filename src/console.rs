@@ -13,7 +13,7 @@ use crate::export::manifest::StageSummary;
 use crate::warning::{Warning, Weight, by_weight};
 use crate::words::{counted, cycle_counts, quantity};
 use dovetail_mesh::text;
-use dovetail_solver::dlft::{Orbit, SolvedFrequency};
+use dovetail_solver::dlft::{Attempt, Orbit, SolvedFrequency};
 use dovetail_solver::run::{Event, Stage};
 
 /// Least time between two lines of a loop without a terminal.
@@ -162,7 +162,7 @@ fn news(orbit: &Orbit, failed: usize) -> String {
         orbit.observed_amplitude_m.first(),
     ) {
         (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
-        _ => orbit.outcome.word().replace('_', " "),
+        _ => orbit.outcome.to_string().replace('_', " "),
     };
     let failed = match failed {
         0 => String::new(),
@@ -224,11 +224,11 @@ impl Console {
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
             Event::LoopAdvances(steps) => self.loop_advances(*steps),
             Event::LoopEnds => self.loop_ends(),
-            Event::Tries {
+            Event::Tries(Attempt {
                 frequency_hz,
                 harmonics,
                 strategy,
-            } => {
+            }) => {
                 let harmonics = counted(*harmonics, "harmonic", "harmonics");
                 self.loop_detail(&format!("{frequency_hz:.3} Hz: {harmonics}, {strategy}"));
             }

@@ -182,21 +182,23 @@ mod tests {
     /// The file with a key of a section set or removed.
     fn changed(text: &str, section: &Section, key: &Key, value: Option<&str>) -> toml::Table {
         let mut file: toml::Table = text.parse().unwrap();
-        let table = match &mut file[section.name] {
-            toml::Value::Array(items) => items[0].as_table_mut(),
-            table => table.as_table_mut(),
-        };
-        let table = table.unwrap();
-        match value {
-            Some(value) => {
-                let line: toml::Table = format!("v = {value}").parse().unwrap();
-                table.insert(key.name.to_owned(), line["v"].clone());
-            }
-            None => {
-                table.remove(key.name);
-            }
+        let table = table_of(&mut file, section);
+        if let Some(value) = value {
+            let line: toml::Table = format!("v = {value}").parse().unwrap();
+            table.insert(key.name.to_owned(), line["v"].clone());
+        } else {
+            table.remove(key.name);
         }
         file
+    }
+
+    /// The table of a section, or of the first item of a list.
+    fn table_of<'a>(file: &'a mut toml::Table, section: &Section) -> &'a mut toml::Table {
+        let table = match &mut file[section.name] {
+            toml::Value::Array(items) => &mut items[0],
+            table => table,
+        };
+        table.as_table_mut().unwrap()
     }
 
     fn program_takes(file: &toml::Table) -> bool {
@@ -248,11 +250,7 @@ mod tests {
         for (section, key) in all_keys() {
             let mut file: toml::Table = scene_with(section.name, key.name).parse().unwrap();
             assert!(takes(&scene(), &file), "{}.{}", section.name, key.name);
-            let table = match &mut file[section.name] {
-                toml::Value::Array(items) => items[0].as_table_mut(),
-                table => table.as_table_mut(),
-            };
-            table.unwrap().insert(format!("{}_", key.name), 1.into());
+            table_of(&mut file, section).insert(format!("{}_", key.name), 1.into());
             assert!(!takes(&scene(), &file), "{}.{}_", section.name, key.name);
         }
     }

@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Estimated error of an amplitude above which a run warns of it.
+pub const LARGE_ERROR: f64 = 0.02;
+
 /// Warning about a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// Importance of the warning.
     pub weight: Weight,

@@ -225,10 +225,7 @@ fn shares(stages: &[StageSummary], seconds: f64) -> String {
 
 fn static_words(state: &StaticSummary) -> String {
     let Some(counts) = state.counts else {
-        return format!(
-            "the static state did not converge: {}",
-            state.outcome.word()
-        );
+        return format!("the static state did not converge: {}", state.outcome);
     };
     let pressure = state.largest_pressure_pa;
     let pressure = pressure.map_or(String::new(), |pressure| {

@@ -6,7 +6,7 @@ use super::Work;
 use crate::error::RunError;
 use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
-use crate::warning::Weight;
+use crate::warning::{LARGE_ERROR, Weight};
 use crate::words::{
     figure, name_and_unit, percent, quantity, rounded, short, supported_digits, title,
 };
@@ -25,8 +25,6 @@ const WIDE: f64 = 3.0;
 const SETTINGS: [&str; 3] = ["mesh", "response", "static"];
 /// Digits of a value for a reader.
 const DIGITS: usize = 4;
-/// Estimated error of a peak above which a warning tells it.
-const LARGE_ERROR: f64 = 0.02;
 
 /// Range of a key: `KEY=FROM:TO` or `KEY=FROM:TO:N`.
 #[derive(Debug, Clone, PartialEq)]
@@ -190,12 +188,7 @@ impl Work<'_> {
                 (_, Some(error)) => return Err(error),
                 (found, None) => found?,
             };
-            let words = question.at_each.as_ref().zip(value);
-            self.warn(
-                question,
-                words.map(|(range, value)| range.words(value)),
-                &found,
-            );
+            self.warn(question, value, &found);
             lines.push((value, found));
         }
         if let Some(files) = &self.files {
@@ -218,7 +211,8 @@ impl Work<'_> {
     }
 
     /// Warns of values without a peak, and of peaks that are not accurate.
-    fn warn(&self, question: &PeakQuestion, also: Option<String>, peaks: &Peaks) {
+    fn warn(&self, question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) {
+        let also = question.words_of_second(also);
         let at = also.map_or(String::new(), |also| format!(" ({also})"));
         for (value, error) in &peaks.missing {
             let text = format!("no peak at {}{at}: {error}", question.over.words(*value));
@@ -252,16 +246,19 @@ impl PeakQuestion {
             .map(|range| range.key.as_str())
             .collect()
     }
+
+    /// Name and value of the second key; `None` without one.
+    fn words_of_second(&self, value: Option<f64>) -> Option<String> {
+        let (range, value) = self.at_each.as_ref().zip(value)?;
+        Some(range.words(value))
+    }
 }
 
 /// Line of peaks for the files.
 fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) -> PeakLine<'a> {
     let name = peaks.reduced.observations()[peaks.observation].to_owned();
     PeakLine {
-        label: match question.at_each.as_ref().zip(*value) {
-            Some((range, value)) => range.words(value),
-            None => name.clone(),
-        },
+        label: (question.words_of_second(*value)).unwrap_or_else(|| name.clone()),
         observation: name,
         rows: PeakRow::of(*value, peaks),
         asked: question.over.values(),
@@ -272,10 +269,8 @@ fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) 
 fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
     let over = &question.over;
     let observation = peaks.observation;
-    let at = question.at_each.as_ref().zip(also);
-    let at = at.map_or(String::new(), |(range, value)| {
-        format!(", {}", range.words(value))
-    });
+    let also = question.words_of_second(also);
+    let at = also.map_or(String::new(), |also| format!(", {also}"));
     let mut text = format!(
         "peak of {} over {}{at}\n{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
         peaks.reduced.observations()[observation],

@@ -39,7 +39,7 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     table.add("point", |o| o.point);
     table.add("branch", move |o| branches.get(&o.point).copied());
     table.add("frequency_hz", |o| o.frequency_hz);
-    table.add("outcome", |o| o.outcome.word());
+    table.add("outcome", |o| o.outcome.to_string());
     for (i, name) in names.iter().enumerate() {
         table.add(
             format!("{name}_amplitude_m"),
@@ -132,9 +132,9 @@ pub fn write_static(
     table.add("clearance_m", |i| pairs.rows[*i].gap_m);
     table.add("status", move |i| {
         if valid {
-            static_word(fields.status[*i])
+            static_word(fields.status[*i]).to_owned()
         } else {
-            state.outcome.word()
+            state.outcome.to_string()
         }
     });
     table.write(path, &numbers(count))
@@ -180,7 +180,7 @@ pub fn write_contact(
         at_peak.map(|o| o.frequency_hz)
     });
     table.add("peak_status", move |i| {
-        fields.map_or("", |f| f.status[*i].word())
+        fields.map_or(String::new(), |f| f.status[*i].to_string())
     });
     type OfCycle = fn(&CycleFields) -> &[f64];
     let cycle = |per_area: bool, values: OfCycle| {
@@ -376,7 +376,7 @@ pub fn write_peaks(path: &Path, keys: &[&str], rows: &[PeakRow<'_>]) -> Result<(
     });
     table.add("amplitude_m", PeakRow::amplitude_m);
     table.add("frequency_hz", |row| row.peak.orbit.frequency_hz);
-    table.add("outcome", |row| row.peak.orbit.outcome.word());
+    table.add("outcome", |row| row.peak.orbit.outcome.to_string());
     table.add("linear_amplitude_m", |row| row.peak.linear_m);
     table.add("ratio", |row| {
         let linear_m = row.peak.linear_m?;

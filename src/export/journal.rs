@@ -239,27 +239,16 @@ mod tests {
 
     fn solved(frequency_hz: f64) -> SolvedFrequency {
         let orbit = Orbit {
-            frequency_hz,
             point: frequency_hz as usize,
-            outcome: Outcome::Stagnated,
-            harmonics: 1,
             x: vec![0.1 * frequency_hz; 9],
             lambda: vec![-1.0 / 3.0; 9],
             modal: vec![1e-300; 3],
-            cycles: vec![],
             observed: vec![vec![0.0, -0.0, 2.0]],
             observed_amplitude_m: vec![2.0],
-            friction_power_w: 0.0,
-            viscous_power_w: 0.0,
-            input_power_w: 0.0,
-            kinetic_energy_j: 0.0,
             newton_iterations: 3,
             krylov_iterations: 4,
-            newton_residuals: Vec::new(),
             residual: f64::INFINITY,
-            estimated_error: None,
-            observed_error: Vec::new(),
-            retention_n: 0.0,
+            ..Orbit::without_motion(frequency_hz, Outcome::Stagnated)
         };
         let linear = LinearPoint {
             frequency_hz,

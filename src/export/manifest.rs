@@ -21,7 +21,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{ExportError, write_file};
-use crate::warning::{Warning, Weight};
+use crate::warning::Warning;
 use dovetail_solver::model::FieldMap;
 use dovetail_solver::run::{PrestressPass, Stage};
 
@@ -84,7 +84,7 @@ pub struct Summary {
     pub response: Option<ResponseSummary>,
     /// Warnings, the most important first.
     #[serde(default)]
-    pub warnings: Vec<WarningSummary>,
+    pub warnings: Vec<Warning>,
     /// Figures of `dovetail verify`; `None` for other commands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
@@ -137,22 +137,6 @@ impl SceneSummary {
     /// Returns `true` if both are the same scene with the same settings and files.
     pub fn is_of(&self, other: &Self) -> bool {
         self.name == other.name && self.blake3.is_some() && self.blake3 == other.blake3
-    }
-}
-
-/// Warning about a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WarningSummary {
-    pub weight: Weight,
-    pub text: String,
-}
-
-impl WarningSummary {
-    pub fn of(warning: &Warning) -> Self {
-        Self {
-            weight: warning.weight,
-            text: warning.text.clone(),
-        }
     }
 }
 

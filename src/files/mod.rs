@@ -23,7 +23,7 @@ use crate::export::flank::FlankSeries;
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{self, OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
-use crate::export::manifest::{self, MeshOrigin, RunState, Summary, WarningSummary};
+use crate::export::manifest::{self, MeshOrigin, RunState, Summary};
 use crate::export::plots::{
     CampbellFamily, EngineOrders, Heading, Operation, Scale, write_campbell, write_curves,
     write_field_map, write_no_field, write_separation_map,
@@ -384,9 +384,8 @@ impl Files {
 
     /// Figures so far, with the warnings.
     fn with_warnings(&self) -> Summary {
-        let warnings = by_weight(&self.warnings).into_iter();
         Summary {
-            warnings: warnings.map(WarningSummary::of).collect(),
+            warnings: by_weight(&self.warnings).into_iter().cloned().collect(),
             ..self.summary.clone()
         }
     }
@@ -677,7 +676,7 @@ impl Files {
                     write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
                 }
                 None => {
-                    let outcome = state.outcome.word();
+                    let outcome = state.outcome;
                     let title = format!("Static pressure: {outcome}, no result");
                     write_no_field(&path, heading(&title))?;
                 }

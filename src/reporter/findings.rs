@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use crate::motions::retained_words;
-use crate::warning::{Warning, Weight};
+use crate::warning::{LARGE_ERROR, Warning, Weight};
 use crate::words::{counted, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::peaks::LEAST_RISE;
@@ -22,8 +22,6 @@ use dovetail_solver::results::small::{
 };
 use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
 
-/// Estimated error due to omitted harmonics above which a warning is given.
-const TRUNCATED: f64 = 0.02;
 /// Error of a prestress of held flanks above which a warning is given.
 const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
 
@@ -372,13 +370,13 @@ fn gaps(response: &Response) -> Option<Warning> {
 fn truncation(response: &Response) -> Option<Warning> {
     let converged = response.orbits.iter().filter(|o| o.outcome.has_motion());
     let errors: Vec<f64> = converged.filter_map(|o| o.estimated_error).collect();
-    let above = errors.iter().filter(|e| **e > TRUNCATED).count();
+    let above = errors.iter().filter(|e| **e > LARGE_ERROR).count();
     (above > 0).then(|| {
         doubt(format!(
             "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
              (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
             response.orbits.len(),
-            100.0 * TRUNCATED,
+            100.0 * LARGE_ERROR,
             100.0 * errors.iter().copied().fold(0.0, f64::max),
         ))
     })
@@ -443,32 +441,6 @@ mod tests {
     use super::*;
     use dovetail_solver::dlft::Branch;
 
-    fn orbit(frequency_hz: f64) -> Orbit {
-        Orbit {
-            frequency_hz,
-            point: 0,
-            outcome: Outcome::Converged,
-            harmonics: 1,
-            x: Vec::new(),
-            lambda: Vec::new(),
-            modal: Vec::new(),
-            cycles: Vec::new(),
-            observed: Vec::new(),
-            observed_amplitude_m: Vec::new(),
-            friction_power_w: 0.0,
-            viscous_power_w: 0.0,
-            input_power_w: 0.0,
-            kinetic_energy_j: 0.0,
-            newton_iterations: 0,
-            krylov_iterations: 0,
-            newton_residuals: Vec::new(),
-            residual: 0.0,
-            estimated_error: None,
-            observed_error: Vec::new(),
-            retention_n: 0.0,
-        }
-    }
-
     #[test]
     fn gaps_of_a_curve_are_counted_and_the_first_is_named() {
         let told = |branches: [&[usize]; 2]| {
@@ -477,6 +449,7 @@ mod tests {
                 branch.gaps = gaps.to_vec();
                 branch
             };
+            let orbit = |hz| Orbit::without_motion(hz, Outcome::Converged);
             let response = Response {
                 orbits: [10.0, 20.0, 30.5, 40.0].map(orbit).to_vec(),
                 branches: branches.map(branch).to_vec(),

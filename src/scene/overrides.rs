@@ -122,23 +122,17 @@ fn value_of<'i>(text: &'i str, span: Range<usize>) -> Spanned<DeValue<'i>> {
 
 fn relocated<'i>(value: DeValue<'i>, span: &Range<usize>) -> Spanned<DeValue<'i>> {
     let value = match value {
-        DeValue::Array(items) => DeValue::Array(
-            items
-                .into_iter()
-                .map(|i| relocated(i.into_inner(), span))
-                .collect(),
-        ),
-        DeValue::Table(table) => DeValue::Table(
-            table
-                .into_iter()
-                .map(|(k, v)| {
-                    (
-                        Spanned::new(span.clone(), k.into_inner()),
-                        relocated(v.into_inner(), span),
-                    )
-                })
-                .collect(),
-        ),
+        DeValue::Array(items) => {
+            let items = items.into_iter();
+            DeValue::Array(items.map(|i| relocated(i.into_inner(), span)).collect())
+        }
+        DeValue::Table(table) => {
+            let moved = |(key, value): (Spanned<_>, Spanned<_>)| {
+                let key = Spanned::new(span.clone(), key.into_inner());
+                (key, relocated(value.into_inner(), span))
+            };
+            DeValue::Table(table.into_iter().map(moved).collect())
+        }
         single => single,
     };
     Spanned::new(span.clone(), value)
@@ -168,10 +162,8 @@ fn put_in_table<'i>(
         Some(value) => {
             // A new key object, so that errors about the key point at the argument.
             table.remove(word);
-            table.insert(
-                Spanned::new(segment.span.clone(), word.into()),
-                value.clone(),
-            );
+            let key = Spanned::new(segment.span.clone(), word.into());
+            table.insert(key, value.clone());
             Ok(())
         }
         None => match table.remove(word) {
@@ -204,34 +196,20 @@ fn put<'i>(
                 };
                 return Err(Box::new(source.problem(segment.span.clone(), fault)));
             }
-            match (rest.split_first(), value) {
-                (None, None) => {
-                    let kept = items
-                        .iter()
-                        .enumerate()
-                        .filter(|(i, _)| !chosen.contains(i));
-                    *items = kept.map(|(_, item)| item.clone()).collect();
+            let all = items.iter_mut().enumerate();
+            let meant = all.filter(|(i, _)| chosen.contains(i));
+            if let Some((next, rest)) = rest.split_first() {
+                for (index, item) in meant {
+                    let mut above = above.clone();
+                    above.push(element_name(item).unwrap_or_else(|| index.to_string()));
+                    put(source, item, &mut above, next, rest, value)?;
                 }
-                (None, Some(value)) => {
-                    for (_, item) in items
-                        .iter_mut()
-                        .enumerate()
-                        .filter(|(i, _)| chosen.contains(i))
-                    {
-                        *item = value.clone();
-                    }
-                }
-                (Some((next, rest)), _) => {
-                    for (index, item) in items
-                        .iter_mut()
-                        .enumerate()
-                        .filter(|(i, _)| chosen.contains(i))
-                    {
-                        let mut above = above.clone();
-                        above.push(element_name(item).unwrap_or_else(|| index.to_string()));
-                        put(source, item, &mut above, next, rest, value)?;
-                    }
-                }
+            } else if let Some(value) = value {
+                meant.for_each(|(_, item)| *item = value.clone());
+            } else {
+                let all = items.iter().enumerate();
+                let kept = all.filter(|(i, _)| !chosen.contains(i));
+                *items = kept.map(|(_, item)| item.clone()).collect();
             }
             Ok(())
         }
@@ -256,18 +234,14 @@ fn elements(items: &[Spanned<DeValue>], word: &str) -> Vec<usize> {
     if !named.is_empty() {
         return named;
     }
-    word.parse()
-        .ok()
-        .filter(|&i: &usize| i < items.len())
-        .into_iter()
-        .collect()
+    let number = word.parse().ok();
+    number.into_iter().filter(|i| *i < items.len()).collect()
 }
 
 fn element_names(items: &[Spanned<DeValue>]) -> Vec<String> {
-    items
-        .iter()
-        .enumerate()
-        .map(|(i, e)| element_name(e).unwrap_or_else(|| i.to_string()))
+    let named = items.iter().enumerate();
+    named
+        .map(|(i, item)| element_name(item).unwrap_or_else(|| i.to_string()))
         .collect()
 }
 
@@ -288,14 +262,10 @@ fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key
         .iter()
         .filter(|(s, groups)| *s == section && groups.iter().any(|g| g.contains(&key)));
     let others = choices.flat_map(|(_, groups)| groups.iter().filter(|g| !g.contains(&key)));
-    for group in others {
-        for other in *group {
-            if table
-                .get(*other)
-                .is_some_and(|v| source.is_in_file(&v.span()))
-            {
-                table.remove(*other);
-            }
+    for other in others.copied().flatten() {
+        let given = table.get(*other);
+        if given.is_some_and(|v| source.is_in_file(&v.span())) {
+            table.remove(*other);
         }
     }
 }

@@ -122,11 +122,8 @@ pub fn path_text(root: &DeTable, place: &[Step]) -> String {
                     Some(DeValue::Array(items)) => items.get(*index),
                     _ => None,
                 };
-                words.push(
-                    value
-                        .and_then(element_name)
-                        .unwrap_or_else(|| index.to_string()),
-                );
+                let name = value.and_then(element_name);
+                words.push(name.unwrap_or_else(|| index.to_string()));
             }
         }
     }

@@ -5,13 +5,13 @@
 
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::process::Command;
 
 use nalgebra_sparse::CscMatrix;
 use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::ended;
+use crate::shared_program::{SMALL, ended, on_scene};
+use crate::shared_runs::{number, rows};
 use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::space::{norm, sub};
@@ -19,6 +19,7 @@ use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
+use dovetail_testkit::folder::root;
 
 /// Speed, rpm, and the first frequencies, Hz, by CalculiX and by scipy.
 const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
@@ -37,7 +38,7 @@ const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
 /// The paper's scene on a ready mesh.
 fn model(mesh: &str, overrides: &[String]) -> Model {
     let mesh = [format!("mesh.file=../meshes/{mesh}")];
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+    let scene = root().join("scenes/paper.toml");
     let scene = scene::load(&scene, &[&mesh[..], overrides].concat()).unwrap();
     let assembly = scene.assembly().unwrap();
     let source = assembly.mesh.as_ref().unwrap();
@@ -99,26 +100,22 @@ fn shapes(path: &Path) -> Vec<(String, Vec<[f64; 3]>)> {
 #[test]
 fn mode_shapes_have_the_energies_of_their_frequencies() {
     let folder = Folder::new("mode-shapes");
-    let mut modes = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    modes
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["modes", "scenes/paper.toml", "--no-cache", "--out"])
-        .arg(&*folder)
-        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"]);
-    ended(modes, 0);
+    ended(on_scene("modes", "scenes/paper.toml", &folder, &[SMALL]), 0);
     let model = model("dovetail_small.msh", &[]);
     let structure = fem::assemble(&model).unwrap();
-    let table = std::fs::read_to_string(folder.join("modes.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    let rows = rows(&folder.join("modes.csv"));
     let shapes = shapes(&folder.join("modes.vtu"));
     assert_eq!(shapes.len(), 3 * 6);
     for (name, shape) in &shapes {
-        let row = rows.iter().find(|row| match row[1] {
-            "assembly" => name.starts_with(&format!("{}_{}_", row[0], row[2])),
-            body => name.starts_with(&format!("{}_{body}_{}_", row[0], row[2])),
+        let row = rows.iter().find(|row| {
+            let [kind, body, mode] = ["kind", "body", "mode"].map(|column| &row[column]);
+            match body.as_str() {
+                "assembly" => name.starts_with(&format!("{kind}_{mode}_")),
+                body => name.starts_with(&format!("{kind}_{body}_{mode}_")),
+            }
         });
         let row = row.unwrap_or_else(|| panic!("{name} is not in modes.csv"));
-        let frequency_hz: f64 = row[3].parse().unwrap();
+        let frequency_hz = number(row, "frequency_hz");
         let rounded: f64 = name.split('_').rev().nth(1).unwrap().parse().unwrap();
         assert!((rounded / frequency_hz - 1.0).abs() < 5e-5, "{name}");
         let (mut stiffness, mut mass) = (0.0, 0.0);
@@ -144,7 +141,7 @@ fn mode_shapes_have_the_energies_of_their_frequencies() {
             let second = shape[first_node[1] + pair.slave.partner().unwrap().node as usize];
             let slip = norm(sub(first, second));
             assert!(slip < 1e-9, "{name}: {slip}");
-            assert!(row[0] == "stuck" || norm(first) == 0.0, "{name}");
+            assert!(row["kind"] == "stuck" || norm(first) == 0.0, "{name}");
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Scenes of bodies with meshes of their own, and the messages of the program about them.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_program::{cases, has, on_scene, told};
+use crate::shared_runs::summary;
 use dovetail::scene;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
@@ -51,6 +51,8 @@ direction = [0, 1, 0]
 frequency_hz = [1, 2]
 points = 2
 "#;
+
+const TWO_DECKS: &str = "scenes/decks/two_decks.toml";
 
 fn read(text: &str, overrides: &[&str]) -> Result<Assembly, String> {
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
@@ -120,46 +122,25 @@ fn a_copy_takes_what_it_does_not_say_from_its_original() {
     assert_eq!(disc.fixed, ["base"]);
     assert!(matches!(&disc.mesh, BodyMesh::CopyOf { body, .. } if body == "blade"));
     let error = read(&text, &["body.disc.copy_of=wheel"]).unwrap_err();
-    assert!(
-        error.contains("`body.disc.copy_of`") && error.contains("blade"),
-        "{error}"
-    );
+    has(&error, "`body.disc.copy_of` & blade");
 }
 
 #[test]
 fn contradictions_about_meshes_of_bodies_are_refused() {
-    for (set, words) in [
-        ("body.blade.copy_of=disc", ["mesh_file", "copy_of"]),
-        (
-            "body.blade.metres_per_unit=1e-3",
-            ["metres_per_unit", "units"],
-        ),
-        ("body.blade.units=inch", ["body.blade.units", "mm-t-s"]),
-        (
-            "body.disc.metres_per_unit=",
-            ["body.disc.metres_per_unit", "is missing"],
-        ),
-        (
-            "body.blade.rotation_axis=",
-            ["body.blade.rotation_axis", "is missing"],
-        ),
-        (
-            "body.blade.rotation_axis=[0, 0, 0]",
-            ["rotation_axis", "length is zero"],
-        ),
-        ("body.disc.material=Steel", ["material", "young_pa"]),
-        ("body.disc.young_pa=", ["body.disc.young_pa", "is missing"]),
-        (
-            "body.disc.mesh_file=",
-            ["body.disc.metres_per_unit", "mesh_file"],
-        ),
-        ("body.blade.volume=", ["body.blade.volume", "is missing"]),
-    ] {
-        let error = read(SCENE, &[set]).unwrap_err();
-        assert!(
-            words.iter().all(|word| error.contains(word)),
-            "{set}: {error}"
-        );
+    let table = "
+        body.blade.copy_of=disc => mesh_file & copy_of
+        body.blade.metres_per_unit=1e-3 => metres_per_unit & units
+        body.blade.units=inch => body.blade.units & mm-t-s
+        body.disc.metres_per_unit= => body.disc.metres_per_unit & is missing
+        body.blade.rotation_axis= => body.blade.rotation_axis & is missing
+        body.blade.rotation_axis=[0, 0, 0] => rotation_axis & length is zero
+        body.disc.material=Steel => material & young_pa
+        body.disc.young_pa= => body.disc.young_pa & is missing
+        body.disc.mesh_file= => body.disc.metres_per_unit & mesh_file
+        body.blade.volume= => body.blade.volume & is missing
+        ";
+    for [set, words] in cases(table) {
+        has(&read(SCENE, &[&set]).unwrap_err(), &words);
     }
 }
 
@@ -169,21 +150,11 @@ fn contradictions_about_meshes_of_bodies_are_refused() {
 fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
     for (shift_m, covered) in [(0.0, 1.0), (5e-3, 0.75), (10e-3, 0.5)] {
         let folder = Folder::new("moved");
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .current_dir(root())
-            .args(["mesh", "scenes/decks/two_decks.toml", "--no-cache", "--out"])
-            .arg(&*folder)
-            .args([
-                "--set",
-                &format!("body.jaw.translation_m=[{shift_m}, 0, -0.25]"),
-            ]);
-        let said = said_in_one_line(&ended(program, 0));
+        let moved = format!("body.jaw.translation_m=[{shift_m}, 0, -0.25]");
+        let said = told(on_scene("mesh", TWO_DECKS, &folder, &[&moved]), 0);
         let warned = "neither flank lies wholly opposite the other";
         assert_eq!(said.contains(warned), covered < 1.0, "{said}");
-        let text = std::fs::read_to_string(folder.join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
-        for contact in summary["mesh"]["contacts"].as_array().unwrap() {
+        for contact in summary(&folder)["mesh"]["contacts"].as_array().unwrap() {
             assert_eq!(contact["nodes_match"], true);
             for share in contact["covered"].as_array().unwrap() {
                 let share = share.as_f64().unwrap();
@@ -197,16 +168,10 @@ fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
 fn what_a_deck_says_beside_is_told_with_its_file() {
     let folder = Folder::new("aside");
     let deck = std::fs::read_to_string(root().join("meshes/decks/disc.inp")).unwrap();
-    let file = folder.join("tied.inp");
-    std::fs::write(&file, deck + "*TIE, NAME=glue\nA, B\n").unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(root())
-        .args(["mesh", "scenes/decks/two_decks.toml", "--no-cache", "--out"])
-        .arg(folder.join("out"))
-        .args(["--set", &format!("body.jaw.mesh_file={}", file.display())]);
-    let said = said_in_one_line(&ended(program, 0));
-    let told = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the scene by a contact \
-                with the law `bonded`.";
-    assert!(said.contains(told), "{said}");
+    let file = folder.write("tied.inp", deck + "*TIE, NAME=glue\nA, B\n");
+    let set = format!("body.jaw.mesh_file={}", file.display());
+    let said = told(on_scene("mesh", TWO_DECKS, &folder.join("out"), &[&set]), 0);
+    let words = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the \
+                 scene by a contact with the law `bonded`.";
+    has(&said, words);
 }

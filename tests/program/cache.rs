@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder::{Folder, without_sections};
-use crate::shared_program::{ended, said, said_in_one_line};
+use crate::shared_folder::{Folder, files_below, without_sections};
+use crate::shared_program::{ended, has, program, said, told};
+use crate::shared_runs::{json, summary};
+use dovetail_testkit::folder::root;
 
 const SCENE: &str = "scenes/verification/patch.toml";
 const ENTRIES: &str = "dovetail-cache-1";
@@ -29,7 +31,7 @@ impl Bench {
     /// Installs a program in place of gmsh that writes the output of the command `part`. A separate
     /// shell writes its file: starting a file that this process has open for writing may fail.
     fn gmsh_that_writes(&self, version: &str, part: &str) {
-        let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
+        let mesh = root().join("meshes/verification/patch.msh");
         let text = format!(
             "#!/bin/sh\nif [ \"$1\" = --version ]; then echo {version}; exit; fi\necho run >> \"$0.runs\"\n\
              for last; do :; done\n{part} '{}' > \"$last\"\necho \"Info : Running [Gmsh {version}, 1 node]\"\necho 'Warning : thin'\n",
@@ -52,25 +54,27 @@ impl Bench {
     }
 
     fn command(&self, command: &str, out: &str, set: &[&str]) -> Command {
-        let path = std::env::var("PATH").unwrap_or_default();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        let mut program = self.with_gmsh(program(root(), &[command]));
         program
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .env("PATH", format!("{}:{path}", self.0.display()))
-            .env("HOME", &self.0)
-            .env_remove("GMSH_HOME")
             .env("DOVETAIL_CACHE", self.cache())
             .env_remove("DOVETAIL_CACHE_LIMIT_GIB")
-            .arg(command)
-            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE))
+            .arg(root().join(SCENE))
             .arg("--out")
             .arg(self.0.join(out))
             // No modes of single bodies: most of the time of this small reduction.
-            .args(["--set", "body.*.fixed_interface_modes=0"]);
-        for set in set {
-            program.args(["--set", set]);
-        }
+            .args(["--set", "body.*.fixed_interface_modes=0"])
+            .args(set.iter().flat_map(|set| ["--set", set]));
         program
+    }
+
+    /// The command with the program in place of gmsh.
+    fn with_gmsh(&self, mut command: Command) -> Command {
+        let path = std::env::var("PATH").unwrap_or_default();
+        command
+            .env("PATH", format!("{}:{path}", self.0.display()))
+            .env("HOME", &self.0)
+            .env_remove("GMSH_HOME");
+        command
     }
 
     /// Stages of `dovetail static` that came from the cache: mesh, reduction.
@@ -80,8 +84,7 @@ impl Bench {
     }
 
     fn stages(&self, out: &str) -> [bool; 2] {
-        let text = std::fs::read(self.0.join(out).join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let summary = summary(&self.0.join(out));
         let stages = summary["stages"].as_array().unwrap();
         ["mesh", "reduction"].map(|name| {
             let stage = stages.iter().find(|s| s["name"] == name).unwrap();
@@ -93,20 +96,14 @@ impl Bench {
     /// the effort of the run and about unusable entries are left out.
     fn files(&self, out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let root = self.0.join(out);
-        let (mut folders, mut files) = (vec![root.clone()], BTreeMap::new());
-        while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if !path.ends_with("summary.json") {
-                    let name = path.strip_prefix(&root).unwrap().to_path_buf();
-                    let bytes = std::fs::read(&path).unwrap();
-                    files.insert(name, without_sections(bytes, &["effort", "warnings"]));
-                }
-            }
-        }
-        files
+        let mut files = files_below(&root);
+        files.retain(|path| !path.ends_with("summary.json"));
+        let content = |path: PathBuf| {
+            let name = path.strip_prefix(&root).unwrap().to_path_buf();
+            let bytes = std::fs::read(&path).unwrap();
+            (name, without_sections(bytes, &["effort", "warnings"]))
+        };
+        files.into_iter().map(content).collect()
     }
 
     /// Entries in the folder of the cache, without the file that marks it.
@@ -253,9 +250,7 @@ fn whatever_the_reduced_model_depends_on_is_noticed() {
     // Another mesh file with the same nodes is the same model, another one is not.
     let file = |name: &str| format!("mesh.file=../../meshes/verification/{name}.msh");
     assert_eq!(bench.kept(&[&file("patch")]), [false, true]);
-    let edited = bench.0.join("edited.msh");
-    let ascii = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
-    let mut mesh = std::fs::read(ascii).unwrap();
+    let mut mesh = std::fs::read(root().join("meshes/verification/patch.msh")).unwrap();
     // A coordinate of a node, moved by little: a number in the middle of the nodes.
     let z = 10.0f64.to_le_bytes();
     let at = mesh
@@ -263,7 +258,7 @@ fn whatever_the_reduced_model_depends_on_is_noticed() {
         .rposition(|w| w == z)
         .expect("a node at z = 10");
     mesh[at..at + 8].copy_from_slice(&10.000001f64.to_le_bytes());
-    std::fs::write(&edited, mesh).unwrap();
+    let edited = bench.0.write("edited.msh", mesh);
     let set = format!("mesh.file={}", edited.display());
     assert_eq!(bench.kept(&[&set]), [false, false]);
 }
@@ -271,10 +266,8 @@ fn whatever_the_reduced_model_depends_on_is_noticed() {
 #[test]
 fn gmsh_runs_again_where_its_script_parameters_settings_or_version_changed() {
     let bench = Bench::new("mesh");
-    let script = bench.0.join("patch.geo");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(root.join("geometry/verification/patch.geo")).unwrap();
-    std::fs::write(&script, &text).unwrap();
+    let text = std::fs::read_to_string(root().join("geometry/verification/patch.geo")).unwrap();
+    let script = bench.0.write("patch.geo", &text);
     let geometry = format!("mesh.geometry={}", script.display());
     let set = [geometry.as_str()];
     assert_eq!(bench.kept(&set), [false, false]);
@@ -284,15 +277,17 @@ fn gmsh_runs_again_where_its_script_parameters_settings_or_version_changed() {
         bench.kept(&[&geometry, "mesh.parameters.nx=6"]),
         [false, true]
     );
-    std::fs::write(&script, format!("{text}// changed\n")).unwrap();
+    bench.0.write("patch.geo", format!("{text}// changed\n"));
     assert_eq!(bench.kept(&set), [false, true]);
     bench.gmsh("4.100");
     assert_eq!(bench.kept(&set), [false, true]);
-    std::fs::write(bench.0.join(".gmsh-options"), "Mesh.Algorithm = 5;").unwrap();
+    bench.0.write(".gmsh-options", "Mesh.Algorithm = 5;");
     assert_eq!(bench.kept(&set), [false, true]);
     assert_eq!(bench.kept(&set), [true, true]);
     // What a script includes is not in its bytes: never kept.
-    std::fs::write(&script, format!("Include \"other.geo\";\n{text}")).unwrap();
+    bench
+        .0
+        .write("patch.geo", format!("Include \"other.geo\";\n{text}"));
     assert_eq!(bench.kept(&set), [false, true]);
     assert_eq!(bench.kept(&set), [false, true]);
     assert_eq!(bench.meshed(), 7);
@@ -313,13 +308,12 @@ fn a_damaged_entry_is_noticed_and_made_anew() {
                 bytes.truncate(middle);
             }
             std::fs::write(&entry, bytes).unwrap();
-            let output = ended(bench.command("run", "again", &[]), 0);
-            let said = said(&output);
-            let warnings = said.matches("is of no use").count();
-            assert!(warnings == 1 && said.contains(kind), "{kind}: {said}");
+            let again = || told(bench.command("run", "again", &[]), 0);
+            let told = again();
+            let warnings = told.matches("is of no use").count();
+            assert!(warnings == 1 && told.contains(kind), "{kind}: {told}");
             assert_same(&bench.files("again"), &right);
-            let output = ended(bench.command("run", "again", &[]), 0);
-            assert!(!String::from_utf8_lossy(&output.stderr).contains("of no use"));
+            assert!(!again().contains("of no use"));
         }
     }
 }
@@ -330,11 +324,8 @@ fn a_mesh_that_is_not_whole_is_an_error_and_is_not_kept() {
     let bench = Bench::new("half");
     for part in ["head -c 30000", "head -c 0", "head -c 5", "tail -c 20000"] {
         bench.gmsh_that_writes("4.99", part);
-        let said = said_in_one_line(&ended(bench.command("static", "out", &[]), 1));
-        assert!(
-            said.contains("gmsh ended") && said.contains("disk full"),
-            "{part}: {said}"
-        );
+        let told = told(bench.command("static", "out", &[]), 1);
+        has(&told, "gmsh ended & disk full");
         assert_eq!(bench.entries(), Vec::<PathBuf>::new(), "{part}");
         assert!(!bench.0.join("out/mesh.msh").exists(), "{part}");
     }
@@ -480,36 +471,18 @@ fn the_limit_holds_and_a_folder_that_cannot_be_written_is_a_warning() {
     // One byte too little for another model: what was used longest ago leaves.
     let limit = format!("{:e}", (all + 1000) as f64 / (1u64 << 30) as f64);
     let mut other = with(&["--set", "body.0.young_pa=90e9"]);
-    ended(
-        {
-            other.args(["--cache-limit-gib", &limit]);
-            other
-        },
-        0,
-    );
+    ended(other.args(["--cache-limit-gib", &limit]), 0);
     assert!(sizes() <= all + 1000, "{} {all}", sizes());
     assert!(bench.entries().len() >= 2);
-    let output = ended(
-        with(&["--cache-limit-gib", "1e-6", "--set", "body.0.young_pa=91e9"]),
-        0,
-    );
-    assert!(
-        said(&output).contains("limit of the cache"),
-        "{}",
-        said(&output)
-    );
+    let too_large = with(&["--cache-limit-gib", "1e-6", "--set", "body.0.young_pa=91e9"]);
+    has(&told(too_large, 0), "limit of the cache");
     // A file where the folder should be.
     let taken = bench.0.join("gmsh");
-    let output = ended(with(&["--cache", &taken.display().to_string()]), 0);
-    assert!(said(&output).contains("--no-cache"), "{}", said(&output));
+    let no_folder = with(&["--cache", taken.to_str().unwrap()]);
+    has(&told(no_folder, 0), "--no-cache");
     let mut wrong = with(&[]);
     wrong.env("DOVETAIL_CACHE_LIMIT_GIB", "much");
-    let output = ended(wrong, 2);
-    assert!(
-        said(&output).contains("DOVETAIL_CACHE_LIMIT_GIB"),
-        "{}",
-        said(&output)
-    );
+    has(&told(wrong, 2), "DOVETAIL_CACHE_LIMIT_GIB");
 }
 
 /// A study of two pressures and two coefficients of friction: one mesh, two reduced models, four
@@ -526,31 +499,28 @@ impl SharedPieces {
             "name = \"shared\"\nscene = \"{}\"\nset = [\"body.*.fixed_interface_modes=0\"]\nmode = \"grid\"\n\
              [[parameter]]\nkey = \"load.0.pressure_pa\"\nvalues = [50e6, 60e6]\n\
              [[parameter]]\nkey = \"contact.0.friction\"\nvalues = [0.3, 0.01]\n",
-            Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE).display()
+            root().join(SCENE).display()
         );
-        std::fs::write(bench.0.join("study.toml"), text).unwrap();
+        bench.0.write("study.toml", text);
         let mut pieces = Self {
             bench,
             workflow: serde_json::Value::Null,
         };
-        let flow = pieces.bench.0.join("flow");
-        ended(
-            pieces.study(&["--export-workflow", flow.to_str().unwrap()]),
-            0,
-        );
-        let text = std::fs::read(flow.join("cases.json")).unwrap();
-        pieces.workflow = serde_json::from_slice(&text).unwrap();
+        pieces.workflow = pieces.exported("flow", &[]);
         pieces
     }
 
+    /// The workflow that is exported into a folder.
+    fn exported(&self, folder: &str, arguments: &[&str]) -> serde_json::Value {
+        let flow = self.bench.0.join(folder);
+        let mut export = self.study(&["--export-workflow", flow.to_str().unwrap()]);
+        ended(export.args(arguments), 0);
+        json(&flow.join("cases.json"))
+    }
+
     fn study(&self, arguments: &[&str]) -> Command {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        let path = std::env::var("PATH").unwrap_or_default();
+        let mut program = self.bench.with_gmsh(program(root(), &["study"]));
         program
-            .env("PATH", format!("{}:{path}", self.bench.0.display()))
-            .env("HOME", &self.bench.0)
-            .env_remove("GMSH_HOME")
-            .arg("study")
             .arg(self.bench.0.join("study.toml"))
             .arg("--out")
             .arg(self.bench.0.join("out"))
@@ -561,13 +531,8 @@ impl SharedPieces {
     /// Command of a job, as the workflow runs it.
     fn job(&self, arguments: &[&str]) -> Command {
         let mut program = self.study(arguments);
-        program.args(
-            self.workflow["arguments"]
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(|a| a.as_str().unwrap()),
-        );
+        let own = self.workflow["arguments"].as_array().unwrap();
+        program.args(own.iter().map(|a| a.as_str().unwrap()));
         program
     }
 
@@ -613,9 +578,7 @@ fn what_cases_of_a_study_share_is_made_once() {
     for (piece, _) in shared.jobs("pieces") {
         ended(shared.job(&["--piece", &piece]), 0);
         let folder = shared.bench.0.join("out/pieces").join(&piece);
-        let outcome: serde_json::Value =
-            serde_json::from_slice(&std::fs::read(folder.join("outcome.json")).unwrap()).unwrap();
-        assert_eq!(outcome["exit_code"], 0);
+        assert_eq!(json(&folder.join("outcome.json"))["exit_code"], 0);
     }
     for (case, _) in shared.jobs("cases") {
         ended(shared.job(&["--case", &case]), 0);
@@ -625,8 +588,7 @@ fn what_cases_of_a_study_share_is_made_once() {
             "{case}"
         );
         // The modes with held flanks, which the study asks for, are there, too.
-        let log = shared.bench.0.join(format!("out/cases/{case}/log.txt"));
-        let log = std::fs::read_to_string(log).unwrap();
+        let log = shared.bench.0.text(&format!("out/cases/{case}/log.txt"));
         let held = log.lines().find(|line| line.contains("flanks held"));
         assert!(held.is_some_and(|line| line.ends_with("cache")), "{log}");
     }
@@ -641,13 +603,7 @@ fn what_cases_of_a_study_share_is_made_once() {
     assert_eq!(kinds, [&held[..], &["mesh"], &recovery, &reduced].concat());
     // Costs are not compared here; where they are, or where it is said, each case makes all that it
     // needs.
-    let flow = shared.bench.0.join("alone");
-    ended(
-        shared.study(&["--export-workflow", flow.to_str().unwrap(), "--no-cache"]),
-        0,
-    );
-    let alone: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(flow.join("cases.json")).unwrap()).unwrap();
+    let alone = shared.exported("alone", &["--no-cache"]);
     assert_eq!(
         (alone["pieces"].clone(), alone["arguments"].clone()),
         (serde_json::json!([]), serde_json::json!(["--no-cache"]))
@@ -658,21 +614,15 @@ fn what_cases_of_a_study_share_is_made_once() {
 fn a_piece_that_cannot_be_made_leaves_the_cases_to_say_so() {
     let shared = SharedPieces::new("no_piece");
     shared.bench.gmsh_that_writes("4.99", "head -c 0");
-    let piece = said_in_one_line(&ended(shared.job(&["--piece", "mesh_1"]), 3));
-    assert!(
-        piece.contains("the piece \"mesh_1\" was not made") && piece.contains("tries to make it"),
-        "{piece}"
+    let piece = told(shared.job(&["--piece", "mesh_1"]), 3);
+    has(
+        &piece,
+        "the piece \"mesh_1\" was not made & tries to make it",
     );
-    let case = said_in_one_line(&ended(
-        shared.job(&["--case", &shared.jobs("cases")[0].0]),
-        3,
-    ));
-    assert!(case.contains("of 1 cases 1 have no result"), "{case}");
-    let unknown = said_in_one_line(&ended(shared.job(&["--piece", "reduction_9"]), 2));
-    assert!(
-        unknown.contains("its pieces are: mesh_1, reduction_1, reduction_2"),
-        "{unknown}"
-    );
-    let nowhere = said_in_one_line(&ended(shared.study(&["--piece", "mesh_1"]), 2));
-    assert!(nowhere.contains("--cache DIR"), "{nowhere}");
+    let case = shared.job(&["--case", &shared.jobs("cases")[0].0]);
+    has(&told(case, 3), "of 1 cases 1 have no result");
+    let unknown = told(shared.job(&["--piece", "reduction_9"]), 2);
+    has(&unknown, "its pieces are: mesh_1, reduction_1, reduction_2");
+    let nowhere = told(shared.study(&["--piece", "mesh_1"]), 2);
+    has(&nowhere, "--cache DIR");
 }

@@ -2,14 +2,14 @@
 //! whose models scripts/closed_form_models.py writes. Den Hartog (1931), a Jenkins oscillator, a
 //! bar on a rough floor.
 
-use std::path::Path;
-
 use crate::shared_folder::Folder;
+use crate::shared_runs::{number, rows};
 use crate::shared_work::in_folder;
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_solver::run::Options;
+use dovetail_testkit::folder::root;
 use faer::Mat;
 
 /// Results of a run at its only frequency.
@@ -41,27 +41,17 @@ fn solve(name: &str, set: &[String]) -> Answer {
     work.solve(Options::default())
         .and_then(|run| Ok(run.verdict()?))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
-    let table = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
-    let [response, contact] = ["response.csv", "contact.csv"].map(table);
-    assert_eq!(response.lines().count(), 2, "one frequency was asked for");
-    let first_row = |table: &str, column: &str| -> f64 {
-        let mut lines = table.lines().map(|line| line.split(','));
-        let at = lines.next().unwrap().position(|h| h == column).unwrap();
-        lines.next().unwrap().nth(at).unwrap().parse().unwrap()
-    };
-    let number = |column: &str| first_row(&response, column);
-    let per_cycle = |column: &str| number(column) / number("frequency_hz");
+    let [response, contact] = ["response.csv", "contact.csv"].map(|file| rows(&folder.join(file)));
+    assert_eq!(response.len(), 1, "one frequency was asked for");
+    let response = &response[0];
+    let per_cycle = |column: &str| number(response, column) / number(response, "frequency_hz");
     Answer {
-        amplitude_m: number("tip_amplitude_m"),
+        amplitude_m: number(response, "tip_amplitude_m"),
         work_j: per_cycle("friction_power_w"),
         input_j: per_cycle("input_power_w"),
         viscous_j: per_cycle("viscous_power_w"),
-        slid_m: first_row(&contact, "peak_slid_m"),
+        slid_m: number(&contact[0], "peak_slid_m"),
     }
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 fn at(hz: f64) -> String {

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder;
-use crate::shared_program::{ended, said};
+use crate::shared_folder::Folder;
+use crate::shared_program::{SMALL, cases, ended, has, needs_gmsh, on_scene, printed, said};
+use crate::shared_runs::{Row, number, rows, summary};
+use dovetail_testkit::folder::root;
 
-/// Small mesh for fast runs: linear elements (the airfoil is too stiff, but every stage runs).
-const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
+/// Setting for linear elements (the airfoil is too stiff, but every stage runs).
+const LINEAR: &str = "mesh.file=../meshes/dovetail_order1.msh";
 
 /// Files of a run besides the flanks at each frequency.
 const FILES: [&str; 17] = [
@@ -31,59 +33,18 @@ const FILES: [&str; 17] = [
     "summary.json",
 ];
 
-/// Folder for the results of one test, removed at its end.
-struct Folder(shared_folder::Folder);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        Self(shared_folder::Folder::new(name))
-    }
-    fn text(&self, file: &str) -> String {
-        let path = self.0.join(file);
-        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-    }
-    fn json(&self) -> serde_json::Value {
-        serde_json::from_str(&self.text("summary.json")).unwrap()
-    }
-    /// Rows of a table as (column, field) lists.
-    fn table(&self, file: &str) -> Vec<Vec<(String, String)>> {
-        let text = self.text(file);
-        let mut lines = text.lines().map(|line| line.split(','));
-        let header: Vec<&str> = lines.next().unwrap().collect();
-        lines
-            .map(|fields| {
-                let pairs = header.iter().zip(fields);
-                pairs.map(|(h, f)| (h.to_string(), f.to_string())).collect()
-            })
-            .collect()
-    }
-}
-
-fn field<'a>(row: &'a [(String, String)], column: &str) -> &'a str {
-    let found = row.iter().find(|(name, _)| name == column);
-    &found.unwrap_or_else(|| panic!("no column {column}")).1
-}
-
-fn number(row: &[(String, String)], column: &str) -> f64 {
-    field(row, column).parse().unwrap()
-}
-
 /// `dovetail COMMAND scenes/paper.toml --out FOLDER --set ...`.
 fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([command, "scenes/paper.toml", "--no-cache", "--out"])
-        .arg(&out.0);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    program
+    on_scene(command, "scenes/paper.toml", out, set)
+}
+
+fn table(out: &Folder, file: &str) -> Vec<Row> {
+    rows(&out.join(file))
 }
 
 #[test]
 fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
-    let set = [SMALL, "response.points=3"];
+    let set = [LINEAR, "response.points=3"];
     let folders = [1, 2].map(|threads| {
         let folder = Folder::new(&format!("run-{threads}"));
         let mut command = dovetail("run", &folder, &set);
@@ -91,12 +52,7 @@ fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
         if threads == 2 {
             command.args(["--frames", "5"]);
         }
-        let output = ended(command, 0);
-        assert!(
-            said(&output).contains("72 contact pairs"),
-            "{}",
-            said(&output)
-        );
+        has(&said(&ended(command, 0)), "72 contact pairs");
         folder
     });
     let [one, two] = &folders;
@@ -110,25 +66,25 @@ fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
         assert_eq!(one.text(file), two.text(file), "{file}");
     }
     for file in FILES {
-        let length = std::fs::metadata(one.0.join(file)).map(|m| m.len());
+        let length = std::fs::metadata(one.join(file)).map(|m| m.len());
         assert!(length.is_ok_and(|l| l > 0), "{file}");
     }
-    let flanks = std::fs::read_dir(one.0.join("flank")).unwrap();
+    let flanks = std::fs::read_dir(one.join("flank")).unwrap();
     assert_eq!(flanks.count(), 3);
     // The motion stands there once, unless frames are asked for.
-    assert!(!one.0.join("peak.pvd").exists() && !one.0.join("peak").exists());
-    let files = two.json()["files"].to_string();
+    assert!(!one.join("peak.pvd").exists() && !one.join("peak").exists());
+    let files = summary(two)["files"].to_string();
     for frame in 0..5 {
         let file = format!("peak/peak_{frame:03}.vtu");
-        assert!(two.text("peak.pvd").contains(&file) && two.0.join(&file).exists());
+        assert!(two.text("peak.pvd").contains(&file) && two.join(&file).exists());
         assert!(files.contains(&file) && files.contains("peak.pvd"));
     }
-    assert!(!two.0.join("peak/peak_005.vtu").exists());
+    assert!(!two.join("peak/peak_005.vtu").exists());
 
-    let rows = one.table("response.csv");
+    let rows = table(one, "response.csv");
     assert_eq!(rows.len(), 3);
     for row in &rows {
-        assert_eq!(field(row, "outcome"), "converged");
+        assert_eq!(row["outcome"], "converged");
         for column in [
             "frequency_hz",
             "tip_amplitude_m",
@@ -143,15 +99,15 @@ fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
             assert!(number(row, column).is_finite(), "{column}");
         }
         for column in ["newton_iterations", "krylov_iterations"] {
-            let _: usize = field(row, column).parse().unwrap();
+            let _: usize = row[column].parse().unwrap();
         }
         let states = ["stuck", "slipping", "opening", "closing", "open"];
         let counts = states.map(|state| number(row, &format!("{state}_pairs")));
         assert_eq!(counts.iter().sum::<f64>(), 72.0);
     }
-    assert_eq!(one.table("static.csv").len(), 72);
-    assert_eq!(one.table("contact.csv").len(), 72);
-    let summary = one.json();
+    assert_eq!(table(one, "static.csv").len(), 72);
+    assert_eq!(table(one, "contact.csv").len(), 72);
+    let summary = summary(one);
     assert_eq!(summary["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(summary["scene"]["name"], "paper");
     assert_eq!(summary["pairs"], 72);
@@ -163,65 +119,61 @@ fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
 fn unconverged_frequencies_are_marked_and_have_exit_code_3() {
     let folder = Folder::new("unconverged");
     let set = [
-        SMALL,
+        LINEAR,
         "response.points=3",
         "response.max_newton_iterations=1",
     ];
     let output = ended(dovetail("run", &folder, &set), 3);
-    assert!(said(&output).contains("did not converge"));
-    let rows = folder.table("response.csv");
-    let (good, bad): (Vec<_>, Vec<_>) = rows
-        .iter()
-        .partition(|row| field(row, "outcome") == "converged");
+    has(&said(&output), "did not converge");
+    let rows = table(&folder, "response.csv");
+    let (good, bad): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row["outcome"] == "converged");
     assert!(!bad.is_empty());
     for row in bad {
-        let outcome = field(row, "outcome");
+        let outcome = row["outcome"].as_str();
         assert!(
             ["iteration_limit", "stagnated"].contains(&outcome),
             "{outcome}"
         );
         for column in ["tip_amplitude_m", "friction_power_w", "slipping_pairs"] {
-            assert_eq!(field(row, column), "", "{column}");
+            assert_eq!(row[column], "", "{column}");
         }
         assert!(number(row, "tip_linear_amplitude_m") > 0.0);
     }
-    let converged = &folder.json()["response"]["converged_points"];
+    let converged = &summary(&folder)["response"]["converged_points"];
     assert_eq!(converged.as_u64().map(|n| n as usize), Some(good.len()));
 }
 
 #[test]
 fn no_force_is_no_vibration() {
     let folder = Folder::new("still");
-    let set = [SMALL, "response.points=2", "excitation.0.force_n=0"];
+    let set = [LINEAR, "response.points=2", "excitation.0.force_n=0"];
     ended(dovetail("run", &folder, &set), 0);
     // With linear elements some pairs are open in the static state already.
-    let statics = folder.table("static.csv");
-    let open = statics
-        .iter()
-        .filter(|row| field(row, "status") == "open")
-        .count();
-    for row in folder.table("response.csv") {
+    let statics = table(&folder, "static.csv");
+    let open = statics.iter().filter(|row| row["status"] == "open").count();
+    for row in table(&folder, "response.csv") {
         assert_eq!(number(&row, "tip_amplitude_m"), 0.0);
         assert_eq!(number(&row, "tip_linear_amplitude_m"), 0.0);
-        assert_eq!(field(&row, "slipping_pairs"), "0");
+        assert_eq!(row["slipping_pairs"], "0");
         assert!(open > 0);
         assert_eq!(number(&row, "open_pairs"), open as f64);
-        assert_eq!(field(&row, "closing_pairs"), "0");
-        assert_eq!(field(&row, "opening_pairs"), "0");
+        assert_eq!(row["closing_pairs"], "0");
+        assert_eq!(row["opening_pairs"], "0");
     }
 }
 
 #[test]
 fn a_wrong_scene_or_mesh_has_exit_code_2_and_a_remedy() {
     let folder = Folder::new("wrong");
-    for (command, set, says) in [
-        ("run", "response.pionts=3", "points"),
-        ("check", "contact.left.friction=-1", "friction"),
-        ("mesh", "mesh.file=../meshes/none.msh", "none.msh"),
-        ("static", "body.0.volume=bald", "blade, jaw"),
-    ] {
-        let output = ended(dovetail(command, &folder, &[SMALL, set]), 2);
-        assert!(said(&output).contains(says), "{set}: {}", said(&output));
+    let table = "
+        run => response.pionts=3 => points
+        check => contact.left.friction=-1 => friction
+        mesh => mesh.file=../meshes/none.msh => none.msh
+        static => body.0.volume=bald => blade, jaw
+        ";
+    for [command, set, says] in cases(table) {
+        let wrong = dovetail(&command, &folder, &[LINEAR, &set]);
+        has(&said(&ended(wrong, 2)), &says);
     }
 }
 
@@ -229,35 +181,25 @@ fn a_wrong_scene_or_mesh_has_exit_code_2_and_a_remedy() {
 fn check_computes_and_writes_nothing() {
     let folder = Folder::new("check");
     let output = ended(dovetail("check", &folder, &[]), 0);
-    assert!(said(&output).contains("sound"));
-    assert_eq!(std::fs::read_dir(&*folder.0).unwrap().count(), 0);
+    has(&said(&output), "sound");
+    assert_eq!(std::fs::read_dir(&*folder).unwrap().count(), 0);
 }
 
 #[test]
 fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
     let folder = Folder::new("modes");
     let reduced = "body.*.fixed_interface_modes=6";
-    let output = ended(dovetail("modes", &folder, &[SMALL, reduced]), 0);
-    let told = said(&output);
-    assert!(
-        told.contains("12 stuck modes: amplitudes of the linear curve err by about"),
-        "{told}"
-    );
-    assert!(
-        told.contains("fixed_interface_modes raise the first 6"),
-        "{told}"
-    );
-    let truncation = &folder.json()["truncation"];
+    let output = ended(dovetail("modes", &folder, &[LINEAR, reduced]), 0);
+    let words = "12 stuck modes: amplitudes of the linear curve err by about \
+                 & fixed_interface_modes raise the first 6";
+    has(&said(&output), words);
+    let truncation = &summary(&folder)["truncation"];
     assert_eq!(truncation["frequencies"].as_array().unwrap().len(), 6);
     assert!(truncation["amplitude"].as_f64().unwrap() < 1e-4);
-    let listed = String::from_utf8(output.stdout).unwrap();
-    let rows = folder.table("modes.csv");
-    assert_eq!(
-        rows.iter()
-            .filter(|row| field(row, "kind") == "stuck")
-            .count(),
-        12
-    );
+    let listed = printed(&output);
+    let rows = table(&folder, "modes.csv");
+    let stuck = rows.iter().filter(|row| row["kind"] == "stuck");
+    assert_eq!(stuck.count(), 12);
     for (kind, body) in [
         ("flanks_held", "blade"),
         ("flanks_held", "jaw"),
@@ -265,7 +207,7 @@ fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
         ("fixed_interface", "jaw"),
         ("stuck", "assembly"),
     ] {
-        let of_kind = |row: &&Vec<_>| field(row, "kind") == kind && field(row, "body") == body;
+        let of_kind = |row: &&Row| row["kind"] == kind && row["body"] == body;
         let frequencies: Vec<f64> = rows
             .iter()
             .filter(of_kind)
@@ -278,7 +220,7 @@ fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
         );
         assert!(listed.contains(&format!("{:.4} Hz", frequencies[0])));
     }
-    assert!(!folder.0.join("response.csv").exists());
+    assert!(!folder.join("response.csv").exists());
 }
 
 /// Engine orders whose lines a Campbell diagram names.
@@ -292,13 +234,8 @@ fn engine_orders(svg: &str) -> BTreeSet<usize> {
 #[test]
 fn engine_orders_that_are_asked_for_are_those_of_the_diagram() {
     let folder = Folder::new("campbell-orders");
-    let mut command = dovetail(
-        "modes",
-        &folder,
-        &["mesh.file=../meshes/dovetail_small.msh"],
-    );
-    command.args(["--rpm", "0:7000:2", "--orders", "4,7"]);
-    ended(command, 0);
+    let mut command = dovetail("modes", &folder, &[SMALL]);
+    ended(command.args(["--rpm", "0:7000:2", "--orders", "4,7"]), 0);
     let drawn = engine_orders(&folder.text("plots/campbell.svg"));
     assert_eq!(drawn, BTreeSet::from([4, 7]));
 }
@@ -306,12 +243,9 @@ fn engine_orders_that_are_asked_for_are_those_of_the_diagram() {
 #[test]
 fn frequencies_over_the_speed_are_those_of_each_speed() {
     let folder = Folder::new("campbell");
-    let small = "mesh.file=../meshes/dovetail_small.msh";
-    let mut command = dovetail("modes", &folder, &[small]);
-    command.args(["--rpm", "0:7000:3"]);
-    let output = ended(command, 0);
-    let listed = String::from_utf8(output.stdout).unwrap();
-    let rows = folder.table("modes_campbell.csv");
+    let mut command = dovetail("modes", &folder, &[SMALL]);
+    let listed = printed(&ended(command.args(["--rpm", "0:7000:3"]), 0));
+    let rows = table(&folder, "modes_campbell.csv");
     assert_eq!(rows.len(), 3 * 2 * 6);
     let svg = folder.text("plots/campbell.svg");
     assert!(svg.contains("EO 1") && svg.contains("blade, flanks held"));
@@ -326,15 +260,14 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
     for speed in [0.0, 3500.0, 7000.0] {
         let alone = Folder::new("campbell-alone");
         let at = format!("rotation.speed_rpm={speed}");
-        ended(dovetail("modes", &alone, &[small, &at]), 0);
-        for one in alone.table("modes.csv") {
+        ended(dovetail("modes", &alone, &[SMALL, &at]), 0);
+        for one in table(&alone, "modes.csv") {
             let key = ["kind", "body", "mode"];
             let found = rows.iter().find(|row| {
-                number(row, "speed_rpm") == speed
-                    && key.iter().all(|k| field(row, k) == field(&one, k))
+                number(row, "speed_rpm") == speed && key.iter().all(|k| row[*k] == one[*k])
             });
-            let kept = (field(&one, "kind") == "flanks_held" && field(&one, "body") == "blade"
-                || field(&one, "kind") == "stuck")
+            let kept = (one["kind"] == "flanks_held" && one["body"] == "blade"
+                || one["kind"] == "stuck")
                 && number(&one, "mode") <= 6.0;
             assert_eq!(found.is_some(), kept);
             if let Some(found) = found {
@@ -351,50 +284,41 @@ fn speeds_the_blade_does_not_stand_have_no_frequencies() {
     // Prestress softens the blade where it is compressed: turned upside down, about an axis beyond
     // its tip.
     let folder = Folder::new("campbell-fast");
-    let set = [
-        "mesh.file=../meshes/dovetail_small.msh",
-        "rotation.point_m=[0,0,1]",
-    ];
+    let set = [SMALL, "rotation.point_m=[0,0,1]"];
     let mut command = dovetail("modes", &folder, &set);
-    command.args(["--rpm", "0:20000:2"]);
-    let output = ended(command, 0);
-    assert!(
-        said(&output).contains("no modes at 20000 rpm"),
-        "{}",
-        said(&output)
-    );
-    for row in folder.table("modes_campbell.csv") {
+    let output = ended(command.args(["--rpm", "0:20000:2"]), 0);
+    has(&said(&output), "no modes at 20000 rpm");
+    for row in table(&folder, "modes_campbell.csv") {
         let fast = number(&row, "speed_rpm") > 0.0;
-        assert_eq!(field(&row, "frequency_hz").is_empty(), fast);
+        assert_eq!(row["frequency_hz"].is_empty(), fast);
     }
-    let mut still = dovetail("modes", &folder, &[SMALL, "rotation="]);
-    still.args(["--rpm", "0:5000:3"]);
-    assert!(said(&ended(still, 2)).contains("[rotation]"));
+    let mut still = dovetail("modes", &folder, &[LINEAR, "rotation="]);
+    let told = said(&ended(still.args(["--rpm", "0:5000:3"]), 2));
+    has(&told, "[rotation]");
 }
 
 #[test]
 fn static_writes_the_state_and_no_response() {
     let folder = Folder::new("static");
-    let mut command = dovetail("static", &folder, &[SMALL]);
-    command.arg("--quiet");
-    assert_eq!(said(&ended(command, 0)), "");
-    assert_eq!(folder.table("static.csv").len(), 72);
+    let mut command = dovetail("static", &folder, &[LINEAR]);
+    assert_eq!(said(&ended(command.arg("--quiet"), 0)), "");
+    assert_eq!(table(&folder, "static.csv").len(), 72);
     for file in [
         "flank_static.vtu",
         "static.vtu",
         "plots/static_pressure.svg",
     ] {
-        assert!(folder.0.join(file).exists(), "{file}");
+        assert!(folder.join(file).exists(), "{file}");
     }
-    assert!(!folder.0.join("response.csv").exists());
-    let summary = folder.json();
+    assert!(!folder.join("response.csv").exists());
+    let summary = summary(&folder);
     assert_eq!(summary["static"]["outcome"], "converged");
     assert!(summary["response"].is_null());
 }
 
 /// Sets PATH to a single folder, which has no gmsh.
 fn without_gmsh(mut command: Command) -> Command {
-    command.env("PATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes"));
+    command.env("PATH", root().join("meshes"));
     command
 }
 
@@ -402,14 +326,9 @@ fn without_gmsh(mut command: Command) -> Command {
 fn without_gmsh_the_ready_mesh_is_used_and_that_is_said() {
     let folder = Folder::new("fallback");
     let mut command = without_gmsh(dovetail("mesh", &folder, &[]));
-    command.arg("--quiet");
-    let output = ended(command, 0);
-    let said = said(&output);
-    assert!(
-        said.contains("gmsh is not installed") && said.contains("dovetail.msh"),
-        "{said}"
-    );
-    let mesh = &folder.json()["mesh"];
+    let output = ended(command.arg("--quiet"), 0);
+    has(&said(&output), "gmsh is not installed & dovetail.msh");
+    let mesh = &summary(&folder)["mesh"];
     assert_eq!(mesh["fallback"], true);
     assert!(mesh["gmsh"].is_null());
     assert!(
@@ -423,39 +342,21 @@ fn without_gmsh_the_ready_mesh_is_used_and_that_is_said() {
 fn without_gmsh_other_parameters_are_an_error() {
     let folder = Folder::new("no-fallback");
     let command = without_gmsh(dovetail("mesh", &folder, &["mesh.parameters.nu=5"]));
-    let said = said(&ended(command, 1));
-    assert!(said.contains("gmsh"), "{said}");
-    let summary = folder.json();
+    has(&said(&ended(command, 1)), "gmsh");
+    let summary = summary(&folder);
     assert_eq!(summary["state"], "failed");
-    assert!(
-        summary["why"].as_str().unwrap().contains("gmsh"),
-        "{summary}"
-    );
+    has(summary["why"].as_str().unwrap(), "gmsh");
 }
 
 /// Scene files of a folder, in alphabetical order.
 fn scenes(folder: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-    let files = std::fs::read_dir(folder).unwrap();
+    let files = std::fs::read_dir(root().join(folder)).unwrap();
     let files = files.map(|entry| entry.unwrap().path());
     let mut scenes: Vec<PathBuf> = files
         .filter(|path| path.extension().is_some_and(|e| e == "toml"))
         .collect();
     scenes.sort();
     scenes
-}
-
-/// `dovetail COMMAND SCENE --out FOLDER --set ...`, which has to succeed.
-fn succeed(command: &str, scene: &Path, out: &Folder, set: &[&str]) {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .args([command, "--no-cache", "--out"])
-        .arg(&out.0)
-        .arg(scene);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    ended(program, 0);
 }
 
 #[test]
@@ -469,7 +370,7 @@ fn every_scene_is_sound() {
         let scenes = scenes(folder_of_scenes);
         assert!(scenes.len() >= least, "{scenes:?}");
         for scene in scenes {
-            succeed("check", &scene, &folder, &[]);
+            ended(on_scene("check", scene, &folder, &[]), 0);
         }
     }
 }
@@ -494,7 +395,7 @@ fn what_acts_stands_under_the_title_of_a_picture() {
         ),
     ] {
         let few = ["response.points=2", "response.harmonics=1"];
-        let set = [&[SMALL], &few[..], set].concat();
+        let set = [&[LINEAR], &few[..], set].concat();
         ended(dovetail("run", &folder, &set), 0);
         // The excitation does not act in the static state.
         for (picture, words) in [
@@ -512,11 +413,7 @@ fn what_acts_stands_under_the_title_of_a_picture() {
 /// of their own, and so have the scenes that `several_bodies` takes through a run with its fields.)
 #[test]
 fn every_scene_runs() {
-    let gmsh = Command::new("gmsh").arg("-version").output();
-    assert!(
-        gmsh.is_ok(),
-        "gmsh is not installed, and this test runs it: `tools/setup.sh` installs it"
-    );
+    needs_gmsh();
     let elsewhere = include_str!("several_bodies.rs");
     let is_run_elsewhere = |scene: &Path| {
         let name = scene.file_stem().unwrap().display();
@@ -538,15 +435,15 @@ fn every_scene_runs() {
             // The sizes of the airfoil: the joint stays as it is.
             coarse.extend(["mesh.parameters.lc_air=6", "mesh.parameters.lc_edge=4"]);
         }
-        succeed("run", &scene, &folder, &coarse);
-        let types = folder.json()["mesh"]["element_types"].clone();
+        ended(on_scene("run", &scene, &folder, &coarse), 0);
+        let types = summary(&folder)["mesh"]["element_types"].clone();
         let linear = ["tet4", "pyramid5", "wedge6", "hex8"];
         let mut types = types.as_object().unwrap().keys();
         assert!(
             types.all(|name| linear.contains(&name.as_str())),
             "{scene:?}"
         );
-        assert_eq!(folder.table("response.csv").len(), 2);
+        assert_eq!(table(&folder, "response.csv").len(), 2);
     }
 }
 
@@ -555,31 +452,20 @@ fn every_scene_runs() {
 #[cfg(target_os = "linux")]
 #[test]
 fn processor_seconds_are_those_of_the_program_alone() {
-    let folder = Folder::new("processor");
+    let out = Folder::new("processor");
     let burn = "i=0; while [ $i -lt 1000000 ]; do i=$((i+1)); done";
     let script = format!("sh -c '{burn}'; {burn}; cat /proc/$$/stat > \"$0\"; exec \"$@\"");
-    let stat = folder.0.join("stat");
-    let out = folder.0.join("out");
+    let run = on_scene("static", "scenes/verification/jenkins.toml", &out, &[]);
     let mut command = Command::new("sh");
-    command.current_dir(env!("CARGO_MANIFEST_DIR"));
-    command.args(["-c", &script]).arg(&stat);
-    command.arg(env!("CARGO_BIN_EXE_dovetail"));
-    command.args([
-        "static",
-        "scenes/verification/jenkins.toml",
-        "--threads",
-        "1",
-        "--out",
-    ]);
-    command.arg(&out);
+    command.current_dir(root()).args(["-c", &script]);
+    command.arg(out.join("stat")).arg(run.get_program());
+    command.args(run.get_args()).args(["--threads", "1"]);
     ended(command, 0);
-    let stat = std::fs::read_to_string(stat).unwrap();
+    let stat = out.text("stat");
     let (_, fields) = stat.rsplit_once(')').unwrap();
     let ticks = fields.split_whitespace().skip(11).take(4);
     let burnt_s: f64 = ticks.map(|t| t.parse::<f64>().unwrap() / 100.0).sum();
-    let summary: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
-    let own_s = summary["processor_seconds"].as_f64().unwrap();
+    let own_s = summary(&out)["processor_seconds"].as_f64().unwrap();
     assert!(
         (0.0..0.5 * burnt_s).contains(&own_s),
         "{own_s} s after {burnt_s} s of others"

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
-use std::process::Command;
 
 use crate::shared_bodies::ready;
 use crate::shared_folder::Folder;
-use crate::shared_program::said_in_one_line;
+use crate::shared_program::{SMALL, has, on_scene, told};
+use crate::shared_runs::{numbers, summary};
 use dovetail_mesh::facet;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_testkit::folder::root;
@@ -14,32 +14,10 @@ use dovetail_testkit::folder::root;
 /// Runs scenes/pressure.toml with `--set`; returns the folder of its results, and its messages.
 fn run(name: &str, set: &[&str]) -> (Folder, String) {
     let folder = Folder::new(name);
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(root())
-        .args([
-            "run",
-            "scenes/pressure.toml",
-            "--no-cache",
-            "--no-fields",
-            "--out",
-        ])
-        .arg(&*folder);
-    let small = [
-        "mesh.file=../meshes/dovetail_small.msh",
-        "response.points=5",
-    ];
-    for set in small.iter().chain(set) {
-        program.args(["--set", set]);
-    }
-    let output = program.output().unwrap();
-    let said = said_in_one_line(&output);
-    assert!(output.status.success(), "{said}");
+    let set = [&[SMALL, "response.points=5"], set].concat();
+    let mut program = on_scene("run", "scenes/pressure.toml", &folder, &set);
+    let said = told(program.arg("--no-fields"), 0);
     (folder, said)
-}
-
-fn summary(folder: &Folder) -> serde_json::Value {
-    serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap()
 }
 
 /// Force `-int p n dA` of the pressure side in the finer mesh of scenes/pressure.csv, with the
@@ -76,8 +54,7 @@ fn integral_n() -> [[f64; 3]; 2] {
 #[test]
 fn the_field_of_a_file_is_mapped_told_and_written() {
     let (folder, said) = run("field", &[]);
-    let told = "pressure.csv on `blade_pressure_side`: 280 points";
-    assert!(said.contains(told), "{said}");
+    has(&said, "pressure.csv on `blade_pressure_side`: 280 points");
     let summary = summary(&folder);
     let field = &summary["excitation_fields"][0];
     let number = |key: &str| field[key].as_f64().unwrap();
@@ -91,7 +68,7 @@ fn the_field_of_a_file_is_mapped_told_and_written() {
         }
     }
     assert!(summary["response"]["peak_amplitude_m"].as_f64().unwrap() > 0.0);
-    let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let report = folder.text("report.html");
     let (_, words) = report
         .split_once("Excitation: The field of <code>")
         .unwrap();
@@ -114,16 +91,12 @@ fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
         few += &format!("{},{pressure}\n", place.join(","));
     }
     let files = Folder::new("few");
-    let file = files.join("few.csv");
-    std::fs::write(&file, few).unwrap();
+    let file = files.write("few.csv", few);
     let file = format!("excitation.0.file={}", file.display());
     let (folder, said) = run("few", &[&file, "response.points=2", "response.harmonics=1"]);
-    for told in [
-        "4 points without areas are too few to tell how much the pressures between them err, 13 are needed",
-        "half of the points gives one that differs by",
-    ] {
-        assert!(said.contains(told), "{said}");
-    }
+    let words = "4 points without areas are too few to tell how much the pressures between them \
+                 err, 13 are needed & half of the points gives one that differs by";
+    has(&said, words);
     assert!(!said.contains("pressures err by about"), "{said}");
     let field = &summary(&folder)["excitation_fields"][0];
     assert!(field["interpolation_error"].is_null(), "{field}");
@@ -144,13 +117,7 @@ fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
 /// the static state. On this scene amplitudes change by up to 1.3e-3.
 #[test]
 fn a_lag_of_the_pressure_is_a_lag_of_the_answer() {
-    let columns = |folder: &Folder, column: &str| -> Vec<f64> {
-        let text = std::fs::read_to_string(folder.join("response.csv")).unwrap();
-        let mut lines = text.lines();
-        let at = lines.next().unwrap().split(',').position(|h| h == column);
-        let value = |line: &str| line.split(',').nth(at.unwrap()).unwrap().parse().unwrap();
-        lines.map(value).collect()
-    };
+    let columns = |folder: &Folder, column: &str| numbers(&folder.join("response.csv"), column);
     let lagging = |further: &[&str], limit: f64| {
         let set = [
             &["response.harmonics=1", "response.tolerance=1e-10"],

@@ -25,6 +25,7 @@ use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{linear_peak, peak, sweep_fields};
 use dovetail_testkit::block::mixed_block;
+use dovetail_testkit::folder::root;
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 
@@ -1043,11 +1044,10 @@ fn check_output(folders: &[PathBuf]) -> Vec<(bool, String)> {
 /// Runs this code by an interpreter of Python that can import what scripts/check_output.py imports,
 /// and returns what it prints. It has to end without an error.
 fn by_python(code: &str, files: &[PathBuf]) -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("DOVETAIL_PYTHON")
-        .map_or_else(|| root.join("target/venv/bin/python"), PathBuf::from);
+        .map_or_else(|| root().join("target/venv/bin/python"), PathBuf::from);
     let done = Command::new(&python)
-        .current_dir(root)
+        .current_dir(root())
         .args(["-c", code])
         .args(files)
         .output();

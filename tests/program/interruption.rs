@@ -6,11 +6,12 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use dovetail::export::manifest::{RunState, Summary};
+use dovetail::export::manifest::RunState;
 use serde_json::Value;
 
-use crate::shared_folder::{Folder, without_sections};
-use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_folder::{Folder, files_below, without_sections};
+use crate::shared_program::{SMALL, ended, has, on_scene, said_in_one_line, told};
+use crate::shared_runs::{manifest, numbers};
 
 /// A frequency takes about 10 kB of the journal, and 5 kB in the second response. Stretches of 20
 /// frequencies in either half of the range are taken over by a resumed run.
@@ -19,14 +20,9 @@ const POINTS: usize = 100;
 /// Command `dovetail run` for the paper's scene on its smallest mesh: mean positions that are
 /// retained, frequencies that fail and are tried again, and a second response.
 fn command(out: &Path, words: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["run", "scenes/paper.toml", "--no-cache"])
-        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
-        .args(["--set", &format!("response.points={POINTS}"), "--out"])
-        .arg(out)
-        .args(words);
+    let points = format!("response.points={POINTS}");
+    let mut program = on_scene("run", "scenes/paper.toml", out, &[SMALL, &points]);
+    program.args(words);
     program
 }
 
@@ -60,23 +56,15 @@ fn send(signal: &str, child: &Child) {
 /// Contents of the files below the folder, by name; those of summary.json without times.
 fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
-    let mut folders = vec![out.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let name = path.strip_prefix(out).unwrap().display().to_string();
-            let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
-            if name == "summary.json" {
-                let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
-                without_times(&mut summary);
-                bytes = serde_json::to_vec_pretty(&summary).unwrap();
-            }
-            found.insert(name, bytes);
+    for path in files_below(out) {
+        let name = path.strip_prefix(out).unwrap().display().to_string();
+        let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
+        if name == "summary.json" {
+            let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
+            without_times(&mut summary);
+            bytes = serde_json::to_vec_pretty(&summary).unwrap();
         }
+        found.insert(name, bytes);
     }
     found
 }
@@ -103,15 +91,9 @@ fn assert_same(found: &BTreeMap<String, Vec<u8>>, expected: &BTreeMap<String, Ve
     }
 }
 
-fn summary(out: &Path) -> Summary {
-    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
-}
-
 /// Number of rows of a table of the response, whose frequencies must rise.
 fn rows(table: &Path) -> usize {
-    let text = std::fs::read_to_string(table).unwrap();
-    let frequency = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap();
-    let frequencies: Vec<f64> = text.lines().skip(1).map(frequency).collect();
+    let frequencies = numbers(table, "frequency_hz");
     assert!(frequencies.is_sorted_by(|a, b| a < b));
     frequencies.len()
 }
@@ -126,21 +108,20 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     let mut killed = under_way(&out, &[], 450_000);
     send("-KILL", &killed);
     killed.wait().unwrap();
-    assert_eq!(summary(&out).state, RunState::Running);
+    assert_eq!(manifest(&out).state, RunState::Running);
     // Killed once more, further on: in the response that the first is compared with.
     let mut interrupted = under_way(&out, &["--resume"], 1_250_000);
     send("-INT", &interrupted);
     assert_eq!(interrupted.wait().unwrap().code(), Some(130));
-    let broken = summary(&out);
+    let broken = manifest(&out);
     assert_eq!(broken.state, RunState::Interrupted);
     assert!(broken.why.unwrap().contains("response_h1.csv"));
     assert_eq!(rows(&out.join("response.csv")), POINTS);
     let second = rows(&out.join("response_h1.csv"));
     assert!((1..POINTS).contains(&second), "{second}");
-    let resumed = ended(command(&out, &["--resume"]), 0);
-    let words = said_in_one_line(&resumed);
+    let resumed = told(command(&out, &["--resume"]), 0);
     let all = format!("{POINTS} of {POINTS} frequencies were solved before");
-    assert!(words.contains(&all), "{words}");
+    has(&resumed, &all);
     assert_same(&contents(&out), &whole);
 }
 
@@ -149,15 +130,13 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
 #[test]
 fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let column = |out: &Path, words: &[&str]| {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["run", "scenes/verification/column.toml", "--no-cache"])
-            .args(["--set", "response.points=56"])
-            .args(["--set", "response.samples=32"])
-            .args(["--set", "response.harmonics=3", "--out"])
-            .arg(out)
-            .args(words);
+        let set = [
+            "response.points=56",
+            "response.samples=32",
+            "response.harmonics=3",
+        ];
+        let mut program = on_scene("run", "scenes/verification/column.toml", out, &set);
+        program.args(words);
         program
     };
     let whole = Folder::new("column-unbroken");
@@ -167,16 +146,13 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let mut broken = started(column(&out, &[]), &out, 190_000);
     send("-INT", &broken);
     assert_eq!(broken.wait().unwrap().code(), Some(130));
-    assert_eq!(summary(&out).state, RunState::Interrupted);
+    assert_eq!(manifest(&out).state, RunState::Interrupted);
     let held = ["--resume", "--set", "rotation.prestress=held_flanks"];
-    let refused = said_in_one_line(&ended(column(&out, &held), 2));
-    assert!(refused.contains("computed from other inputs"), "{refused}");
-    let resumed = said_in_one_line(&ended(column(&out, &["--resume"]), 0));
-    assert!(
-        resumed.contains("of 56 frequencies were solved before"),
-        "{resumed}"
-    );
-    assert!(resumed.contains("prestress, pass 2"), "{resumed}");
+    let refused = told(column(&out, &held), 2);
+    has(&refused, "computed from other inputs");
+    let resumed = told(column(&out, &["--resume"]), 0);
+    let words = "of 56 frequencies were solved before & prestress, pass 2";
+    has(&resumed, words);
     assert_same(&contents(&out), &contents(&whole));
 }
 
@@ -187,12 +163,9 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     send("-INT", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    let words = said_in_one_line(&output);
-    assert!(
-        words.contains("--resume") && words.contains(&format!("of {POINTS}")),
-        "{words}"
-    );
-    let summary = summary(&out);
+    let words = format!("--resume & of {POINTS}");
+    has(&said_in_one_line(&output), &words);
+    let summary = manifest(&out);
     assert_eq!(summary.state, RunState::Interrupted);
     assert!(summary.why.unwrap().starts_with("Ctrl-C after "));
     let solved = rows(&out.join("response.csv"));
@@ -209,9 +182,8 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     // With other inputs there is nothing to go on with, and every file stays as it is.
     let before = contents(&out);
     let other = ["--resume", "--set", "contact.left.friction=0.2"];
-    let refused = ended(command(&out, &other), 2);
-    let words = said_in_one_line(&refused);
-    assert!(words.contains("computed from other inputs"), "{words}");
+    let refused = told(command(&out, &other), 2);
+    has(&refused, "computed from other inputs");
     assert_same(&contents(&out), &before);
     let journal = out.join("response.journal");
     let kept = std::fs::metadata(&journal).unwrap().len();
@@ -229,22 +201,12 @@ fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
     let out = Folder::new("busy");
     // Each refusal waits a second for the lock: the run has to take longer than all of them.
     let mut child = under_way(&out, &["--set", "response.points=400"], 100_000);
-    let refused = ended(command(&out, &[]), 1);
-    let words = said_in_one_line(&refused);
-    assert!(words.contains("a run is going on in the folder"), "{words}");
-    for word in ["mesh", "modes", "reduce"] {
-        let mut other = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        other
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args([word, "scenes/paper.toml", "--no-cache", "--out"])
-            .arg(&out);
-        let words = said_in_one_line(&ended(other, 1));
-        assert!(
-            words.contains("a run is going on in the folder"),
-            "{word}: {words}"
-        );
+    let others =
+        ["mesh", "modes", "reduce"].map(|word| on_scene(word, "scenes/paper.toml", &out, &[]));
+    for other in [command(&out, &[])].into_iter().chain(others) {
+        has(&told(other, 1), "a run is going on in the folder");
     }
-    assert_eq!(summary(&out).state, RunState::Running);
+    assert_eq!(manifest(&out).state, RunState::Running);
     assert!(!out.join("K.mtx").exists() && !out.join("modes.vtu").exists());
     child.kill().unwrap();
     child.wait().unwrap();
@@ -268,7 +230,7 @@ fn of_a_run_that_was_killed_the_next_one_leaves_nothing() {
         "response.compare_harmonics=",
     ];
     ended(command(&out, &few), 0);
-    let mut expected: Vec<String> = summary(&out).files;
+    let mut expected: Vec<String> = manifest(&out).files;
     expected.extend(["summary.json", "flank/notes.txt"].map(str::to_owned));
     expected.sort();
     let found: Vec<String> = contents(&out).into_keys().collect();
@@ -283,7 +245,7 @@ fn a_run_that_is_broken_off_before_its_first_frequency_leaves_no_journal() {
     send("-INT", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    assert_eq!(summary(&out).state, RunState::Interrupted);
+    assert_eq!(manifest(&out).state, RunState::Interrupted);
     assert!(!out.join("response.journal").exists());
     // There is nothing to go on with: it begins with the first frequency.
     let mut again = under_way(&out, &["--resume"], 100_000);

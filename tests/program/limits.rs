@@ -1,127 +1,68 @@
 //! The limits in the README are correct: what they exclude fails with a message about it, and what
 //! they permit runs.
 
-use std::path::Path;
-use std::process::Command;
-
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, program, said_in_one_line};
-use crate::shared_runs::{Run, number};
+use crate::shared_program::{SMALL, cases, has, on_scene, program, told};
+use crate::shared_runs::Run;
+use dovetail_testkit::folder::root;
 
 /// Checks that a sentence is in the section "Limits" of the README; the page may break its lines
 /// elsewhere.
 #[track_caller]
 fn readme_says(sentence: &str) {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    let page = std::fs::read_to_string(page).unwrap();
+    let page = std::fs::read_to_string(root().join("README.md")).unwrap();
     let (_, limits) = page.split_once("\n## Limits\n").unwrap();
     let limits = limits.split("\n## ").next().unwrap();
     let limits = limits.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(limits.contains(sentence), "README, Limits: {sentence}");
 }
 
-fn dovetail(words: &[&str]) -> Command {
-    program(Path::new(env!("CARGO_MANIFEST_DIR")), words)
-}
-
-/// Checks that a setting of the paper's scene is refused.
-#[track_caller]
-fn is_refused(sentence: &str, setting: &str, message: &str) {
-    readme_says(sentence);
-    let said = ended(
-        dovetail(&["check", "scenes/paper.toml", "--set", setting]),
-        2,
-    );
-    let said = said_in_one_line(&said);
-    assert!(said.contains(message), "{setting}: {said}");
-}
-
 #[test]
 fn what_a_scene_cannot_ask_for_is_refused() {
-    for (sentence, setting, message) in [
-        (
-            "**No cyclic symmetry.**",
-            "cyclic_symmetry.sectors=36",
-            "unknown section or key `cyclic_symmetry`",
-        ),
-        (
-            "no Coriolis force",
-            "rotation.coriolis=true",
-            "unknown key `rotation.coriolis`",
-        ),
-        (
-            "Each body has one Young's modulus",
-            "body.0.young_pa=[1e11,2e11,3e11]",
-            "expected a finite number",
-        ),
-        (
-            "Each contact has one coefficient of friction",
-            "contact.left.friction=[0.3,0.2]",
-            "expected a finite number",
-        ),
-        (
-            "There is no wear",
-            "contact.left.wear_m3_j=1e-15",
-            "unknown key `contact.left.wear_m3_j`",
-        ),
-        (
-            "and one stiffness per area",
-            "contact.left.normal_stiffness_n_m3=[1e14,1e13]",
-            "expected a finite number",
-        ),
-        (
-            "on linear springs between them",
-            "contact.left.normal_stiffness_n_m3=1e14",
-            "tangential_stiffness_n_m3",
-        ),
-        (
-            "There are no subharmonics",
-            "excitation.0.harmonic=0.5",
-            "expected a whole number",
-        ),
-        (
-            "the peak alone is followed",
-            "response.force_n=[1,2]",
-            "unknown key `response.force_n`",
-        ),
-    ] {
-        is_refused(sentence, setting, message);
+    let table = "
+        **No cyclic symmetry.** => cyclic_symmetry.sectors=36
+        => unknown section or key `cyclic_symmetry`
+        no Coriolis force => rotation.coriolis=true => unknown key `rotation.coriolis`
+        Each body has one Young's modulus => body.0.young_pa=[1e11,2e11,3e11]
+        => expected a finite number
+        Each contact has one coefficient of friction => contact.left.friction=[0.3,0.2]
+        => expected a finite number
+        There is no wear => contact.left.wear_m3_j=1e-15
+        => unknown key `contact.left.wear_m3_j`
+        and one stiffness per area => contact.left.normal_stiffness_n_m3=[1e14,1e13]
+        => expected a finite number
+        on linear springs between them => contact.left.normal_stiffness_n_m3=1e14
+        => tangential_stiffness_n_m3
+        There are no subharmonics => excitation.0.harmonic=0.5 => expected a whole number
+        the peak alone is followed => response.force_n=[1,2] => unknown key `response.force_n`
+        ";
+    for [sentence, setting, message] in cases(table) {
+        readme_says(&sentence);
+        let words = ["check", "scenes/paper.toml", "--set", &setting];
+        has(&told(program(root(), &words), 2), &message);
     }
 }
 
 #[test]
 fn a_slide_that_is_too_far_is_an_error() {
-    readme_says(
-        "a pair that slides farther than 20 % of the shorter side of its flank is an error",
-    );
+    let message = "a pair that slides farther than 20 % of the shorter side of its flank";
+    readme_says(&format!("{message} is an error"));
     let out = Folder::new("limits-slide");
-    let mut program = dovetail(&["static", "scenes/paper.toml", "--no-cache", "--out"]);
-    program.arg(&*out);
-    for setting in [
-        "mesh.file=../meshes/dovetail_small.msh",
-        "rotation.speed_rpm=50000",
-    ] {
-        program.args(["--set", setting]);
-    }
-    let said = said_in_one_line(&ended(program, 1));
-    let message = "a pair slides farther than 20 % of the shorter side of its flank";
-    assert!(said.contains(message), "{said}");
+    let set = [SMALL, "rotation.speed_rpm=50000"];
+    let said = told(on_scene("static", "scenes/paper.toml", &out, &set), 1);
+    has(&said, &message.replace("that slides", "slides"));
 }
 
 #[test]
 fn elements_with_nodes_inside_faces_are_refused() {
     readme_says("Elements with nodes inside their faces are not read");
     let folder = Folder::new("limits-elements");
-    let deck = folder.join("deck.inp");
-    std::fs::write(
-        &deck,
+    let deck = folder.write(
+        "deck.inp",
         "*NODE\n1,0,0,0\n*ELEMENT, TYPE=C3D27, ELSET=a\n1,1\n",
-    )
-    .unwrap();
-    let mut program = dovetail(&["groups"]);
-    program.arg(&deck);
-    let said = said_in_one_line(&ended(program, 2));
-    assert!(said.contains("have nodes inside faces"), "{said}");
+    );
+    let words = ["groups", deck.to_str().unwrap()];
+    has(&told(program(root(), &words), 2), "have nodes inside faces");
 }
 
 /// Two blocks, the lower face of the upper one being the flank of two contacts.
@@ -129,10 +70,9 @@ fn elements_with_nodes_inside_faces_are_refused() {
 fn a_node_is_the_slave_of_one_contact() {
     readme_says("a node can be the slave of one contact only");
     let folder = Folder::new("limits-slave");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let patch =
-        std::fs::read_to_string(root.join("scenes/verification/spring_blocks.toml")).unwrap();
-    let mesh = root.join("meshes/blocks_order1.msh");
+    let patch = root().join("scenes/verification/spring_blocks.toml");
+    let patch = std::fs::read_to_string(patch).unwrap();
+    let mesh = root().join("meshes/blocks_order1.msh");
     let patch = patch.replace("../../meshes/blocks_order1.msh", mesh.to_str().unwrap());
     let contacts = |second: &str| {
         format!(
@@ -141,11 +81,9 @@ fn a_node_is_the_slave_of_one_contact() {
         )
     };
     for (second, code) in [("upper_bottom", 2), ("base", 0)] {
-        let scene = folder.join("scene.toml");
-        std::fs::write(&scene, contacts(second)).unwrap();
-        let mut program = dovetail(&["mesh", "--no-cache", "--force"]);
-        program.arg(&scene).arg("--out").arg(folder.join("out"));
-        let said = said_in_one_line(&ended(program, code));
+        let scene = folder.write("scene.toml", contacts(second));
+        let mut mesh = on_scene("mesh", scene, &folder.join("out"), &[]);
+        let said = told(mesh.arg("--force"), code);
         let message = "would follow the opposite flanks of contacts `one` and `other`";
         assert_eq!(said.contains(message), code == 2, "{said}");
     }
@@ -157,15 +95,10 @@ fn any_number_of_bodies_and_contacts_is_taken() {
     readme_says("any number of them, on each other, on springs or on rigid ground");
     readme_says("The meshes of two flanks need not match");
     let counts = |command, scene, set: &[&str]| {
-        let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
-        let summary = Run::new(command, scene, "limits-granted", &set).summary();
-        let matches = summary["mesh"]["contacts"].as_array().unwrap();
-        let differ = matches.iter().any(|c| c["nodes_match"] == false);
-        (
-            summary["mesh"]["bodies"].as_array().unwrap().len(),
-            summary["mesh"]["contacts"].as_array().unwrap().len(),
-            differ,
-        )
+        let mesh = &Run::new(command, scene, "limits-granted", set).summary()["mesh"];
+        let [bodies, contacts] = ["bodies", "contacts"].map(|key| mesh[key].as_array().unwrap());
+        let differ = contacts.iter().any(|c| c["nodes_match"] == false);
+        (bodies.len(), contacts.len(), differ)
     };
     assert_eq!(
         counts("run", "verification/spring_blocks", &[]),
@@ -185,17 +118,15 @@ fn any_number_of_bodies_and_contacts_is_taken() {
 #[test]
 fn flanks_that_do_not_match_are_told_with_which_follows_which() {
     let folder = Folder::new("limits-follows");
-    let mut program = dovetail(&["mesh", "scenes/platform_damper.toml"]);
-    program.arg("--out").arg(folder.join("out"));
-    let said = said_in_one_line(&ended(program, 0));
+    let damper = "scenes/platform_damper.toml";
+    let said = told(on_scene("mesh", damper, &folder.join("out"), &[]), 0);
     for (wedge, platform) in [
         ("wedge_right", "platform_left"),
         ("wedge_left", "b.platform_right"),
     ] {
         let follows = format!("each node of `{wedge}` follows a mean of nodes of `{platform}`");
         let covered = format!("100.0 % of the area of `{wedge}` lies opposite");
-        assert!(said.contains(&follows), "{follows}: {said}");
-        assert!(said.contains(&covered), "{covered}: {said}");
+        has(&said, &format!("{follows} & {covered}"));
     }
 }
 
@@ -206,7 +137,7 @@ fn flanks_on_springs_are_taken() {
     readme_says("rigid or on linear springs between them");
     let run = |name: &str, springs_n_m3: Option<f64>| {
         let mut set = vec![
-            "mesh.file=../meshes/dovetail_small.msh".to_owned(),
+            SMALL.to_owned(),
             "response.points=5".to_owned(),
             "response.compare_harmonics=".to_owned(),
             "response.frequency_hz=[440,460]".to_owned(),
@@ -216,17 +147,12 @@ fn flanks_on_springs_are_taken() {
                 set.extend(springs_n_m3.map(|n_m3| format!("contact.{side}.{key}={n_m3:e}")));
             }
         }
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
         let run = Run::without_fields("paper", name, &set);
-        let amplitudes: Vec<f64> = run
-            .table("response.csv")
-            .iter()
-            .map(|row| {
-                assert_eq!(row["outcome"], "converged");
-                number(row, "tip_amplitude_m")
-            })
-            .collect();
+        let table = run.table("response.csv");
+        assert!(table.iter().all(|row| row["outcome"] == "converged"));
         let linear_hz = run.summary()["linear_frequency_hz"].as_f64().unwrap();
-        (amplitudes, linear_hz)
+        (run.column("response.csv", "tip_amplitude_m"), linear_hz)
     };
     let (rigid, rigid_hz) = run("rigid", None);
     let (stiff, stiff_hz) = run("stiff", Some(1e17));

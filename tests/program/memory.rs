@@ -2,30 +2,31 @@
 
 use std::process::Command;
 
-use dovetail::export::manifest::{RunState, Summary};
+use dovetail::export::manifest::RunState;
 use dovetail_solver::run::Stage;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, in_one_line, said};
+use crate::shared_program::{SMALL, ended, has, on_scene, said_in_one_line, told};
+use crate::shared_runs::manifest;
+
+/// A command with a limit of the shell, such as `-v 1000` for an address space of 1000 KiB.
+fn limited(limit: &str, command: &Command) -> Command {
+    let mut shell = Command::new("bash");
+    shell
+        .current_dir(command.get_current_dir().unwrap())
+        .args(["-c", &format!("ulimit {limit}; exec \"$@\""), "bash"])
+        .arg(command.get_program())
+        .args(command.get_args());
+    shell
+}
 
 /// Command `dovetail reduce` for the paper's scene on one thread, with an address space of this
 /// many KiB.
 fn reduce(out: &Folder, limit_kib: Option<u64>) -> Command {
     let limit = limit_kib.map_or("unlimited".to_owned(), |kib| kib.to_string());
-    let mut shell = Command::new("sh");
-    shell
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["-c", "ulimit -v $1; shift; exec \"$@\"", "sh", &limit])
-        .arg(env!("CARGO_BIN_EXE_dovetail"))
-        .args(["reduce", "scenes/paper.toml", "--no-cache"])
-        .args(["--threads", "1"])
-        .args(["--set", "mesh.file=../meshes/dovetail.msh", "--out"])
-        .arg(out);
-    shell
-}
-
-fn summary(out: &Folder) -> Summary {
-    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+    let ready = ["mesh.file=../meshes/dovetail.msh"];
+    let mut reduce = on_scene("reduce", "scenes/paper.toml", out, &ready);
+    limited(&format!("-v {limit}"), reduce.args(["--threads", "1"]))
 }
 
 #[test]
@@ -41,22 +42,19 @@ fn too_little_memory_is_told_before_factoring() {
     let (wide, narrow) = ((280..2000).step_by(100), (320..2000).step_by(40));
     let of_assembly = wide.chain(narrow).find_map(|mib| {
         let output = reduce(&out, Some(mib << 10)).output().unwrap();
-        let words = in_one_line(&said(&output));
+        let words = said_in_one_line(&output);
         let (_, why) = words.split_once("the stiffness of the assembly cannot be factored")?;
         let (_, rest) = why.split_once("unknowns, about ")?;
         assert_eq!(output.status.code(), Some(1), "{words}");
-        assert!(
-            rest.contains("are available: refine the mesh less"),
-            "{words}"
-        );
+        has(rest, "are available: refine the mesh less");
         Some(rest.split_once(" GiB").unwrap().0.parse::<f64>().unwrap())
     });
     let needed_mib = 1024.0 * of_assembly.expect("no limit was too small for the assembly alone");
-    let failed = summary(&out);
+    let failed = manifest(&out);
     assert_eq!(failed.state, RunState::Failed);
     assert!(failed.why.unwrap().contains("GiB are available"));
     ended(reduce(&out, None), 0);
-    let stages = summary(&out).stages;
+    let stages = manifest(&out).stages;
     let peak_mib = |id: Stage| {
         let stage = stages.iter().find(|s| s.id == id).unwrap();
         stage.peak_memory_mib.unwrap()
@@ -69,22 +67,17 @@ fn too_little_memory_is_told_before_factoring() {
     );
 }
 
-/// Command `dovetail run` for the paper's scene on the small mesh, with an address space of this
-/// many MiB.
+/// Command `dovetail run` for the paper's scene on the small mesh.
+fn small(out: &Folder, words: &[&str]) -> Command {
+    let set = [SMALL, "response.points=3", "response.compare_harmonics="];
+    let mut run = on_scene("run", "scenes/paper.toml", out, &set);
+    run.arg("--quiet").args(words);
+    run
+}
+
+/// Command [`small`] with an address space of this many MiB.
 fn run(out: &Folder, limit_mib: u64, words: &[&str]) -> Command {
-    let mut shell = Command::new("sh");
-    shell
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["-c", "ulimit -v $1; shift; exec \"$@\"", "sh"])
-        .arg((limit_mib << 10).to_string())
-        .arg(env!("CARGO_BIN_EXE_dovetail"))
-        .args(["run", "scenes/paper.toml", "--no-cache", "--quiet"])
-        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
-        .args(["--set", "response.points=3"])
-        .args(["--set", "response.compare_harmonics=", "--out"])
-        .arg(out)
-        .args(words);
-    shell
+    limited(&format!("-v {}", limit_mib << 10), &small(out, words))
 }
 
 /// The memory that a process maps is unknown to a test, so that a limit may suffice for one thread
@@ -98,10 +91,9 @@ fn no_limit_of_memory_ends_a_run_by_a_signal() {
     for limit_mib in [60, 120, 200, 280, 400, 700] {
         for threads in ["1", "16"] {
             let out = Folder::new("memory-ladder");
-            let output = run(&out, limit_mib, &["--threads", threads])
-                .output()
-                .unwrap();
-            let words = in_one_line(&said(&output));
+            let mut run = run(&out, limit_mib, &["--threads", threads]);
+            let output = run.output().unwrap();
+            let words = said_in_one_line(&output);
             let at = format!("{limit_mib} MiB, {threads} threads: {words}");
             println!("{:?} {at}", output.status);
             let code = output
@@ -118,7 +110,7 @@ fn no_limit_of_memory_ends_a_run_by_a_signal() {
                 "{at}"
             );
             if out.join("summary.json").exists() {
-                let failed = summary(&out);
+                let failed = manifest(&out);
                 assert_eq!(failed.state, RunState::Failed, "{at}");
                 assert!(failed.why.unwrap().contains("memory"), "{at}");
             }
@@ -140,11 +132,9 @@ fn a_jacobian_that_does_not_fit_is_refused_before_the_first_frequency() {
         "--set",
         "response.samples=4096",
     ];
-    let refused = ended(run(&out, 2500, &many), 1);
-    let words = in_one_line(&said(&refused));
-    assert!(words.contains("does not fit in memory"), "{words}");
-    assert!(words.contains("take fewer response.harmonics"), "{words}");
-    let failed = summary(&out);
+    let words = "does not fit in memory & take fewer response.harmonics";
+    has(&told(run(&out, 2500, &many), 1), words);
+    let failed = manifest(&out);
     assert_eq!(failed.state, RunState::Failed);
     assert!(failed.why.unwrap().contains("GiB are available"));
 }
@@ -155,13 +145,8 @@ fn threads_that_do_not_fit_are_refused() {
         return;
     }
     let out = Folder::new("memory-threads");
-    let refused = ended(run(&out, 2000, &["--threads", "1000"]), 1);
-    let words = in_one_line(&said(&refused));
-    assert!(
-        words.contains("1000 threads do not fit in memory"),
-        "{words}"
-    );
-    assert!(words.contains("smaller number with --threads"), "{words}");
+    let words = "1000 threads do not fit in memory & smaller number with --threads";
+    has(&told(run(&out, 2000, &["--threads", "1000"]), 1), words);
 }
 
 /// The limit counts blocks of 1024 bytes; the report of a run is larger.
@@ -171,21 +156,11 @@ fn a_file_that_may_not_grow_is_an_error_with_its_name() {
         return;
     }
     let out = Folder::new("memory-file");
-    let mut shell = Command::new("bash");
-    shell
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["-c", "ulimit -f 64; exec \"$@\"", "bash"])
-        .arg(env!("CARGO_BIN_EXE_dovetail"))
-        .args(["run", "scenes/paper.toml", "--no-cache", "--quiet"])
-        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
-        .args(["--set", "response.points=3"])
-        .args(["--set", "response.compare_harmonics=", "--out"])
-        .arg(&out);
-    let words = in_one_line(&said(&ended(shell, 1)));
-    assert!(words.contains("File too large"), "{words}");
+    let words = told(limited("-f 64", &small(&out, &[])), 1);
+    has(&words, "File too large");
     assert!(
         words.contains(".vtu") || words.contains("report.html"),
         "{words}"
     );
-    assert_eq!(summary(&out).state, RunState::Failed);
+    assert_eq!(manifest(&out).state, RunState::Failed);
 }

@@ -6,16 +6,26 @@
 //! derived here from (7.42).
 
 use crate::shared_folder::Folder;
+use crate::shared_program::{READY_PATCH, cases, has, on_patch, said_in_one_line};
 use crate::shared_runs::{Row, Run, number, sum};
 use std::f64::consts::PI;
-use std::process::Command;
 
 const MM: f64 = 1e-3;
 
 /// Run of a scene on the mesh in the repository, without gmsh.
 fn on_ready_mesh(scene: &str, name: &str) -> Run {
     let mesh = format!("mesh.file=../../meshes/verification/{scene}.msh");
-    Run::new("static", &format!("verification/{scene}"), name, &[mesh])
+    Run::new("static", &format!("verification/{scene}"), name, &[&mesh])
+}
+
+/// Run of a scene with `n` elements on the flank, each `growth / n` larger than the one before it.
+fn on_finer_mesh(scene: &str, n: u32, growth: f64) -> Run {
+    let [n, grow] = [
+        format!("mesh.parameters.n={n}"),
+        format!("mesh.parameters.grow={}", growth / f64::from(n)),
+    ];
+    let scene_file = format!("verification/{scene}");
+    Run::new("static", &scene_file, scene, &[&n, &grow])
 }
 
 fn observed_m(run: &Run) -> f64 {
@@ -44,10 +54,10 @@ fn patch_test_uniform_pressure_across_the_interface() {
 fn patch_test_with_hexahedra_and_wedges() {
     for shape in [6, 8] {
         for order in [1, 2] {
-            let set = [("shape", shape), ("order", order)]
+            let [shape, order] = [("shape", shape), ("order", order)]
                 .map(|(name, value)| format!("mesh.parameters.{name}={value}"));
-            let name = format!("patch_{shape}_{order}");
-            pressure_is_uniform(&Run::new("static", "verification/patch", &name, &set));
+            let set = [&shape[..], &order];
+            pressure_is_uniform(&Run::new("static", "verification/patch", "shapes", &set));
         }
     }
 }
@@ -57,12 +67,11 @@ fn patch_test_with_hexahedra_and_wedges() {
 fn patch_test_under_a_traction_and_under_a_force() {
     for size in ["traction_pa=50e6", "force_n=4050"] {
         let set = [
-            "mesh.file=../../meshes/verification/patch.msh",
+            READY_PATCH,
             "load.0.pressure_pa=",
             "load.0.direction=[0, 0, -1]",
             &format!("load.0.{size}"),
         ];
-        let set = set.map(str::to_owned);
         pressure_is_uniform(&Run::new("static", "verification/patch", "pulled", &set));
     }
 }
@@ -137,45 +146,33 @@ fn print_hertz(label: &str, e: &HertzErrors) {
     );
 }
 
-/// Four elements on the radius of contact.
-#[test]
-fn hertz_coarse() {
-    let e = hertz(&on_ready_mesh("hertz", "hertz"), 2.0);
-    print_hertz("n = 6", &e);
+/// Checks the errors with four elements on the radius of contact.
+fn is_hertz(label: &str, e: &HertzErrors) {
+    print_hertz(label, e);
     assert!(e.radius.abs() < 0.02, "{}", e.radius);
     assert!(e.largest_pressure.abs() < 0.04, "{}", e.largest_pressure);
     assert!(e.pressure < 0.13, "{}", e.pressure);
     assert!(e.approach.abs() < 0.005, "{}", e.approach);
 }
 
+#[test]
+fn hertz_coarse() {
+    is_hertz("n = 6", &hertz(&on_ready_mesh("hertz", "hertz"), 2.0));
+}
+
 /// A sphere as above on rigid ground: one body, no friction.
 #[test]
 fn hertz_on_rigid_ground() {
-    let mesh = "mesh.file=../../meshes/verification/hertz.msh".to_owned();
-    let e = hertz(
-        &Run::new("static", "verification/hertz_rigid", "rigid", &[mesh]),
-        1.0,
-    );
-    print_hertz("rigid ground, n = 6", &e);
-    assert!(e.radius.abs() < 0.02, "{}", e.radius);
-    assert!(e.largest_pressure.abs() < 0.04, "{}", e.largest_pressure);
-    assert!(e.pressure < 0.13, "{}", e.pressure);
-    assert!(e.approach.abs() < 0.005, "{}", e.approach);
+    let mesh = "mesh.file=../../meshes/verification/hertz.msh";
+    let run = Run::new("static", "verification/hertz_rigid", "rigid", &[mesh]);
+    is_hertz("rigid ground, n = 6", &hertz(&run, 1.0));
 }
 
 #[test]
 #[ignore = "slow: make verify"]
 fn hertz_converges() {
     let at = |n: u32| {
-        let grow = 3.6 / f64::from(n);
-        let set = [
-            format!("mesh.parameters.n={n}"),
-            format!("mesh.parameters.grow={grow}"),
-        ];
-        let e = hertz(
-            &Run::new("static", "verification/hertz", &format!("hertz{n}"), &set),
-            2.0,
-        );
+        let e = hertz(&on_finer_mesh("hertz", n, 3.6), 2.0);
         print_hertz(&format!("n = {n}"), &e);
         e
     };
@@ -246,17 +243,7 @@ fn punch_coarse() {
 #[ignore = "slow: make verify"]
 fn punch_converges() {
     let at = |n: u32| {
-        let grow = 3.2 / f64::from(n);
-        let set = [
-            format!("mesh.parameters.n={n}"),
-            format!("mesh.parameters.grow={grow}"),
-        ];
-        let e = punch(&Run::new(
-            "static",
-            "verification/punch",
-            &format!("punch{n}"),
-            &set,
-        ));
+        let e = punch(&on_finer_mesh("punch", n, 3.2));
         print_punch(&format!("n = {n}"), &e);
         e
     };
@@ -314,12 +301,12 @@ fn work_per_cycle_is_the_area_of_the_loop() {
 
 /// Radius of the stuck disc over a, and work per cycle over that of the closed form.
 fn cattaneo_mindlin(n: u32, q: f64) -> (f64, f64) {
-    let set = [
+    let force_n = q * FRICTION * NORMAL_N / 2.0;
+    let [n_set, force] = [
         format!("mesh.parameters.n={n}"),
-        format!("excitation.0.force_n={}", q * FRICTION * NORMAL_N / 2.0),
+        format!("excitation.0.force_n={force_n}"),
     ];
-    let name = format!("slip{n}-{q}");
-    let run = Run::without_fields("verification/cattaneo_mindlin", &name, &set);
+    let run = Run::without_fields("verification/cattaneo_mindlin", "slip", &[&n_set, &force]);
     let response = &run.table("response.csv")[0];
     assert_eq!(response["outcome"], "converged");
     let mut pairs = run.table("contact.csv");
@@ -357,76 +344,28 @@ fn cattaneo_mindlin_stick_radius_and_work() {
 
 // ---------------------------------------------------------------------- what the new keys refuse
 
-/// Message of `dovetail static scenes/verification/patch.toml` with these settings, on one line;
-/// the command must fail.
-fn refusal(set: &[&str]) -> String {
-    let out = Folder::new("refusal");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([
-            "static",
-            "scenes/verification/patch.toml",
-            "--no-cache",
-            "--quiet",
-            "--out",
-        ])
-        .arg(&out)
-        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"]);
-    for argument in set {
-        program.args(["--set", argument]);
-    }
-    let output = program.output().unwrap();
-    assert!(!output.status.success(), "{set:?} is no error");
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    let words: Vec<&str> = text.split_whitespace().collect();
-    // The frame of the message breaks lines with a bar.
-    words.join(" ").replace(" │ ", " ")
-}
-
 #[test]
 fn loads_supports_and_crowns_that_make_no_sense_are_named() {
-    let cases: [(&[&str], &str); 10] = [
-        (
-            &["load.0.on=nowhere"],
-            "load 1: the mesh has no group `nowhere`",
-        ),
-        (
-            &["load.0.on=lower_rail"],
-            "`lower_rail` is a set of 1 nodes, and no face on the surface of body `lower`",
-        ),
-        (&["load.0.on=upper"], "acts on a surface group"),
-        (
-            &["load.0.on=lower_base", "body.lower.fixed=[\"lower_base\"]"],
-            "are fixed",
-        ),
-        (&["load.0.force_n=1"], "exclude each other"),
-        (
-            &["load.0.pressure_pa="],
-            "neither `load.0.force_n` nor `load.0.traction_pa` nor `load.0.pressure_pa` is given",
-        ),
-        (
-            &[
-                "body.lower.fixed_x=[\"lower_flank\"]",
-                "contact.flank.slave=second",
-            ],
-            "body `lower`, fixed_x: 30 nodes",
-        ),
-        (
-            &["contact.flank.crown_axis=[1, 0, 0]"],
-            "is given without `contact.flank.crown_radius_m`",
-        ),
-        (
-            &[
-                "contact.flank.crown_axis=[0, 0, 1]",
-                "contact.flank.crown_radius_m=2",
-            ],
-            "stands across the flank",
-        ),
-        (&["load.0.pressure_pa=-50e6"], "nothing holds body `upper`"),
-    ];
-    for (set, expected) in cases {
-        let said = refusal(set);
-        assert!(said.contains(expected), "{set:?}: {said}");
+    let table = r#"
+        load.0.on=nowhere => load 1: the mesh has no group `nowhere`
+        load.0.on=lower_rail
+        => `lower_rail` is a set of 1 nodes, and no face on the surface of body `lower`
+        load.0.on=upper => acts on a surface group
+        load.0.on=lower_base body.lower.fixed=["lower_base"] => are fixed
+        load.0.force_n=1 => exclude each other
+        load.0.pressure_pa=
+        => neither `load.0.force_n` nor `load.0.traction_pa` nor `load.0.pressure_pa` is given
+        body.lower.fixed_x=["lower_flank"] contact.flank.slave=second
+        => body `lower`, fixed_x: 30 nodes
+        contact.flank.crown_axis=[1,0,0] => is given without `contact.flank.crown_radius_m`
+        contact.flank.crown_axis=[0,0,1] contact.flank.crown_radius_m=2 => stands across the flank
+        load.0.pressure_pa=-50e6 => nothing holds body `upper`
+        "#;
+    let out = Folder::new("refusal");
+    for [set, expected] in cases(table) {
+        let set: Vec<&str> = set.split(' ').collect();
+        let output = on_patch("static", &out, &set).output().unwrap();
+        assert!(!output.status.success(), "{set:?} is no error");
+        has(&said_in_one_line(&output), &expected);
     }
 }

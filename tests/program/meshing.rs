@@ -1,12 +1,11 @@
 //! gmsh as a separate program: it ends with this program. Messages about scripts and their
 //! parameters.
 
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, in_one_line, said};
+use crate::shared_program::{READY_PATCH, cases, ended, has, in_one_line, on_scene, said, told};
 
 /// Folder with a program in place of gmsh.
 struct Bench(Folder);
@@ -27,16 +26,9 @@ impl Bench {
 
     fn command(&self, command: &str, set: &[&str]) -> Command {
         let path = std::env::var("PATH").unwrap_or_default();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .env("PATH", format!("{}:{path}", self.0.display()))
-            .args([command, "scenes/verification/patch.toml", "--no-cache"])
-            .arg("--out")
-            .arg(self.0.join("out"));
-        for set in set {
-            program.args(["--set", set]);
-        }
+        let scene = "scenes/verification/patch.toml";
+        let mut program = on_scene(command, scene, &self.0.join("out"), set);
+        program.env("PATH", format!("{}:{path}", self.0.display()));
         program
     }
 }
@@ -70,63 +62,43 @@ fn a_flood_of_messages_is_told_in_part() {
                  echo 'Error   : at the end' >&2; exit 1";
     let bench = Bench::new("flood", flood);
     let told = said(&ended(bench.command("mesh", &[]), 1));
-    assert!(told.contains("Error   : at the end"), "{told}");
-    assert!(
-        in_one_line(&told).contains("lines are left out here"),
-        "{told}"
-    );
+    has(&told, "Error   : at the end");
+    has(&in_one_line(&told), "lines are left out here");
     assert!(told.len() < 50_000, "{} bytes", told.len());
 }
 
 #[test]
 fn a_parameter_without_effect_is_told_with_those_there_are() {
     let bench = Bench::new("parameters", "echo not run >&2; exit 1");
-    for (name, expected) in [
-        (
-            "nz",
-            "patch.geo has no parameter `nz`: it has nx, ny, ratio, lc, shape, order (",
-        ),
-        ("\"mesh/nx\"", "no parameter `mesh/nx`"),
-        ("\"a.nx\"", "no parameter `a.nx`"),
-    ] {
+    let table = r#"
+        nz => patch.geo has no parameter `nz`: it has nx, ny, ratio, lc, shape, order (
+        "mesh/nx" => no parameter `mesh/nx`
+        "a.nx" => no parameter `a.nx`
+        "#;
+    for [name, expected] in cases(table) {
         let set = format!("mesh.parameters={{ {name} = 5 }}");
-        let told = in_one_line(&said(&ended(bench.command("mesh", &[&set]), 2)));
-        assert!(told.contains(expected), "{told}");
+        has(&told(bench.command("mesh", &[&set]), 2), &expected);
     }
 }
 
 /// Messages of the installed gmsh; it ends with status 0 after an error in the script dovetail.geo.
 #[test]
 fn the_dovetail_needs_whole_numbers_of_nodes() {
-    let folder = Bench::new("whole", "");
-    for (set, expected) in [
-        ("nu=4.5", "nu = 4.5"),
-        ("nv=9.000001", "nv = 9.000001"),
-        ("nsec=6.5", "nsec = 6.5"),
-        ("npts=8.25", "npts = 8.25"),
-        ("nsec=1", "nsec = 1"),
-    ] {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program.current_dir(env!("CARGO_MANIFEST_DIR"));
-        program.args(["mesh", "scenes/paper.toml", "--no-cache", "--set"]);
-        program.arg(format!("mesh.parameters.{set}"));
-        program.arg("--out").arg(folder.0.join("out"));
-        let told = in_one_line(&said(&ended(program, 1)));
-        assert!(
-            told.contains("Error : dovetail.geo:") && told.contains(expected),
-            "{set}: {told}"
-        );
+    let folder = Folder::new("whole");
+    for set in ["nu=4.5", "nv=9.000001", "nsec=6.5", "npts=8.25", "nsec=1"] {
+        let parameter = format!("mesh.parameters.{set}");
+        let mesh = on_scene("mesh", "scenes/paper.toml", &folder, &[&parameter]);
+        let words = format!("Error : dovetail.geo: & {}", set.replace('=', " = "));
+        has(&told(mesh, 1), &words);
     }
 }
 
 #[test]
 fn a_script_is_said_to_be_code_that_runs() {
     let bench = Bench::new("check", "");
-    let of = |set: &[&str]| in_one_line(&said(&ended(bench.command("check", set), 0)));
-    let told = of(&[]);
-    let expected = "patch.geo is a program that gmsh runs, and it can start any command: run it only where you trust it";
-    assert!(told.contains(expected), "{told}");
-    let mesh = Path::new("../../meshes/verification/patch.msh");
-    let told = of(&[&format!("mesh.file={}", mesh.display())]);
+    let expected = "patch.geo is a program that gmsh runs, and it can start any command: \
+                    run it only where you trust it";
+    has(&told(bench.command("check", &[]), 0), expected);
+    let told = told(bench.command("check", &[READY_PATCH]), 0);
     assert!(!told.contains("trust"), "{told}");
 }

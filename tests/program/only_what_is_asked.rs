@@ -2,51 +2,36 @@
 //! summary.json. The other parts give the expected results.
 
 use crate::shared_folder::Folder;
-use std::path::PathBuf;
-use std::process::Command;
+use crate::shared_runs;
+use dovetail_testkit::folder::root;
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 const PATCH: &str = include_str!("../../scenes/verification/patch.toml");
 const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50, prestress = \"held_flanks\" }";
 const HARMONICS: &str = "response.harmonics=3";
 
-/// Run `dovetail run` of the patch scene on its ready mesh; its files are removed at the end.
-struct Run(Folder);
+/// Run of a scene that is given as a text; its files are removed at the end.
+struct Run(shared_runs::Run);
 
 impl Run {
+    /// Run of `dovetail run` of the patch scene on its ready mesh.
     fn new(name: &str, scene: &str, set: &[&str]) -> Self {
-        Self::of(
-            "run",
-            name,
-            scene,
-            &[&["mesh.file=meshes/verification/patch.msh"], set].concat(),
-        )
+        let set = [&["mesh.file=meshes/verification/patch.msh"], set].concat();
+        Self::of("run", name, scene, &set)
     }
 
     fn of(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
-        let run = Self(Folder::new(name));
+        let folder = Folder::new(name);
+        let file = folder.write("scene.toml", scene);
         // Paths count from the folder of the scene.
-        let root = env!("CARGO_MANIFEST_DIR");
-        let file = run.0.join("scene.toml");
-        std::fs::write(&file, scene).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .arg(command)
-            .arg(&file)
-            .args(["--no-cache", "--quiet", "--out"])
-            .arg(&run.0);
-        for set in set {
-            let set = set.replace("=meshes/", &format!("={root}/meshes/"));
-            program.args(["--set", &set]);
-        }
-        let output = program.output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{name}: {message}");
-        run
+        let meshes = format!("={}/meshes/", root().display());
+        let set: Vec<String> = set.iter().map(|s| s.replace("=meshes/", &meshes)).collect();
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        Self(shared_runs::Run::of_file(command, &file, name, &set))
     }
 
     fn summary(&self) -> serde_json::Value {
-        serde_json::from_slice(&std::fs::read(self.0.join("summary.json")).unwrap()).unwrap()
+        self.0.summary()
     }
 
     /// Stages that solve something, with the unknowns of each system.
@@ -65,16 +50,7 @@ impl Run {
     }
 
     fn column(&self, file: &str, column: &str) -> Vec<f64> {
-        let text = std::fs::read_to_string(self.0.join(file)).unwrap();
-        let mut lines = text.lines();
-        let at = lines
-            .next()
-            .unwrap()
-            .split(',')
-            .position(|h| h == column)
-            .unwrap();
-        let number = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap();
-        lines.map(number).collect()
+        self.0.column(file, column)
     }
 }
 
@@ -155,8 +131,9 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
         (count("pairs"), count("bonded_pairs"), count("stuck_modes")),
         (0, 30, 12)
     );
-    assert!(summary["static"].is_null() && !tied.0.join("flank.pvd").exists());
-    assert!(tied.0.join("static.vtu").exists() && tied.0.join("peak.vtu").exists());
+    assert!(summary["static"].is_null());
+    let files = ["flank.pvd", "static.vtu", "peak.vtu"].map(|f| tied.0.0.join(f).exists());
+    assert_eq!(files, [false, true, true]);
     let names = summary["stages"]
         .as_array()
         .unwrap()
@@ -294,11 +271,7 @@ fn rigid_ground_is_the_limit_of_a_stiff_second_body() {
 /// alone gives their sum, whatever the bodies are made of.
 #[test]
 fn frictionless_flanks_carry_the_load_by_their_normals() {
-    let mesh = dovetail::mesh_files::read(
-        &PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_order1.msh"),
-        1e-3,
-    )
-    .unwrap();
+    let mesh = crate::shared_bodies::ready("dovetail_order1.msh");
     let omega = 5000.0 * std::f64::consts::PI / 30.0;
     let of_tet = |&e: &u32| {
         let [a, b, c, d] =

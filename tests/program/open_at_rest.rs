@@ -2,14 +2,12 @@
 //! like any other, and small vibrations about it are those of the bodies without the contact.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
-use crate::shared_runs::{number, rows};
+use crate::shared_program::{has, on_scene, told};
+use crate::shared_runs::{Run, number};
 
 /// Lengths of the sides of the beam along x, y, z, mm.
 const BEAM_MM: [f64; 3] = [200.0, 10.0, 4.0];
@@ -103,20 +101,11 @@ friction = 0.3
 gap_m = 1e-4
 "#;
 
-/// Runs the scene of the beam with `more` appended; the program must end with `code`.
-fn run(command: &str, folder: &Folder, name: &str, more: &str, code: i32) -> (PathBuf, Output) {
-    std::fs::write(folder.join("beam.inp"), deck()).unwrap();
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, format!("{SCENE}{more}")).unwrap();
-    let out = folder.join(name);
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg(command).arg(&scene).arg("--no-cache");
-    program.arg("--out").arg(&out);
-    (out, ended(program, code))
-}
-
-fn summary(out: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap()
+/// Runs the scene of the beam with `more` appended.
+fn run(command: &str, folder: &Folder, name: &str, more: &str) -> Run {
+    folder.write("beam.inp", deck());
+    let scene = folder.write(&format!("{name}.toml"), format!("{SCENE}{more}"));
+    Run::of_file(command, &scene, name, &[])
 }
 
 fn apart(found: f64, expected: f64) -> f64 {
@@ -126,9 +115,9 @@ fn apart(found: f64, expected: f64) -> f64 {
 #[test]
 fn a_pad_that_does_not_touch_leaves_the_beam_as_it_is() {
     let folder = Folder::new("open_pad");
-    let [(alone, _), (padded, _)] =
-        [("alone", ""), ("padded", PAD)].map(|(name, more)| run("run", &folder, name, more, 0));
-    let [of_beam, with_pad] = [&alone, &padded].map(|out| summary(out));
+    let [alone, padded] =
+        [("alone", ""), ("padded", PAD)].map(|(name, more)| run("run", &folder, name, more));
+    let [of_beam, with_pad] = [&alone, &padded].map(Run::summary);
     let hz = |summary: &Value| summary["linear_frequency_hz"].as_f64().unwrap();
     println!("{} Hz, {} Hz", hz(&of_beam), hz(&with_pad));
     assert!(apart(hz(&with_pad), hz(&of_beam)) < 1e-9);
@@ -146,7 +135,7 @@ fn a_pad_that_does_not_touch_leaves_the_beam_as_it_is() {
     assert!(pairs > 0);
     assert_eq!(state["open_pairs"].as_u64(), Some(pairs));
     assert_eq!(state["largest_pressure_pa"].as_f64(), Some(0.0));
-    let [alone, padded] = [alone, padded].map(|out| rows(&out.join("response.csv")));
+    let [alone, padded] = [alone, padded].map(|run| run.table("response.csv"));
     assert_eq!((alone.len(), padded.len()), (17, 17));
     let mut largest_m = 0.0_f64;
     for (a, b) in alone.iter().zip(&padded) {
@@ -172,17 +161,16 @@ fn a_steady_load_that_does_not_close_a_gap_bends_the_beam_as_without_it() {
     let folder = Folder::new("open_loaded");
     // 4.2 N/mm: 0.1 N bends the tip down by a quarter of the gap.
     let load = "[[load]]\non = \"TIP\"\ndirection = [0, 0, -1]\nforce_n = 0.1\n";
-    let [(alone, _), (padded, _)] = [("alone", ""), ("padded", PAD)]
-        .map(|(name, more)| run("static", &folder, name, &format!("{more}{load}"), 0));
-    let [alone, padded] = [alone, padded].map(|out| summary(&out));
+    let [alone, padded] = [("alone", ""), ("padded", PAD)]
+        .map(|(name, more)| run("static", &folder, name, &format!("{more}{load}")).summary());
     let pairs = padded["pairs"].as_u64();
     assert_eq!(padded["static"]["open_pairs"].as_u64(), pairs);
     let hz = |summary: &Value| summary["linear_frequency_hz"].as_f64().unwrap();
     assert!(apart(hz(&padded), hz(&alone)) < 1e-9);
     // Five times as much closes it.
     let load = load.replace("0.1", "0.5");
-    let (closed, _) = run("static", &folder, "closed", &format!("{PAD}{load}"), 0);
-    assert!(summary(&closed)["static"]["open_pairs"].as_u64() < pairs);
+    let closed = run("static", &folder, "closed", &format!("{PAD}{load}")).summary();
+    assert!(closed["static"]["open_pairs"].as_u64() < pairs);
 }
 
 /// The beam is refused if nothing fixes it, or nothing along one axis, and the message names the
@@ -190,22 +178,17 @@ fn a_steady_load_that_does_not_close_a_gap_bends_the_beam_as_without_it() {
 #[test]
 fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused_and_named() {
     let folder = Folder::new("open_free");
-    std::fs::write(folder.join("beam.inp"), deck()).unwrap();
-    for (name, support, expected) in [
-        ("free", "", "nothing holds body `beam`: no pair"),
-        (
-            "guided",
-            "fixed_x = [\"ROOT\"]\nfixed_y = [\"ROOT\"]",
-            "nothing holds body `beam` along z: no pair",
-        ),
+    folder.write("beam.inp", deck());
+    let guided = "fixed_x = [\"ROOT\"]\nfixed_y = [\"ROOT\"]";
+    for (support, expected) in [
+        ("", "nothing holds body `beam`: no pair"),
+        (guided, "nothing holds body `beam` along z: no pair"),
     ] {
         let scene = SCENE.replace("fixed = [\"ROOT\"]", support);
-        let file = folder.join(format!("{name}.toml"));
-        std::fs::write(&file, format!("{scene}{PAD}")).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program.arg("run").arg(&file).args(["--no-cache", "--out"]);
-        program.arg(folder.join(name));
-        let message = said_in_one_line(&ended(program, 1));
-        assert!(message.contains(expected), "{message}");
+        let file = folder.write("scene.toml", format!("{scene}{PAD}"));
+        has(
+            &told(on_scene("run", &file, &folder.join("out"), &[]), 1),
+            expected,
+        );
     }
 }

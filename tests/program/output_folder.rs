@@ -2,54 +2,24 @@
 //! progress of a run.
 
 use std::collections::BTreeSet;
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 
 use dovetail::export::manifest::{RunState, Summary};
 
-use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said, said_in_one_line};
-
-/// Command `dovetail COMMAND` for the contact patch on its ready mesh.
-fn command(command: &str, out: &Path, set: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([command, "scenes/verification/patch.toml", "--no-cache"])
-        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"])
-        .args(["--quiet", "--out"])
-        .arg(out);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    program
-}
+use crate::shared_folder::{Folder, files_below};
+use crate::shared_program::{ended, has, on_patch, said, told};
+use crate::shared_runs::manifest;
 
 /// Names of all files in the folder, without the folders.
 fn names(out: &Path) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    let mut folders = vec![out.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(out).unwrap().to_str().unwrap();
-                assert!(found.insert(name.to_owned()));
-            }
-        }
-    }
-    found
-}
-
-fn summary(out: &Path) -> Summary {
-    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+    let files = files_below(out).into_iter();
+    let name = |path: PathBuf| path.strip_prefix(out).unwrap().display().to_string();
+    files.map(name).collect()
 }
 
 /// Names of the files that summary.json lists, and its own name.
 fn listed(out: &Path) -> BTreeSet<String> {
-    let files = summary(out).files.into_iter();
+    let files = manifest(out).files.into_iter();
     files.chain(["summary.json".to_owned()]).collect()
 }
 
@@ -61,15 +31,15 @@ fn a_folder_holds_one_run_and_lists_its_files() {
         "response.harmonics=2",
         "response.compare_harmonics=1",
     ];
-    ended(command("run", &out, &more), 0);
+    ended(on_patch("run", &out, &more), 0);
     let first = names(&out);
     assert_eq!(first, listed(&out));
-    assert_eq!(summary(&out).state, RunState::Finished);
+    assert_eq!(manifest(&out).state, RunState::Finished);
     let mine = out.join("flank/flank_9999.vtu");
     std::fs::write(&mine, "mine").unwrap();
     // Fewer frequencies, no response to compare with: its files would be taken for those of this
     // run.
-    ended(command("run", &out, &[]), 0);
+    ended(on_patch("run", &out, &[]), 0);
     let second = names(&out);
     assert!(mine.exists());
     let of_first = "flank/flank_0003.vtu";
@@ -79,7 +49,7 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     expected.insert("flank/flank_9999.vtu".to_owned());
     assert_eq!(second, expected);
     // Other commands add their files, take none away, and leave the figures of the run.
-    let of_run = summary(&out);
+    let of_run = manifest(&out);
     let linear = |out: &Path| {
         let text = std::fs::read_to_string(out.join("modes.csv")).unwrap();
         let lines = text.lines().filter(|line| line.starts_with("linear,"));
@@ -87,11 +57,11 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     };
     let linear_modes = linear(&out);
     assert!(!linear_modes.is_empty());
-    ended(command("modes", &out, &[]), 0);
+    ended(on_patch("modes", &out, &[]), 0);
     expected.insert("modes.vtu".to_owned());
     assert_eq!(names(&out), expected);
     assert_eq!(linear(&out), linear_modes);
-    let found = summary(&out);
+    let found = manifest(&out);
     assert!(found.blade_frequency_hz.is_some());
     let without_modes = Summary {
         blade_frequency_hz: of_run.blade_frequency_hz,
@@ -101,14 +71,10 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     assert!(of_run.response.is_some());
     assert_eq!(without_modes, of_run);
     for word in ["mesh", "modes", "verify"] {
-        let refused = ended(command(word, &out, &["contact.flank.friction=0.1"]), 2);
-        let words = said_in_one_line(&refused);
-        assert!(
-            words.contains("other settings") && words.contains("--out"),
-            "{words}"
-        );
+        let refused = told(on_patch(word, &out, &["contact.flank.friction=0.1"]), 2);
+        has(&refused, "other settings & --out");
     }
-    assert_eq!(summary(&out).response, of_run.response);
+    assert_eq!(manifest(&out).response, of_run.response);
     assert_eq!(names(&out), expected);
     assert_eq!(
         listed(&out),
@@ -122,18 +88,17 @@ fn a_folder_holds_one_run_and_lists_its_files() {
 #[test]
 fn a_run_that_fails_says_why_and_leaves_no_response_of_another() {
     let out = Folder::new("failed-run");
-    ended(command("run", &out, &[]), 0);
+    ended(on_patch("run", &out, &[]), 0);
     // Pulled apart: the static state is written, and there is nothing to vibrate about.
-    ended(command("run", &out, &["load.0.pressure_pa=-50e6"]), 1);
-    let failed = summary(&out);
+    ended(on_patch("run", &out, &["load.0.pressure_pa=-50e6"]), 1);
+    let failed = manifest(&out);
     assert_eq!(failed.state, RunState::Failed);
-    let why = failed.why.unwrap();
-    assert!(why.contains("nothing holds"), "{why}");
+    has(&failed.why.unwrap(), "nothing holds");
     assert!(out.join("static.csv").exists() && !out.join("response.csv").exists());
     // Before there is a static state the files of the earlier run stay, and stay listed.
     let before = names(&out);
-    ended(command("run", &out, &["contact.flank.first=nowhere"]), 2);
-    let failed = summary(&out);
+    ended(on_patch("run", &out, &["contact.flank.first=nowhere"]), 2);
+    let failed = manifest(&out);
     assert_eq!((failed.state, names(&out)), (RunState::Failed, before));
     assert!(failed.why.unwrap().contains("nowhere"));
     assert_eq!(listed(&out), names(&out));
@@ -142,19 +107,17 @@ fn a_run_that_fails_says_why_and_leaves_no_response_of_another() {
 #[test]
 fn the_folder_of_another_scene_is_not_taken_unasked() {
     let out = Folder::new("other-scene");
-    ended(command("run", &out, &[]), 0);
+    ended(on_patch("run", &out, &[]), 0);
     let before = names(&out);
-    let refused = ended(command("static", &out, &["name=other"]), 2);
-    let words = said_in_one_line(&refused);
-    assert!(words.contains("--force"), "{words}");
+    let refused = told(on_patch("static", &out, &["name=other"]), 2);
+    has(&refused, "--force");
     assert_eq!(
-        (names(&out), summary(&out).scene.name),
+        (names(&out), manifest(&out).scene.name),
         (before, "patch".to_owned())
     );
-    let mut forced = command("static", &out, &["name=other"]);
-    forced.arg("--force");
-    ended(forced, 0);
-    assert_eq!(summary(&out).scene.name, "other");
+    let mut forced = on_patch("static", &out, &["name=other"]);
+    ended(forced.arg("--force"), 0);
+    assert_eq!(manifest(&out).scene.name, "other");
     assert!(!out.join("response.csv").exists());
     assert_eq!(listed(&out), names(&out));
 }
@@ -162,12 +125,9 @@ fn the_folder_of_another_scene_is_not_taken_unasked() {
 #[test]
 fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
     let folder = Folder::new("unwritable");
-    let file = folder.join("file");
-    std::fs::write(&file, "").unwrap();
-    let mut program = command("run", &file.join("out"), &["mesh.file=nowhere.msh"]);
-    let output = program.output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    let said = said(&output);
+    let out = folder.write("file", "").join("out");
+    let set = ["mesh.file=nowhere.msh"];
+    let said = said(&ended(on_patch("run", &out, &set), 1));
     assert!(
         said.contains("--out") && !said.contains("nowhere"),
         "{said}"

@@ -2,13 +2,11 @@
 //! the terminal, in total and per contact, the counts are the same and add up to the number of
 //! pairs.
 
-use std::process::Command;
-
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::ended;
-use crate::shared_runs::{Row, rows};
+use crate::shared_program::{ended, has, on_scene, printed};
+use crate::shared_runs::{Row, rows, summary};
 
 const STATES: [&str; 5] = ["stuck", "slipping", "opening", "closing", "open"];
 const AT_REST: [&str; 3] = ["stuck", "slipping", "open"];
@@ -28,22 +26,11 @@ fn words<const N: usize>(rows: &[&Row], column: &str, states: [&str; N]) -> [u64
 /// The joint of two decks: pairs stick, slip, open, and are open at rest, on two contacts.
 #[test]
 fn every_pair_is_counted_once_wherever_pairs_are_counted() {
-    let folder = Folder::new("counts");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(env!("CARGO_MANIFEST_DIR"));
-    program.args(["run", "scenes/decks/joint.toml", "--no-cache"]);
-    program.args([
-        "--set",
-        "response.points=9",
-        "--set",
-        "response.harmonics=3",
-    ]);
-    program.arg("--out").arg(folder.join("out"));
-    let output = ended(program, 0);
-    let told = String::from_utf8_lossy(&output.stdout);
-    let out = folder.join("out");
-    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    let summary: Value = serde_json::from_str(&summary).unwrap();
+    let out = Folder::new("counts");
+    let set = ["response.points=9", "response.harmonics=3"];
+    let run = on_scene("run", "scenes/decks/joint.toml", &out, &set);
+    let told = printed(&ended(run, 0));
+    let summary = summary(&out);
     let (state, response) = (&summary["static"], &summary["response"]);
     let pairs = summary["pairs"].as_u64().unwrap();
 
@@ -76,10 +63,10 @@ fn every_pair_is_counted_once_wherever_pairs_are_counted() {
         "{} pairs stick, {} slide, {} open",
         at_rest[0], at_rest[1], at_rest[2]
     );
-    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let report = out.text("report.html");
     for words in [&peak_words, &rest_words] {
-        assert!(told.contains(words.as_str()), "{words}: {told}");
-        assert!(report.contains(words.as_str()), "{words}");
+        has(&told, words);
+        has(&report, words);
     }
     let moving = slip + opening + closing;
     assert!(report.contains(&format!("{moving} of {pairs} pairs slip or open")));
@@ -104,8 +91,7 @@ fn every_pair_is_counted_once_wherever_pairs_are_counted() {
         assert_eq!(words(&own, "peak_status", STATES), peak);
         (0..3).for_each(|i| rest_sum[i] += rest[i]);
         (0..5).for_each(|i| peak_sum[i] += peak[i]);
-        let line = format!("{name}: {} pair", rest[0]);
-        assert!(told.contains(&line), "{line}: {told}");
+        has(&told, &format!("{name}: {} pair", rest[0]));
     }
     assert_eq!((rest_sum, peak_sum), (at_rest, at_peak));
 }

@@ -2,7 +2,6 @@
 //! ready mesh meshes/dovetail.msh (no gmsh needed), 13 frequencies through the first resonance.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
-use std::path::Path;
 use std::sync::OnceLock;
 
 use dovetail::mesh_files;
@@ -20,6 +19,7 @@ use dovetail_solver::model::{Model, bind};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -43,7 +43,7 @@ struct Joint {
 fn joint() -> &'static Joint {
     static JOINT: OnceLock<Joint> = OnceLock::new();
     JOINT.get_or_init(|| {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+        let scene = root().join("scenes/paper.toml");
         let overrides = ["mesh.file=../meshes/dovetail.msh".to_string()];
         let scene = scene::load(&scene, &overrides).unwrap();
         let assembly = scene.assembly().unwrap();

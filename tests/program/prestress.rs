@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
+use crate::shared_program::SMALL;
 use crate::shared_runs::Run;
 
 const LENGTH_M: f64 = 0.5;
@@ -58,7 +59,7 @@ fn beam(parts: &[(&str, Range<usize>)]) -> String {
 
 /// Scene of the parts at 3000 rpm about z. The first part is fixed at its root, and each other one
 /// is bonded to the one before it.
-fn scene(folder: &Path, name: &str, parts: &[(&str, Range<usize>)]) -> PathBuf {
+fn scene(folder: &Folder, name: &str, parts: &[(&str, Range<usize>)]) -> PathBuf {
     let mut text = format!(
         "name = \"{name}\"\n[mesh]\nfile = \"{name}.msh\"\nmetres_per_unit = 1\n\
          [rotation]\naxis = [0, 0, 1]\nspeed_rpm = 3000\n[damping]\nratio = 0.001\n\
@@ -92,10 +93,8 @@ fn scene(folder: &Path, name: &str, parts: &[(&str, Range<usize>)]) -> PathBuf {
          [[observe]]\nname = \"end\"\npoints = \"{end}_to\"\ndirection = [0, 0, 1]\n"
     )
     .unwrap();
-    std::fs::write(folder.join(format!("{name}.msh")), beam(parts)).unwrap();
-    let file = folder.join(format!("{name}.toml"));
-    std::fs::write(&file, text).unwrap();
-    file
+    folder.write(&format!("{name}.msh"), beam(parts));
+    folder.write(&format!("{name}.toml"), text)
 }
 
 fn stuck_hz(summary: &Value) -> f64 {
@@ -113,10 +112,8 @@ fn halves_that_are_bonded_are_stiffened_as_the_beam_in_one_piece_is() {
         "halves",
         &[("inner", 0..middle), ("outer", middle..CELLS)],
     );
-    let summary = |file: &Path, set: &[&str]| {
-        let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
-        Run::of_file("modes", file, "prestress-run", &set).summary()
-    };
+    let summary =
+        |file: &Path, set: &[&str]| Run::of_file("modes", file, "prestress-run", set).summary();
     let held = "rotation.prestress=held_flanks";
     let [one, one_held] = [&[][..], &[held]].map(|set| summary(&whole, set));
     let [two, two_held] = [&[][..], &[held]].map(|set| summary(&halves, set));
@@ -148,8 +145,7 @@ fn halves_that_are_bonded_are_stiffened_as_the_beam_in_one_piece_is() {
 /// The flanks of the joint of the paper are where the stress is low.
 #[test]
 fn held_flanks_are_not_warned_of_where_they_hardly_matter() {
-    let set = ["mesh.file=../meshes/dovetail_small.msh".to_owned()];
-    let summary = Run::new("modes", "paper", "prestress-paper", &set).summary();
+    let summary = Run::new("modes", "paper", "prestress-paper", &[SMALL]).summary();
     let error = summary["held_flanks_error"].as_f64().unwrap();
     println!("{error:e}");
     assert!(error > 1e-6 && error < 1e-3, "{error:e}");

@@ -1,51 +1,17 @@
 //! Scenes about a reduced model: the program on them, scenes that it refuses, and reduction from a
 //! mesh to a folder.
 
-use crate::shared_folder;
-use crate::shared_program::said_in_one_line;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, has, on_scene, printed, said, told};
+use crate::shared_runs::{manifest, number, numbers, rows, summary};
+use dovetail::export::manifest::RunState;
+use dovetail_testkit::folder::root;
+use std::ffi::OsStr;
+use std::path::Path;
 
-/// Folder for one test, removed at its end.
-struct Folder(shared_folder::Folder);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        Self(shared_folder::Folder::new(name))
-    }
-    fn path(&self, file: &str) -> PathBuf {
-        self.0.join(file)
-    }
-    fn text(&self, file: &str) -> String {
-        let path = self.path(file);
-        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-    }
-    /// Writes a scene file into the folder.
-    fn scene(&self, text: &str) -> PathBuf {
-        let path = self.path("scene.toml");
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-}
-
-/// Runs the program from the root of the repository; returns the exit code, standard output, and
-/// standard error on one line.
-fn dovetail(command: &str, scene: &Path, out: &Path, set: &[&str]) -> (i32, String, String) {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(env!("CARGO_MANIFEST_DIR"));
-    program.arg(command).arg(scene).arg("--out").arg(out);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    let output = program.output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let stderr = said_in_one_line(&output);
-    (output.status.code().unwrap(), text(&output.stdout), stderr)
-}
-
-fn json(folder: &Folder) -> serde_json::Value {
-    serde_json::from_str(&folder.text("summary.json")).unwrap()
-}
+const JENKINS: &str = "scenes/verification/jenkins.toml";
+const DEN_HARTOG: &str = "scenes/verification/den_hartog.toml";
+const PAPER: &str = "scenes/paper.toml";
 
 const DOVETAIL72: &str = r#"
 name = "dovetail72"
@@ -63,17 +29,14 @@ harmonics = 1
 
 /// DOVETAIL72 with the path of its folder filled in.
 fn dovetail72() -> String {
-    let root = env!("CARGO_MANIFEST_DIR");
-    DOVETAIL72.replace("tests/data", &format!("{root}/tests/data"))
+    DOVETAIL72.replace("tests/data", root().join("tests/data").to_str().unwrap())
 }
 
 #[test]
 fn the_program_runs_the_jenkins_scene() {
     let folder = Folder::new("jenkins");
-    let scene = Path::new("scenes/verification/jenkins.toml");
-    let (code, _, stderr) = dovetail("run", scene, &folder.0, &[]);
-    assert_eq!(code, 0, "{stderr}");
-    let summary = json(&folder);
+    ended(on_scene("run", JENKINS, &folder, &[]), 0);
+    let summary = summary(&folder);
     let peak = summary["response"]["peak_amplitude_m"].as_f64().unwrap();
     assert!((peak / 1.95379955 - 1.0).abs() < 1e-6, "{peak}");
     assert_eq!(summary["mesh"], serde_json::Value::Null);
@@ -90,29 +53,25 @@ fn the_program_runs_the_jenkins_scene() {
         assert!(!folder.text(file).is_empty(), "{file}");
     }
     // No area, no pressure; no number in their place.
-    let table = folder.text("static.csv");
-    let mut lines = table.lines().map(|l| l.split(',').collect::<Vec<_>>());
-    let (header, row) = (lines.next().unwrap(), lines.next().unwrap());
-    let cell = |name: &str| row[header.iter().position(|h| *h == name).unwrap()];
+    let pair = &rows(&folder.join("static.csv"))[0];
+    let cell = |name: &str| pair[name].as_str();
     assert_eq!((cell("area_m2"), cell("pressure_pa")), ("", ""));
     assert_eq!((cell("normal_force_n"), cell("status")), ("1", "stuck"));
-    assert!(!folder.path("static.vtu").exists() && !folder.path("flank.pvd").exists());
+    assert!(!folder.join("static.vtu").exists() && !folder.join("flank.pvd").exists());
 }
 
 #[test]
 fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
     let folder = Folder::new("late");
-    let scene = Path::new("scenes/verification/jenkins.toml");
     let set = [
         "response.most_seconds_per_frequency=1e-9",
         "response.frequency_hz=[1.0, 1.1]",
         "response.points=5",
     ];
-    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
-    assert_eq!(code, 3, "{stderr}");
+    let stderr = told(on_scene("run", JENKINS, &folder, &set), 3);
     let warning = "5 of 5 frequencies were given up after response.most_seconds_per_frequency";
-    assert!(stderr.contains(warning), "{stderr}");
-    let response = &json(&folder)["response"];
+    has(&stderr, warning);
+    let response = &summary(&folder)["response"];
     assert_eq!(response["converged_points"], 0);
     for missed in response["unconverged"].as_array().unwrap() {
         assert_eq!(missed["outcome"], "time_limit");
@@ -124,7 +83,6 @@ fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
 /// slider far has its peak near the first, so that a range around it ends before the linear peak.
 #[test]
 fn a_range_without_the_linear_peak_is_warned_of() {
-    let scene = Path::new("scenes/verification/jenkins.toml");
     let said = |range: &str| {
         let folder = Folder::new("range");
         let range = format!("response.frequency_hz={range}");
@@ -133,8 +91,7 @@ fn a_range_without_the_linear_peak_is_warned_of() {
             range.as_str(),
             "response.points=15",
         ];
-        let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
-        assert_eq!(code, 0, "{stderr}");
+        let stderr = told(on_scene("run", JENKINS, &folder, &set), 0);
         assert!(!stderr.contains("largest amplitude of tip"), "{stderr}");
         stderr
     };
@@ -175,26 +132,25 @@ fn write_stop(folder: &Path) {
 #[test]
 fn a_fold_is_told_wherever_results_are_read() {
     let folder = Folder::new("fold");
-    write_stop(&folder.path("stop"));
-    let scene = folder.scene(
+    write_stop(&folder.join("stop"));
+    let scene = folder.write(
+        "scene.toml",
         "name = \"stop\"\n[reduced_model]\nfolder = \"stop\"\n\
          friction = 0\ngap_m = 1\nforce_n = 0.1\n\
          [damping]\nmass_per_s = 0.03\n[response]\nfrequency_hz = [0.12, 0.32]\nharmonics = 7\n",
     );
-    let (code, _, stderr) = dovetail("run", &scene, &folder.path("followed"), &[]);
-    assert_eq!(code, 0, "{stderr}");
-    let summary: serde_json::Value =
-        serde_json::from_str(&folder.text("followed/summary.json")).unwrap();
-    let [two] = &summary["response"]["second_motion"].as_array().unwrap()[..] else {
-        panic!("{summary}");
+    let stderr = told(on_scene("run", &scene, &folder.join("followed"), &[]), 0);
+    let found = summary(&folder.join("followed"));
+    let [two] = &found["response"]["second_motion"].as_array().unwrap()[..] else {
+        panic!("{found}");
     };
     let figure = |key: &str| two[key].as_f64().unwrap();
     let [from_hz, to_hz] = ["from_hz", "to_hz"].map(figure);
     assert!((from_hz - 0.170).abs() < 3e-3, "{two}");
     assert!((to_hz - 0.200).abs() < 3e-3, "{two}");
     assert!(figure("amplitude_m") > 1.5 * figure("other_amplitude_m"));
-    let told = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
-    assert!(stderr.contains(&told), "{stderr}");
+    let words = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
+    has(&stderr, &words);
     assert!(!stderr.contains("jumps between"), "{stderr}");
     let report = folder.text("followed/report.html");
     let line = report
@@ -204,59 +160,40 @@ fn a_fold_is_told_wherever_results_are_read() {
     assert!(line.contains("<b>look</b>"), "{line}");
 
     let grid = ["response.frequency_hz=[0.12, 0.26]", "response.points=57"];
-    let (code, _, stderr) = dovetail("run", &scene, &folder.path("grid"), &grid);
-    assert_eq!(code, 0, "{stderr}");
-    assert!(
-        stderr.contains("the amplitude of tip jumps between 0.1"),
-        "{stderr}"
-    );
+    let stderr = told(on_scene("run", &scene, &folder.join("grid"), &grid), 0);
+    has(&stderr, "the amplitude of tip jumps between 0.1");
     assert!(!stderr.contains("several motions"), "{stderr}");
-    let summary: serde_json::Value =
-        serde_json::from_str(&folder.text("grid/summary.json")).unwrap();
-    assert_eq!(summary["response"]["second_motion"], serde_json::json!([]));
+    let found = summary(&folder.join("grid"));
+    assert_eq!(found["response"]["second_motion"], serde_json::json!([]));
 }
 
 /// The steady load closes 1 m of the clearance. The mass is then on its own spring.
 #[test]
 fn a_slider_that_is_open_at_rest_leaves_the_free_mass() {
     let folder = Folder::new("open");
-    let scene = Path::new("scenes/verification/jenkins.toml");
     let set = ["reduced_model.gap_m=2", "reduced_model.force_n=1e-3"];
-    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
-    assert_eq!(code, 0, "{stderr}");
-    let summary = json(&folder);
+    let stderr = told(on_scene("run", JENKINS, &folder, &set), 0);
+    let summary = summary(&folder);
     assert_eq!(summary["static"]["open_pairs"], 1);
     let hz = summary["linear_frequency_hz"].as_f64().unwrap();
     assert!((hz - 1.0).abs() < 1e-9, "{hz} Hz");
-    assert!(stderr.contains("open at rest"), "{stderr}");
+    has(&stderr, "open at rest");
 }
 
 /// Each way that is tried has a line, and no line has more than the whole.
 #[test]
 fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
     let folder = Folder::new("verbose");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(env!("CARGO_MANIFEST_DIR"));
-    program.args(["run", "scenes/verification/den_hartog.toml", "--verbose"]);
-    program.args(["--set", "response.frequency_hz=[0.6, 1.35]"]);
-    program.args([
-        "--set",
+    let set = [
+        "response.frequency_hz=[0.6, 1.35]",
         "response.points=9",
-        "--set",
         "response.harmonics=3",
-    ]);
-    program.args(["--set", "damping.mass_per_s=0.2"]);
-    program.arg("--out").arg(&*folder.0);
-    let output = program.output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        said.contains("Hz: 3 harmonics, from the static state"),
-        "{said}"
-    );
-    assert!(
-        said.contains("Hz: 3 harmonics, from the neighbour"),
-        "{said}"
-    );
+        "damping.mass_per_s=0.2",
+    ];
+    let mut program = on_scene("run", DEN_HARTOG, &folder, &set);
+    let said = said(program.arg("--verbose").output().as_ref().unwrap());
+    has(&said, "Hz: 3 harmonics, from the static state");
+    has(&said, "Hz: 3 harmonics, from the neighbour");
     for line in said.lines().filter(|line| line.contains("frequencies: ")) {
         let share = line.split(" (").nth(1).and_then(|s| s.split(' ').next());
         assert!(share.unwrap().parse::<u32>().unwrap() <= 100, "{line}");
@@ -279,7 +216,6 @@ fn attributes(svg: &str, tag: &str, name: &str) -> Vec<Vec<f64>> {
 #[test]
 fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_seen() {
     let folder = Folder::new("accuracy");
-    let scene = Path::new("scenes/verification/den_hartog.toml");
     let set = [
         "response.harmonics=",
         "response.samples=",
@@ -287,20 +223,15 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
         "response.frequency_hz=[0.6, 0.9]",
         "response.points=3",
     ];
-    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
-    assert_eq!(code, 3, "{stderr}");
+    let stderr = told(on_scene("run", DEN_HARTOG, &folder, &set), 3);
     let warning = "warning: at 1 of 3 frequencies the error is estimated above the accuracy";
-    assert!(stderr.contains(warning), "{stderr}");
+    has(&stderr, warning);
 
-    let table = folder.text("response.csv");
-    let mut lines = table.lines().map(|l| l.split(',').collect::<Vec<_>>());
-    let header = lines.next().unwrap();
-    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
-    let rows: Vec<Vec<&str>> = lines.collect();
-    let outcomes = rows.iter().map(|row| row[column("outcome")]);
+    let rows = rows(&folder.join("response.csv"));
+    let outcomes = rows.iter().map(|row| row["outcome"].as_str());
     let inaccurate = ["converged", "accuracy_not_reached", "converged"];
     assert_eq!(outcomes.collect::<Vec<_>>(), inaccurate);
-    let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().unwrap();
+    let number = |row: usize, name: &str| number(&rows[row], name);
     assert_eq!(number(1, "frequency_hz"), 0.75);
     assert_eq!(number(1, "harmonics"), 31.0);
     for (row, is_above) in [false, true, false].into_iter().enumerate() {
@@ -311,7 +242,7 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
     let [low, middle, high] = [0, 1, 2].map(|row| number(row, "tip_amplitude_m"));
     assert!(low < middle && middle < high, "{low} {middle} {high}");
 
-    let response = &json(&folder)["response"];
+    let response = &summary(&folder)["response"];
     assert_eq!(response["points"], 3);
     assert_eq!(response["converged_points"], 2);
     assert_eq!(response["accuracy_not_reached_points"], 1);
@@ -341,28 +272,29 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
 #[test]
 fn every_command_does_what_it_can_on_a_reduced_model() {
     let folder = Folder::new("commands");
-    let scene = folder.scene(&dovetail72());
-    let out = folder.path("out");
-    let (code, _, stderr) = dovetail("check", &scene, &out, &[]);
-    assert!(code == 0 && stderr.contains("is sound"), "{stderr}");
+    let scene = folder.write("scene.toml", dovetail72());
+    let out = folder.join("out");
+    has(&told(on_scene("check", &scene, &out, &[]), 0), "is sound");
     assert!(!out.exists());
-    let (code, stdout, stderr) = dovetail("modes", &scene, &out, &[]);
-    assert!(code == 0 && stdout.starts_with("stuck"), "{stdout}{stderr}");
-    let (code, _, stderr) = dovetail("static", &scene, &out, &[]);
-    assert!(code == 0 && stderr.contains("72 contact pairs"), "{stderr}");
+    let listed = printed(&ended(on_scene("modes", &scene, &out, &[]), 0));
+    assert!(listed.starts_with("stuck"), "{listed}");
+    has(
+        &told(on_scene("static", &scene, &out, &[]), 0),
+        "72 contact pairs",
+    );
     for command in ["mesh", "reduce"] {
-        let (code, _, stderr) = dovetail(command, &scene, &out, &[]);
-        assert!(code == 2 && stderr.contains("has no mesh"), "{stderr}");
+        has(
+            &told(on_scene(command, &scene, &out, &[]), 2),
+            "has no mesh",
+        );
     }
     let set = [
         "response.stuck_modes=5",
         "response.compare_harmonics=1",
         "response.harmonics=2",
     ];
-    let (code, _, stderr) = dovetail("run", &scene, &out, &set);
-    assert_eq!(code, 0, "{stderr}");
-    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    ended(on_scene("run", &scene, &out, &set), 0);
+    let summary = summary(&out);
     assert_eq!(summary["stuck_modes"], 5);
     assert_eq!(summary["static"]["slipping_pairs"], 72);
     assert!(out.join("response_h1.csv").exists());
@@ -371,13 +303,10 @@ fn every_command_does_what_it_can_on_a_reduced_model() {
 #[test]
 fn a_mesh_and_a_reduced_model_exclude_each_other() {
     let folder = Folder::new("both");
-    let root = env!("CARGO_MANIFEST_DIR");
-    let paper = std::fs::read_to_string("scenes/paper.toml").unwrap();
-    let paper = paper.replace("../geometry", &format!("{root}/geometry"));
+    let paper = paper_at_any_place();
     let both = format!("{paper}\n[reduced_model]\nfolder = \"x\"\nfriction = 0.3\nforce_n = 1\n");
-    let scene = folder.scene(&both);
-    let (code, _, stderr) = dovetail("check", &scene, &folder.0, &[]);
-    assert_eq!(code, 2);
+    let scene = folder.write("scene.toml", both);
+    let stderr = told(on_scene("check", &scene, &folder, &[]), 2);
     for section in [
         "mesh",
         "body",
@@ -387,93 +316,60 @@ fn a_mesh_and_a_reduced_model_exclude_each_other() {
         "observe",
     ] {
         let words = format!("`reduced_model` and `{section}` exclude each other");
-        assert!(stderr.contains(&words), "{section}: {stderr}");
+        has(&stderr, &words);
     }
-    assert!(stderr.contains("keep [reduced_model] alone"), "{stderr}");
-    let (code, _, _) = dovetail("check", &scene, &folder.0, &["reduced_model="]);
-    assert_eq!(code, 0, "without it the scene is the paper's");
+    has(&stderr, "keep [reduced_model] alone");
+    // Without it the scene is the paper's.
+    ended(on_scene("check", &scene, &folder, &["reduced_model="]), 0);
 }
 
 #[test]
 fn what_a_folder_lacks_is_said() {
     let folder = Folder::new("lacks");
-    let wrong = |scene: &Path, command: &str, set: &[&str], words: &[&str]| {
-        let (code, _, stderr) = dovetail(command, scene, &folder.path("out"), set);
-        assert_eq!(code, 2, "{stderr}");
-        for word in words {
-            assert!(stderr.contains(word), "{word}: {stderr}");
-        }
+    let den_hartog = |command: &str, set: &str, words: &str| {
+        let wrong = on_scene(command, DEN_HARTOG, &folder.join("out"), &[set]);
+        has(&told(wrong, 2), words);
     };
-    let den_hartog = Path::new("scenes/verification/den_hartog.toml");
-    let words = [
-        "damping.ratio",
-        "has none",
-        "damping.stiffness_s",
-        "damping.mass_per_s",
-    ];
-    wrong(den_hartog, "run", &["damping.ratio=0.001"], &words);
-    let set = ["response.times_first_linear_mode=[0.9, 1.1]"];
-    let words = [
-        "response.times_first_linear_mode",
-        "no mode to count from",
-        "response.frequency_hz",
-    ];
-    wrong(den_hartog, "run", &set, &words);
-    let set = ["reduced_model.folder=nowhere"];
+    let words = "damping.ratio & has none & damping.stiffness_s & damping.mass_per_s";
+    den_hartog("run", "damping.ratio=0.001", words);
+    let words = "response.times_first_linear_mode & no mode to count from & response.frequency_hz";
+    let range = "response.times_first_linear_mode=[0.9, 1.1]";
+    den_hartog("run", range, words);
     for command in ["check", "static"] {
-        wrong(
-            den_hartog,
-            command,
-            &set,
-            &["nowhere/xyz.mtx", "No such file"],
-        );
+        let words = "nowhere/xyz.mtx & No such file";
+        den_hartog(command, "reduced_model.folder=nowhere", words);
     }
-    let scene =
-        folder.scene("name = \"x\"\n[reduced_model]\nfriction = -1\n[damping]\nmass_per_s = 0\n");
-    wrong(
-        &scene,
-        "check",
-        &[],
-        &["`reduced_model.friction` is -1", "0 or more"],
-    );
-    wrong(&scene, "check", &[], &["`reduced_model.folder` is missing"]);
-    wrong(
-        &scene,
-        "check",
-        &[],
-        &["`reduced_model.force_n` is missing"],
-    );
-    let (_, _, stderr) = dovetail("check", &scene, &folder.0, &[]);
-    assert!(
-        stderr.contains("no [response]") && !stderr.contains("no [mesh]"),
-        "{stderr}"
-    );
+    let scene = "name = \"x\"\n[reduced_model]\nfriction = -1\n[damping]\nmass_per_s = 0\n";
+    let scene = folder.write("scene.toml", scene);
+    let told = told(on_scene("check", scene, &folder, &[]), 2);
+    let words = "`reduced_model.friction` is -1 & 0 or more & `reduced_model.folder` is missing \
+                 & `reduced_model.force_n` is missing & no [response]";
+    has(&told, words);
+    assert!(!told.contains("no [mesh]"), "{told}");
+}
+
+/// Text of scenes/paper.toml with absolute paths.
+fn paper_at_any_place() -> String {
+    let paper = std::fs::read_to_string(root().join(PAPER)).unwrap();
+    paper.replace("../", &format!("{}/", root().display()))
 }
 
 /// Runs `dovetail reduce` into a folder; returns those lines of its output that can be used in a
 /// scene.
-fn reduce(scene: &Path, out: &Path, set: &[&str]) -> String {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(env!("CARGO_MANIFEST_DIR"));
-    program.arg("reduce").arg(scene).arg("--out").arg(out);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    let output = program.output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
+fn reduce(scene: impl AsRef<OsStr>, out: &Path, set: &[&str]) -> String {
+    let stderr = said(&ended(on_scene("reduce", scene, out, set), 0));
     let lines = stderr.lines().skip_while(|l| *l != "[reduced_model]");
     let is_key = |l: &&str| l.starts_with('[') || l.contains(" = ");
-    let told: Vec<&str> = lines.take_while(is_key).collect();
-    assert_eq!(told.len(), 5, "{stderr}");
-    told.join("\n")
+    let keys: Vec<&str> = lines.take_while(is_key).collect();
+    assert_eq!(keys.len(), 5, "{stderr}");
+    keys.join("\n")
 }
 
 /// Scene with the output of [`reduce`], on the two frequencies of `TWO_POINTS`.
-fn scene_of(told: &str) -> String {
+fn scene_of(keys: &str) -> String {
     format!(
-        "name = \"again\"\n{told}\n[damping]\nratio = 0.001\n[response]\ntimes_first_linear_mode = [0.98, 1.02]\n\
-         points = 2\nharmonics = 1\n"
+        "name = \"again\"\n{keys}\n[damping]\nratio = 0.001\n[response]\n\
+         times_first_linear_mode = [0.98, 1.02]\npoints = 2\nharmonics = 1\n"
     )
 }
 
@@ -490,37 +386,26 @@ const TWO_POINTS: [&str; 4] = [
 #[test]
 fn a_reduced_mesh_vibrates_like_the_mesh() {
     let (meshed, again) = (Folder::new("meshed"), Folder::new("again"));
-    let paper = Path::new("scenes/paper.toml");
-    let (code, _, stderr) = dovetail("run", paper, &meshed.0, &TWO_POINTS);
-    assert_eq!(code, 0, "{stderr}");
-    let told = reduce(paper, &again.path("model"), &[LINEAR_MESH]);
-    assert!(
-        told.contains("friction = 0.3\ngap_m = 0.0\nforce_n = 2.0"),
-        "{told}"
-    );
-    let scene = again.scene(&scene_of(&told));
-    let (code, _, stderr) = dovetail("run", &scene, &again.0, &[]);
-    assert_eq!(code, 0, "{stderr}");
+    ended(on_scene("run", PAPER, &meshed, &TWO_POINTS), 0);
+    let keys = reduce(PAPER, &again.join("model"), &[LINEAR_MESH]);
+    has(&keys, "friction = 0.3\ngap_m = 0.0\nforce_n = 2.0");
+    let scene = again.write("scene.toml", scene_of(&keys));
+    ended(on_scene("run", &scene, &again, &[]), 0);
     assert_eq!(meshed.text("response.csv"), again.text("response.csv"));
     // The tables of the pairs as well, but for the nodes and the name of the contact.
-    let numbers = |folder: &Folder, file: &str| -> Vec<String> {
+    let from_place = |folder: &Folder, file: &str| -> Vec<String> {
         let text = folder.text(file);
-        let x = text
-            .lines()
-            .next()
-            .unwrap()
-            .split(',')
-            .position(|h| h == "x_m");
-        let from_x = |line: &str| {
-            line.split(',')
-                .skip(x.unwrap())
-                .collect::<Vec<_>>()
-                .join(",")
-        };
+        let (head, _) = text.split_once('\n').unwrap();
+        let x = head.split(',').position(|h| h == "x_m").unwrap();
+        let from_x = |line: &str| line.splitn(x + 1, ',').last().unwrap().to_owned();
         text.lines().map(from_x).collect()
     };
     for file in ["static.csv", "contact.csv"] {
-        assert_eq!(numbers(&meshed, file), numbers(&again, file), "{file}");
+        assert_eq!(
+            from_place(&meshed, file),
+            from_place(&again, file),
+            "{file}"
+        );
     }
 }
 
@@ -529,69 +414,44 @@ fn a_reduced_mesh_vibrates_like_the_mesh() {
 #[test]
 fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
     let folder = Folder::new("own");
-    let paper = Path::new("scenes/paper.toml");
-    reduce(paper, &folder.0, &[LINEAR_MESH]);
-    let summary: serde_json::Value = serde_json::from_str(&folder.text("summary.json")).unwrap();
-    assert_eq!(summary["state"], "finished");
-    let listed: Vec<&str> = summary["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|f| f.as_str().unwrap())
-        .collect();
-    let entries = std::fs::read_dir(folder.path(".")).unwrap();
+    reduce(PAPER, &folder, &[LINEAR_MESH]);
+    let of_reduce = manifest(&folder);
+    assert_eq!(of_reduce.state, RunState::Finished);
+    let listed = of_reduce.files;
+    let entries = std::fs::read_dir(&*folder).unwrap();
     let mut there: Vec<String> = entries
         .map(|e| e.unwrap().file_name().into_string().unwrap())
         .collect();
     there.retain(|name| name != "summary.json");
     there.sort();
     assert_eq!(there, listed);
-    assert!(listed.contains(&"K.mtx") && listed.contains(&"xyz.mtx"));
+    for file in ["K.mtx", "xyz.mtx"] {
+        assert!(listed.iter().any(|f| f == file), "{file}");
+    }
     let stiffness = folder.text("K.mtx");
-    let (code, _, stderr) = dovetail("reduce", paper, &folder.0, &[LINEAR_MESH, "name=other"]);
-    assert_eq!(code, 2, "{stderr}");
-    assert!(
-        stderr.contains("holds a run of the scene \"paper\""),
-        "{stderr}"
-    );
+    let other = on_scene("reduce", PAPER, &folder, &[LINEAR_MESH, "name=other"]);
+    has(&told(other, 2), "holds a run of the scene \"paper\"");
     assert_eq!(folder.text("K.mtx"), stiffness);
     // Beside a run its files belong where the settings are the same.
     let beside = Folder::new("beside");
-    let (code, _, stderr) = dovetail("run", paper, &beside.0, &TWO_POINTS);
-    assert_eq!(code, 0, "{stderr}");
-    let (code, _, stderr) = dovetail("reduce", paper, &beside.0, &[LINEAR_MESH]);
-    assert_eq!(code, 2, "{stderr}");
-    assert!(stderr.contains("with other settings"), "{stderr}");
-    reduce(paper, &beside.0, &TWO_POINTS);
-    let summary: serde_json::Value = serde_json::from_str(&beside.text("summary.json")).unwrap();
-    assert!(summary["response"]["peak_amplitude_m"].is_f64());
-    assert!(
-        summary["files"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .any(|file| file == "K.mtx")
-    );
+    ended(on_scene("run", PAPER, &beside, &TWO_POINTS), 0);
+    let differs = on_scene("reduce", PAPER, &beside, &[LINEAR_MESH]);
+    has(&told(differs, 2), "with other settings");
+    reduce(PAPER, &beside, &TWO_POINTS);
+    let of_both = manifest(&beside);
+    assert!(of_both.response.unwrap().peak_amplitude_m.is_some());
+    assert!(of_both.files.iter().any(|file| file == "K.mtx"));
 }
 
-/// Amplitudes of response.csv.
-fn amplitudes_m(text: &str) -> Vec<f64> {
-    let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
-    let header = lines.next().unwrap();
-    let column = header.iter().position(|h| *h == "tip_amplitude_m").unwrap();
-    lines.map(|row| row[column].parse().unwrap()).collect()
-}
-
-/// Whatever the forces of the scene, the folder is for 1 N, and the output gives the amplitudes of
-/// `run`.
+/// The folder is for 1 N whatever the forces of the scene are, and the output gives the amplitudes
+/// of `run`.
 #[test]
 fn reduce_and_then_run_gives_the_amplitudes_of_run() {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let paper = std::fs::read_to_string("scenes/paper.toml").unwrap();
-    let paper = paper.replace("../", &format!("{root}/"));
+    let paper = paper_at_any_place();
     let second =
         "[[excitation]]\non = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\nforce_n = 0.4\n";
-    let mesh = format!("mesh.file={root}/meshes/dovetail_order1.msh");
+    let mesh = root().join("meshes/dovetail_order1.msh");
+    let mesh = format!("mesh.file={}", mesh.display());
     let mut forces_of_paper = Vec::new();
     for (name, text, force) in [
         ("2 N", paper.clone(), "excitation.0.force_n=2"),
@@ -604,19 +464,15 @@ fn reduce_and_then_run_gives_the_amplitudes_of_run() {
         ),
     ] {
         let folder = Folder::new(&format!("forces-{}", name.replace(' ', "-")));
-        let scene = folder.scene(&text);
-        let set = [&mesh, TWO_POINTS[1], TWO_POINTS[2], TWO_POINTS[3], force];
-        let (code, _, stderr) = dovetail("run", &scene, &folder.0, &set);
-        assert_eq!(code, 0, "{name}: {stderr}");
-        let of_mesh = amplitudes_m(&folder.text("response.csv"));
-        let told = reduce(&scene, &folder.path("model"), &[&mesh, force]);
-        let again = folder.scene(&scene_of(&told));
-        let (code, _, stderr) = dovetail("run", &again, &folder.path("out"), &[]);
-        assert_eq!(code, 0, "{name}: {stderr}");
-        for (a, b) in of_mesh
-            .iter()
-            .zip(amplitudes_m(&folder.text("out/response.csv")))
-        {
+        let scene = folder.write("scene.toml", text);
+        let set = [&[&mesh[..], force], &TWO_POINTS[1..]].concat();
+        ended(on_scene("run", &scene, &folder, &set), 0);
+        let amplitudes_m = |file: &str| numbers(&folder.join(file), "tip_amplitude_m");
+        let of_mesh = amplitudes_m("response.csv");
+        let keys = reduce(&scene, &folder.join("model"), &[&mesh, force]);
+        let again = folder.write("scene.toml", scene_of(&keys));
+        ended(on_scene("run", &again, &folder.join("out"), &[]), 0);
+        for (a, b) in of_mesh.iter().zip(amplitudes_m("out/response.csv")) {
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} m, {b} m");
         }
         if name != "two" {
@@ -629,14 +485,9 @@ fn reduce_and_then_run_gives_the_amplitudes_of_run() {
 #[test]
 fn forces_that_a_folder_cannot_hold_are_refused() {
     let folder = Folder::new("phase");
-    let paper = Path::new("scenes/paper.toml");
     for set in ["excitation.0.phase_deg=30", "excitation.0.harmonic=2"] {
-        let (code, _, stderr) = dovetail("reduce", paper, &folder.0, &[LINEAR_MESH, set]);
-        assert_eq!(code, 2, "{set}: {stderr}");
-        assert!(
-            stderr.contains("harmonic = 1 and phase_deg = 0"),
-            "{set}: {stderr}"
-        );
+        let refused = on_scene("reduce", PAPER, &folder, &[LINEAR_MESH, set]);
+        has(&told(refused, 2), "harmonic = 1 and phase_deg = 0");
     }
 }
 
@@ -645,12 +496,15 @@ fn forces_that_a_folder_cannot_hold_are_refused() {
 #[test]
 fn a_folder_is_believed_only_as_far_as_it_goes() {
     let folder = Folder::new("believed");
-    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
-    let scene = folder.scene(&DOVETAIL72.replace("tests/data/dovetail72", "model"));
-    std::fs::create_dir(folder.path("model")).unwrap();
+    let reference = root().join("tests/data/dovetail72");
+    let scene = folder.write(
+        "scene.toml",
+        DOVETAIL72.replace("tests/data/dovetail72", "model"),
+    );
+    std::fs::create_dir(folder.join("model")).unwrap();
     for file in std::fs::read_dir(&reference).unwrap() {
         let file = file.unwrap();
-        std::fs::copy(file.path(), folder.path("model").join(file.file_name())).unwrap();
+        std::fs::copy(file.path(), folder.join("model").join(file.file_name())).unwrap();
     }
     let header = "%%MatrixMarket matrix array real general";
     let diagonal = |value: f64| {
@@ -681,16 +535,12 @@ fn a_folder_is_believed_only_as_far_as_it_goes() {
         ),
         ("M.mtx", diagonal(0.0), "M - p p^T"),
     ] {
-        let path = folder.path("model").join(file);
+        let path = folder.join("model").join(file);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &text).unwrap();
-        let (code, _, stderr) = dovetail("check", &scene, &folder.path("out"), &[]);
+        let told = told(on_scene("check", &scene, &folder.join("out"), &[]), 2);
         std::fs::write(&path, whole).unwrap();
-        assert!(
-            code == 2 && stderr.contains(words) && stderr.contains(file),
-            "{stderr}"
-        );
+        has(&told, &format!("{words} & {file}"));
     }
-    let (code, _, stderr) = dovetail("check", &scene, &folder.path("out"), &[]);
-    assert_eq!(code, 0, "{stderr}");
+    ended(on_scene("check", &scene, &folder.join("out"), &[]), 0);
 }

@@ -3,13 +3,12 @@
 //! docs/summary.md has the keys of summary.json.
 
 use std::collections::BTreeSet;
-use std::path::Path;
-use std::process::Command;
 
 use dovetail::reference::{scene_tables, study_tables};
 
-use crate::shared_folder::Folder;
-use crate::shared_program::ended;
+use crate::shared_program::{READY_PATCH, SMALL, ended, printed, program};
+use crate::shared_runs::Run;
+use dovetail_testkit::folder::root;
 
 const END: &str = "<!-- end -->";
 
@@ -30,7 +29,7 @@ fn with_tables(page: &str, tables: &[(&str, String)]) -> String {
 }
 
 fn holds_its_tables(page: &str, tables: &[(&str, String)]) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+    let path = root().join(page);
     let found = std::fs::read_to_string(&path).unwrap();
     assert_eq!(found.matches("<!-- keys: ").count(), tables.len(), "{page}");
     let expected = with_tables(&found, tables);
@@ -58,10 +57,9 @@ fn the_page_of_studies_has_the_tables_of_the_program() {
 
 /// Commands in the code of the README and of the book, without `\` at the end of a line.
 fn commands() -> Vec<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut pages = vec![root.join("README.md")];
+    let mut pages = vec![root().join("README.md")];
     for folder in ["docs", "docs/how-to"] {
-        let entries = std::fs::read_dir(root.join(folder)).unwrap();
+        let entries = std::fs::read_dir(root().join(folder)).unwrap();
         let files = entries.map(|entry| entry.unwrap().path());
         pages.extend(files.filter(|f| f.extension().is_some_and(|e| e == "md")));
     }
@@ -89,12 +87,8 @@ fn commands_of_the_book_have_options_that_exist() {
         let name = words.next().unwrap().to_owned();
         let help = help.entry(name.clone()).or_insert_with(|| {
             // Those of the command, and those of all commands.
-            let pages = [&[&name, "--help"][..], &["--help"]].map(|words| {
-                let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_dovetail"));
-                let output = program.args(words).output().unwrap();
-                assert!(output.status.success(), "no command {name}: {command}");
-                String::from_utf8(output.stdout).unwrap()
-            });
+            let pages = [&[&name, "--help"][..], &["--help"]]
+                .map(|words| printed(&ended(program(root(), words), 0)));
             pages.concat()
         });
         for option in words.filter(|w| w.starts_with("--")) {
@@ -161,41 +155,18 @@ fn key_paths(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>
     }
 }
 
-/// Summary of `dovetail COMMAND` for a small scene.
-fn summary_of(command: &str, scene: &str, set: &[&str]) -> serde_json::Value {
-    let out = Folder::new("reference");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([command, scene, "--no-cache", "--quiet", "--out"])
-        .arg(&out);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    ended(program, 0);
-    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
-}
-
 #[test]
 fn the_page_of_the_summary_has_its_keys() {
-    let patch = "scenes/verification/patch.toml";
-    let jenkins = "scenes/verification/jenkins.toml";
+    let summary_of = |command, scene: &str, set: &[&str]| {
+        let run = Run::new(command, scene, "reference", set);
+        run.summary()
+    };
+    let jenkins = "verification/jenkins";
     let mut found = BTreeSet::new();
     for summary in [
-        summary_of(
-            "run",
-            patch,
-            &["mesh.file=../../meshes/verification/patch.msh"],
-        ),
-        summary_of(
-            "run",
-            "scenes/pressure.toml",
-            &[
-                "mesh.file=../meshes/dovetail_small.msh",
-                "response.points=2",
-            ],
-        ),
-        summary_of("modes", "scenes/verification/column.toml", &[]),
+        summary_of("run", "verification/patch", &[READY_PATCH]),
+        summary_of("run", "pressure", &[SMALL, "response.points=2"]),
+        summary_of("modes", "verification/column", &[]),
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),
     ] {
@@ -203,8 +174,7 @@ fn the_page_of_the_summary_has_its_keys() {
     }
     // The two methods have the same figures.
     found.retain(|key| !key.contains(".integration."));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/summary.md");
-    let page = std::fs::read_to_string(path).unwrap();
+    let page = std::fs::read_to_string(root().join("docs/summary.md")).unwrap();
     let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
     let written: BTreeSet<String> = rows
         .flat_map(|row| row.split(" | ").next().unwrap().split(", "))

@@ -2,12 +2,14 @@
 //! unless files are requested.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use crate::shared_folder::Folder;
+use crate::shared_program::has;
+use crate::shared_runs::manifest;
 use crate::shared_work::in_folder;
 use dovetail::cache::Cache;
 use dovetail::commands::Work;
-use dovetail::export::manifest::Summary;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
 use dovetail_solver::description::Scene;
@@ -15,19 +17,12 @@ use dovetail_solver::dlft::Outcome;
 use dovetail_solver::run::{
     Error, Event, Observer, Options, Run, Session, Stage, Verification, solve,
 };
+use dovetail_testkit::folder::root;
 
 fn jenkins() -> (Scene, PathBuf) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let scene_file = root.join("scenes/verification/jenkins.toml");
+    let scene_file = root().join("scenes/verification/jenkins.toml");
     let set = ["response.frequency_hz=[0.15, 0.2]", "response.points=5"].map(String::from);
     (scene::load(&scene_file, &set).unwrap(), scene_file)
-}
-
-/// Path of a folder of this name that does not exist yet.
-fn folder(name: &str) -> PathBuf {
-    let path = std::env::temp_dir().join(format!("dovetail-run-{name}-{}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&path);
-    path
 }
 
 /// Observer that records the events.
@@ -107,7 +102,8 @@ fn an_observer_ends_the_run() {
 
 #[test]
 fn without_files_nothing_is_written() {
-    let out = folder("quiet");
+    let folder = Folder::new("run-quiet");
+    let out = folder.join("out");
     let (scene, _) = jenkins();
     let work = Work {
         scene: &scene,
@@ -126,22 +122,22 @@ fn without_files_nothing_is_written() {
 /// A mesh can take minutes.
 #[test]
 fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+    let paper = root().join("scenes/paper.toml");
     let of = |set: &[&str]| {
         let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
         scene::load(&paper, &set).unwrap()
     };
+    let folder = Folder::new("run-refused");
     let work = |scene| Work {
         scene,
-        folder: folder("refused"),
+        folder: folder.join("out"),
         cache: Cache::new(None),
         files: None,
         reporter: Reporter::silent(None),
     };
     let at_rest = of(&["mesh.file=nowhere.msh", "rotation="]);
     let error = work(&at_rest).campbell("0:100:2".parse().unwrap(), &[]);
-    let error = error.unwrap_err().to_string();
-    assert!(error.contains("no axis of rotation"), "{error}");
+    has(&error.unwrap_err().to_string(), "no axis of rotation");
     let asked = Verification {
         frequencies_hz: Vec::new(),
         steps_per_period: usize::MAX,
@@ -152,22 +148,21 @@ fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
         tolerance: 0.1,
     };
     let error = work(&at_rest).verify(&asked).unwrap_err().to_string();
-    assert!(error.contains("are more than"), "{error}");
+    has(&error, "are more than");
     let error = work(&at_rest).mesh().unwrap_err().to_string();
-    assert!(error.contains("nowhere.msh"), "{error}");
+    has(&error, "nowhere.msh");
 }
 
 #[test]
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
-    let out = folder("files");
+    let out = Folder::new("run-files");
     let (scene, scene_file) = jenkins();
     let (work, files) = in_folder(&scene, scene_file, &out);
     let run = work.solve(Options::default()).unwrap();
     files.locked().take_down(work.reporter.taken());
     let verdict = run.verdict().map_err(Into::into);
     files.locked().finish(&verdict).unwrap();
-    let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    let read: Summary = serde_json::from_str(&text).unwrap();
+    let read = manifest(&out);
     let own = files.locked().summary().clone();
     assert_eq!(read.stages.len(), own.stages.len());
     let (found, own) = (read.response.unwrap(), own.response.unwrap());
@@ -191,5 +186,4 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     for file in ["response.csv", "static.csv", "modes.csv", "contact.csv"] {
         assert!(out.join(file).exists(), "{file}");
     }
-    let _ = std::fs::remove_dir_all(&out);
 }

@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
+use crate::shared_program::rendered;
 use dovetail::scene;
 use dovetail::study::{Study, cases};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec};
-use miette::{GraphicalReportHandler, GraphicalTheme};
+use dovetail_testkit::folder::root;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
@@ -18,15 +19,7 @@ fn survives(text: &str, overrides: &[String]) {
     let scene = match scene::parse(text, "any.toml", Path::new(""), overrides) {
         Ok(scene) => scene,
         Err(error) => {
-            let mut report = String::new();
-            let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none());
-            handler
-                .render_report(&mut report, &error)
-                .expect("a report is rendered");
-            assert!(
-                !report.contains("Failed to read contents"),
-                "a span outside its text:\n{report}"
-            );
+            rendered(&error);
             return;
         }
     };
@@ -74,7 +67,7 @@ fn survives(text: &str, overrides: &[String]) {
 /// Initial inputs of `make fuzz` besides the files that other tests read.
 #[test]
 fn the_seeds_of_fuzzing_are_possible() {
-    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let fuzz = root().join("fuzz");
     for file in [
         "fuzz_targets/blocks.toml",
         "seeds/scene/geometry.toml",

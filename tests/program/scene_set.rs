@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use crate::shared_program::{cases, has, rendered};
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
 use dovetail_solver::reduction::damping::DampingSpec;
-use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
@@ -19,16 +19,19 @@ fn parse(overrides: &[&str]) -> Result<Scene, SceneError> {
 
 /// Requires that the arguments are refused with these words, and that the last of them is shown.
 #[track_caller]
-fn refused(overrides: &[&str], words: &[&str]) {
+fn refused(overrides: &[&str], words: &str) {
     let error = parse(overrides).expect_err("the argument is wrong");
-    let mut text = String::new();
-    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none()).with_width(400);
-    handler
-        .render_report(&mut text, &error)
-        .expect("a report is rendered");
-    let shown = overrides[overrides.len() - 1];
-    for word in words.iter().copied().chain(["[--set:1:", shown]) {
-        assert!(text.contains(word), "no {word:?} in:\n{text}");
+    let text = rendered(&error);
+    has(&text, words);
+    has(&text, "[--set:1:");
+    has(&text, overrides[overrides.len() - 1]);
+}
+
+/// Requires that each argument is refused with the words beside it.
+#[track_caller]
+fn each_refused(table: &str) {
+    for [argument, words] in cases(table) {
+        refused(&[&argument], &words);
     }
 }
 
@@ -124,7 +127,7 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
         "response.frequency_hz=[1, 2]",
         "response.times_first_linear_mode=[1, 2]",
     ];
-    refused(&both, &["exclude each other"]);
+    refused(&both, "exclude each other");
     // One frequency is a range when it is the only one.
     let one = parse(&["response.frequency_hz=[450, 450]", "response.points=1"]).unwrap();
     assert_eq!(
@@ -208,88 +211,40 @@ fn what_a_scene_says_of_how_flanks_lie_is_what_they_are_paired_by() {
 
 #[test]
 fn an_unknown_path_names_the_valid_ones() {
-    let near = "did you mean `points`?";
-    refused(
-        &["response.pionts=20"],
-        &[
-            "unknown key `response.pionts`",
-            near,
-            "the keys of `response` are",
-        ],
+    each_refused(
+        "
+        response.pionts=20 => unknown key `response.pionts` & did you mean `points`?
+        & the keys of `response` are
+        meshes.file=a => unknown section or key `meshes` & did you mean `mesh`? & rotation
+        contact.lft.friction=0 => no element \"lft\" & did you mean `left`? & left, right
+        contact.2.friction=0 => no element \"2\" & left, right; a number
+        response.samples.x=0 => `response.samples` is a single value
+        & --set response.samples=VALUE
+        response.accuracy= => no `response.accuracy` to remove
+        no.such.thing= => no `no` to remove
+        ",
     );
-    refused(
-        &["meshes.file=a"],
-        &[
-            "unknown section or key `meshes`",
-            "did you mean `mesh`?",
-            "rotation",
-        ],
-    );
-    refused(
-        &["contact.lft.friction=0"],
-        &["no element \"lft\"", "did you mean `left`?", "left, right"],
-    );
-    refused(
-        &["contact.2.friction=0"],
-        &["no element \"2\"", "left, right; a number"],
-    );
-    refused(
-        &["response.samples.x=0"],
-        &[
-            "`response.samples` is a single value",
-            "--set response.samples=VALUE",
-        ],
-    );
-    refused(
-        &["response.points=5", "static.x.y=1"],
-        &["unknown key `static.x`", "load_steps"],
-    );
-    refused(
-        &["response.accuracy="],
-        &["no `response.accuracy` to remove"],
-    );
-    refused(&["no.such.thing="], &["no `no` to remove"]);
+    let two = ["response.points=5", "static.x.y=1"];
+    refused(&two, "unknown key `static.x` & load_steps");
 }
 
 #[test]
 fn a_wrong_value_is_refused_as_in_the_file_but_shown_in_the_argument() {
-    refused(
-        &["response.points=-3"],
-        &["`response.points`", "-3", "whole number"],
+    each_refused(
+        "
+        response.points=-3 => `response.points` & -3 & whole number
+        response.points=0 => `response.points` is 0 & from 1 to
+        response.points=many => string \"many\", expected a whole number
+        body.jaw.poisson=0.5 => `body.jaw.poisson` is 0.5 & less than 0.5
+        contact.*.friction=-1 => `contact.left.friction` is -1 & 0 or more
+        contact.*.friction=x => `contact.left.friction` has the wrong type
+        response=3 => `response` has to be a table
+        response.samples=7 => set response.samples to 16 or more
+        rotation.axis=[0, 0, 0] => `rotation.axis` has no direction
+        ",
     );
-    refused(
-        &["response.points=0"],
-        &["`response.points` is 0", "from 1 to"],
-    );
-    refused(
-        &["response.points=many"],
-        &["string \"many\", expected a whole number"],
-    );
-    refused(
-        &["body.jaw.poisson=0.5"],
-        &["`body.jaw.poisson` is 0.5", "less than 0.5"],
-    );
-    refused(
-        &["contact.*.friction=-1"],
-        &["`contact.left.friction` is -1", "0 or more"],
-    );
-    refused(
-        &["contact.*.friction=x"],
-        &["`contact.left.friction` has the wrong type"],
-    );
-    refused(&["response=3"], &["`response` has to be a table"]);
-    refused(
-        &["response.samples=7"],
-        &["set response.samples to 16 or more"],
-    );
-    refused(
-        &["response.stuck_modes=2", "damping.linear_mode=3"],
-        &["only 2 stuck modes are kept"],
-    );
-    refused(
-        &["rotation.axis=[0, 0, 0]"],
-        &["`rotation.axis` has no direction"],
-    );
+    let two = ["response.stuck_modes=2", "damping.linear_mode=3"];
+    refused(&two, "only 2 stuck modes are kept");
 }
 
 #[test]
@@ -301,9 +256,7 @@ fn an_argument_without_key_or_value_shows_how_it_is_written() {
         ".=3",
         "response.=3",
     ] {
-        refused(
-            &[argument],
-            &["`--set` needs KEY=VALUE", "--set response.points=20"],
-        );
+        let words = "`--set` needs KEY=VALUE & --set response.points=20";
+        refused(&[argument], words);
     }
 }

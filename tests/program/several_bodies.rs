@@ -4,16 +4,14 @@
 //! with energy, or with a scene that must have the same result.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
+use crate::shared_program::has;
 use crate::shared_runs::{Run, number};
-
-fn set(settings: &[&str]) -> Vec<String> {
-    settings.iter().map(|s| s.to_string()).collect()
-}
+use dovetail_testkit::folder::root;
 
 /// Number of summary.json at a path such as `response.peak_amplitude_m`.
 fn figure(summary: &Value, path: &str) -> f64 {
@@ -60,7 +58,7 @@ fn wedge_load_n() -> f64 {
 fn a_wedge_without_friction_bears_on_both_platforms_as_statics_has_it() {
     let run = |prestress: &str| {
         let prestress = format!("rotation.prestress={prestress}");
-        let settings = set(&["contact.*.friction=0", &prestress]);
+        let settings = ["contact.*.friction=0", &prestress];
         Run::new("static", "platform_damper", "wedge", &settings).summary()
     };
     let expected = wedge_load_n() / (2.0 * FLANK);
@@ -76,6 +74,15 @@ fn a_wedge_without_friction_bears_on_both_platforms_as_statics_has_it() {
     }
 }
 
+/// Coarse mesh of the joint of the paper, without friction.
+const COARSE: [&str; 5] = [
+    "mesh.parameters.nu=3",
+    "mesh.parameters.nv=4",
+    "mesh.parameters.order=1",
+    "contact.*.friction=0",
+    "rotation.prestress=none",
+];
+
 fn warnings(summary: &Value) -> String {
     let warnings = summary["warnings"].as_array().unwrap();
     let texts = warnings.iter().map(|w| w["text"].as_str().unwrap());
@@ -85,46 +92,36 @@ fn warnings(summary: &Value) -> String {
 /// Only friction holds the wedge along its edges, which are those of the platforms: along x.
 #[test]
 fn what_friction_does_not_hold_is_named_with_its_direction() {
-    let settings = set(&["contact.*.friction=0", "rotation.prestress=none"]);
+    let settings = ["contact.*.friction=0", "rotation.prestress=none"];
     let summary = Run::new("static", "platform_damper", "sliding", &settings).summary();
     let told = warnings(&summary);
-    assert!(
-        told.contains("friction does not hold body `wedge` along x under"),
-        "{told}"
-    );
-    let coarse = set(&[
-        "mesh.parameters.nu=3",
-        "mesh.parameters.nv=4",
-        "mesh.parameters.order=1",
-        "contact.*.friction=0",
-        "rotation.prestress=none",
-    ]);
+    has(&told, "friction does not hold body `wedge` along x under");
     // The slot is at 25 degrees to the axis.
-    let told = warnings(&Run::new("static", "paper", "sliding", &coarse).summary());
+    let told = warnings(&Run::new("static", "paper", "sliding", &COARSE).summary());
     let along = "friction does not hold body `blade` along (0.906, 0.423, 0) under";
-    assert!(told.contains(along), "{told}");
+    has(&told, along);
 }
 
 #[test]
 fn a_wedge_that_friction_does_not_hold_in_motion_is_named_and_its_mean_is_held() {
-    let settings = set(&[
+    let settings = [
         "contact.*.friction=0",
         "rotation.prestress=none",
         "response.points=2",
         "response.harmonics=1",
-    ]);
+    ];
     let summary = Run::new("run", "platform_damper", "held", &settings).summary();
     let told = warnings(&summary);
     let expected = "at 2 of 2 frequencies friction does not hold body `wedge` along x: \
                     the mean position was held there";
-    assert!(told.contains(expected), "{told}");
+    has(&told, expected);
 }
 
 /// The platforms move outwards with their blades, and friction takes the wedge along.
 #[test]
 fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {
-    let settings = set(&["rotation.prestress=none"]);
-    let summary = Run::new("static", "platform_damper", "wedge", &settings).summary();
+    let set = ["rotation.prestress=none"];
+    let summary = Run::new("static", "platform_damper", "wedge", &set).summary();
     let load = wedge_load_n();
     for contact in ["wedge_a", "wedge_b"] {
         let [normal, friction] = forces_n(&summary, contact);
@@ -148,7 +145,7 @@ fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
     .map(|(force, range_hz)| {
         let force_n = format!("excitation.0.force_n={force}");
         let frequency_hz = format!("response.frequency_hz={range_hz}");
-        let settings = set(&[&force_n, &frequency_hz, "response.harmonics=3"]);
+        let settings = ["response.harmonics=3", &force_n, &frequency_hz];
         let summary = Run::without_fields("platform_damper", "wedge", &settings).summary();
         let response = &summary["response"];
         assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
@@ -166,8 +163,8 @@ fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
 // --------------------------------------------------------------------------- roots and a shroud
 
 /// Scene scenes/shroud.toml with only its first blade and its first sector of the disc.
-fn blade_alone(folder: &Path) -> PathBuf {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+fn blade_alone(folder: &Folder) -> PathBuf {
+    let scenes = root().join("scenes");
     let text = std::fs::read_to_string(scenes.join("shroud.toml")).unwrap();
     let mut scene: toml::Table = text.parse().unwrap();
     let geometry = scenes.join("../geometry/shroud.geo");
@@ -176,9 +173,7 @@ fn blade_alone(folder: &Path) -> PathBuf {
         scene[section].as_array_mut().unwrap().truncate(kept);
     }
     scene.remove("load");
-    let file = folder.join("alone.toml");
-    std::fs::write(&file, scene.to_string()).unwrap();
-    file
+    folder.write("alone.toml", scene.to_string())
 }
 
 #[test]
@@ -187,9 +182,9 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     let none = "rotation.prestress=none";
     let folder = Folder::new("shroud");
     let file = blade_alone(&folder);
-    let alone = linear_hz(Run::of_file("static", &file, "alone", &set(&[none])));
+    let alone = linear_hz(Run::of_file("static", &file, "alone", &[none]));
     let gap = "contact.shroud.gap_m=1e-3";
-    let open = set(&[none, "contact.shroud.friction=0", gap, "load="]);
+    let open = [none, "contact.shroud.friction=0", gap, "load="];
     let run = Run::new("static", "shroud", "apart", &open);
     let summary = run.summary();
     let told = warnings(&summary);
@@ -198,12 +193,12 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     let [open_pairs, pairs] = ["open_pairs", "pairs"].map(|key| shroud[key].as_u64().unwrap());
     assert!(pairs > 0 && open_pairs == pairs);
     let expected = format!("all {pairs} pairs of contact `shroud` are open at rest");
-    assert!(told.contains(&expected), "{told}");
+    has(&told, &expected);
     let apart = linear_hz(run);
     assert_close(apart, alone, 1e-6);
-    let stuck = linear_hz(Run::new("static", "shroud", "stuck", &set(&[none])));
+    let stuck = linear_hz(Run::new("static", "shroud", "stuck", &[none]));
     // Between no constraint at the shroud and all of its nodes held (Rayleigh).
-    let modes = Run::new("modes", "shroud", "held", &set(&[none])).table("modes.csv");
+    let modes = Run::new("modes", "shroud", "held", &[none]).table("modes.csv");
     let of_blade = modes.iter().find(|m| m["body"] == "blade_a");
     let held = number(of_blade.unwrap(), "frequency_hz");
     println!("alone {alone} Hz, stuck {stuck} Hz, held {held} Hz");
@@ -213,8 +208,8 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
 /// One repetition is not enough for the normal forces at this speed.
 #[test]
 fn the_prestress_of_the_static_state_is_repeated_until_the_normal_forces_are_still() {
-    let settings = set(&["rotation.speed_rpm=8000"]);
-    let summary = Run::new("static", "shroud", "passes", &settings).summary();
+    let set = ["rotation.speed_rpm=8000"];
+    let summary = Run::new("static", "shroud", "passes", &set).summary();
     let passes = summary["prestress_passes"].as_array().unwrap();
     let changes: Vec<f64> = passes[1..].iter().map(|p| figure(p, "change")).collect();
     println!("{changes:?}");
@@ -225,11 +220,11 @@ fn the_prestress_of_the_static_state_is_repeated_until_the_normal_forces_are_sti
 
 #[test]
 fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
-    let settings = set(&[
+    let settings = [
         "response.harmonics=3",
         "response.frequency_hz=[270, 295]",
         "response.points=11",
-    ]);
+    ];
     let summary = Run::new("run", "shroud", "rubbing", &settings).summary();
     let response = &summary["response"];
     assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
@@ -242,18 +237,10 @@ fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
 
 // ---------------------------------------------------------------------------------- lock plates
 
-/// Coarse meshes of the joint of the paper, without friction: only the ends of the slot hold the
-/// blade along it.
+/// Without friction only the ends of the slot hold the blade along it.
 #[test]
 fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
-    let coarse = [
-        "mesh.parameters.nu=3",
-        "mesh.parameters.nv=4",
-        "mesh.parameters.order=1",
-        "contact.*.friction=0",
-        "rotation.prestress=none",
-    ];
-    let static_state = |scene: &str| Run::new("static", scene, "lock", &set(&coarse)).summary();
+    let static_state = |scene: &str| Run::new("static", scene, "lock", &COARSE).summary();
     let without = static_state("paper");
     let summary = static_state("lock_plate");
     assert!(summary["static"]["retention_n"].is_null());
@@ -282,38 +269,35 @@ fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
 
 // ----------------------------------------------------------------------------- Brake-Reuss beam
 
-/// A rotation of the whole beam causes no strain: its six rigid motions depend on the soft springs
-/// alone.
-#[test]
-fn the_bolted_beam_floats() {
-    let modes = Run::new("modes", "brake_reuss", "floating", &[]).table("modes.csv");
+/// Frequencies of a beam that floats. A rotation of the whole beam causes no strain: its six rigid
+/// motions depend on the soft springs alone.
+fn floating_hz(run: &Run) -> Vec<f64> {
+    let modes = run.table("modes.csv");
     let stuck = modes.iter().filter(|m| m["kind"] == "stuck");
     let frequencies: Vec<f64> = stuck.map(|m| number(m, "frequency_hz")).collect();
     assert!(frequencies[5] < 7.0, "{frequencies:?}");
+    assert!(frequencies[6] > 150.0, "{frequencies:?}");
+    frequencies
+}
+
+#[test]
+fn the_bolted_beam_floats() {
+    let frequencies = floating_hz(&Run::new("modes", "brake_reuss", "floating", &[]));
     // Two notches soften the bending along the bolts; a beam without any has 255 Hz (Euler).
-    assert!(
-        frequencies[6] > 150.0 && frequencies[7] < 255.0,
-        "{frequencies:?}"
-    );
+    assert!(frequencies[7] < 255.0, "{frequencies:?}");
 }
 
 /// The holes of the bolts bend edges of the flanks in their plane, which the program makes
 /// straight: the beam floats.
 #[test]
 fn the_bolted_beam_floats_where_its_mesh_has_curved_edges_on_the_flanks() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(root.join("geometry/brake_reuss.geo")).unwrap();
+    let text = std::fs::read_to_string(root().join("geometry/brake_reuss.geo")).unwrap();
     let folder = Folder::new("curved");
-    let script = folder.join("curved.geo");
     let curved = text.replace("Mesh.SecondOrderLinear = 1;", "Mesh.SecondOrderLinear = 0;");
-    std::fs::write(&script, curved).unwrap();
+    let script = folder.write("curved.geo", curved);
     let geometry = format!("mesh.geometry={}", script.display());
-    let run = Run::new("modes", "brake_reuss", "curved_edges", &[geometry]);
-    let modes = run.table("modes.csv");
-    let stuck = modes.iter().filter(|m| m["kind"] == "stuck");
-    let frequencies: Vec<f64> = stuck.map(|m| number(m, "frequency_hz")).collect();
-    assert!(frequencies[5] < 7.0, "{frequencies:?}");
-    assert!(frequencies[6] > 150.0, "{frequencies:?}");
+    let run = Run::new("modes", "brake_reuss", "curved_edges", &[&geometry]);
+    floating_hz(&run);
     let summary = run.summary();
     let told = &summary["mesh"]["straightened_edges"][0];
     assert!(told["largest_m"].as_f64().unwrap() > 1e-5, "{told}");
@@ -321,11 +305,11 @@ fn the_bolted_beam_floats_where_its_mesh_has_curved_edges_on_the_flanks() {
 
 #[test]
 fn the_bolted_beam_bears_its_bolts_and_vibrates_where_it_was_published() {
-    let small = set(&[
+    let small = [
         "excitation.0.force_n=1e-3",
         "response.points=3",
         "response.harmonics=1",
-    ]);
+    ];
     let run = Run::new("run", "brake_reuss", "bolted", &small);
     let summary = run.summary();
     // Three bolts of 12 kN; the soft springs take next to nothing of it.

@@ -1,7 +1,26 @@
-//! Folder for the files of one test, and the files of a run without the parts that differ from run
-//! to run.
+//! Folder for the files of one test, the files below it, and the files of a run without the parts
+//! that differ from run to run.
+
+use std::path::{Path, PathBuf};
 
 pub use dovetail_testkit::folder::Folder;
+
+/// Files below a folder, in any order.
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let (mut folders, mut files) = (vec![folder.to_path_buf()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let list = if path.is_dir() {
+                &mut folders
+            } else {
+                &mut files
+            };
+            list.push(path);
+        }
+    }
+    files
+}
 
 /// Bytes of a file of a run. The time at which the run began and the sections of these names are
 /// removed from a report.

@@ -1,48 +1,37 @@
-//! Runs of the program on scenes of the repository, and their tables.
+//! Runs of the program that end well, and their tables and summaries.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
+use dovetail::export::manifest::Summary;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
+use crate::shared_program::{ended, on_scene};
 
-/// Run of `dovetail COMMAND scenes/SCENE.toml --set ...`; its files are removed at the end.
-pub struct Run(Folder);
+/// Run of `dovetail COMMAND SCENE --set ...` in a folder that is removed at the end.
+pub struct Run(pub Folder);
 
 pub type Row = HashMap<String, String>;
 
 impl Run {
-    pub fn new(command: &str, scene: &str, name: &str, set: &[String]) -> Self {
-        Self::of_file(command, &file(scene), name, set)
+    /// Run of the scene scenes/SCENE.toml.
+    pub fn new(command: &str, scene: &str, name: &str, set: &[&str]) -> Self {
+        Self::of_file(command, file(scene), name, set)
     }
 
     /// Run of `dovetail run` without the fields for ParaView and what they need, for tests that
     /// read tables alone.
-    pub fn without_fields(scene: &str, name: &str, set: &[String]) -> Self {
-        Self::of_words(&["run", "--no-fields"], &file(scene), name, set)
-    }
-
-    pub fn of_file(command: &str, scene: &Path, name: &str, set: &[String]) -> Self {
-        Self::of_words(&[command], scene, name, set)
-    }
-
-    fn of_words(words: &[&str], scene: &Path, name: &str, set: &[String]) -> Self {
+    pub fn without_fields(scene: &str, name: &str, set: &[&str]) -> Self {
         let run = Self(Folder::new(name));
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(words)
-            .arg(scene)
-            .args(["--no-cache", "--quiet", "--out"])
-            .arg(&run.0);
-        for argument in set {
-            program.args(["--set", argument]);
-        }
-        let output = program.output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{program:?}: {message}");
+        let mut program = on_scene("run", file(scene), &run.0, set);
+        ended(program.arg("--no-fields"), 0);
+        run
+    }
+
+    pub fn of_file(command: &str, scene: impl AsRef<Path>, name: &str, set: &[&str]) -> Self {
+        let run = Self(Folder::new(name));
+        ended(on_scene(command, scene.as_ref(), &run.0, set), 0);
         run
     }
 
@@ -50,20 +39,44 @@ impl Run {
         rows(&self.0.join(file))
     }
 
+    pub fn column(&self, file: &str, column: &str) -> Vec<f64> {
+        numbers(&self.0.join(file), column)
+    }
+
     pub fn summary(&self) -> Value {
-        let text = std::fs::read_to_string(self.0.join("summary.json")).unwrap();
-        serde_json::from_str(&text).unwrap()
+        summary(&self.0)
     }
 }
 
-/// File of a scene of the repository.
-fn file(scene: &str) -> PathBuf {
-    Path::new("scenes").join(scene).with_extension("toml")
+/// File of a scene of the repository, from its root.
+fn file(scene: &str) -> String {
+    format!("scenes/{scene}.toml")
+}
+
+/// Value in a file of JSON.
+#[track_caller]
+pub fn json(file: &Path) -> Value {
+    let text = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    serde_json::from_slice(&text).unwrap()
+}
+
+/// summary.json in the folder of a run.
+#[track_caller]
+pub fn summary(out: &Path) -> Value {
+    json(&out.join("summary.json"))
+}
+
+/// summary.json in the folder of a run, in the type of the program.
+#[track_caller]
+pub fn manifest(out: &Path) -> Summary {
+    serde_json::from_value(summary(out)).unwrap()
 }
 
 /// Rows of a table, by the names of the columns.
+#[track_caller]
 pub fn rows(file: &Path) -> Vec<Row> {
-    let text = std::fs::read_to_string(file).unwrap();
+    let text = std::fs::read_to_string(file);
+    let text = text.unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let mut lines = text.lines().map(|line| line.split(','));
     let header: Vec<&str> = lines.next().unwrap().collect();
     lines
@@ -74,10 +87,18 @@ pub fn rows(file: &Path) -> Vec<Row> {
         .collect()
 }
 
+#[track_caller]
 pub fn number(row: &Row, column: &str) -> f64 {
     row[column]
         .parse()
         .unwrap_or_else(|e| panic!("{column}: {e}"))
+}
+
+/// Numbers of a column of a table.
+#[track_caller]
+pub fn numbers(file: &Path, column: &str) -> Vec<f64> {
+    let rows = rows(file);
+    rows.iter().map(|row| number(row, column)).collect()
 }
 
 pub fn sum(rows: &[Row], value: impl Fn(&Row) -> f64) -> f64 {

@@ -5,11 +5,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use serde_json::Value;
-
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
-use crate::shared_runs::{Run, number};
+use crate::shared_program::{ended, has, on_patch, said_in_one_line, told};
+use crate::shared_runs::{Run, number, summary};
 
 /// Young's modulus of the softer prism.
 const YOUNG_PA: f64 = 100e9;
@@ -18,22 +16,14 @@ const SIZE_M: f64 = 12e-3;
 /// Smallest and largest extent of the flank, a quadrilateral, across the longer one of its sides.
 const FLANK_M: [f64; 2] = [7e-3, 9e-3];
 
-fn command(word: &str, out: &Path, set: &[String]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([word, "scenes/verification/patch.toml", "--no-cache"])
-        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"])
-        .args(["--force", "--out"])
-        .arg(out);
-    for set in set {
-        program.args(["--set", set]);
-    }
-    program
-}
+/// Settings that bond the flanks.
+const BONDED: [&str; 2] = ["contact.flank.law=bonded", "contact.flank.friction="];
 
-fn summary(out: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+/// Command for the contact patch whose folder may hold a run of other settings.
+fn command(word: &str, out: &Path, set: &[&str]) -> Command {
+    let mut command = on_patch(word, out, set);
+    command.arg("--force");
+    command
 }
 
 /// Returns `true` if summary.json has a warning with these words; the output must agree.
@@ -58,7 +48,7 @@ fn a_pressure_above_one_per_cent_of_youngs_modulus_is_warned_of() {
     let out = Folder::new("hard-pressed");
     for (share, expected) in [(0.0095, false), (0.0105, true)] {
         let pressure = format!("load.0.pressure_pa={}", share * YOUNG_PA);
-        let said = ended(command("static", &out, &[pressure]), 0);
+        let said = ended(command("static", &out, &[&pressure]), 0);
         let found = &summary(&out)["static"]["largest_pressure_pa"];
         let off = found.as_f64().unwrap() / (share * YOUNG_PA) - 1.0;
         assert!(off.abs() < 1e-6, "the patch is uniform: {off}");
@@ -67,7 +57,7 @@ fn a_pressure_above_one_per_cent_of_youngs_modulus_is_warned_of() {
             expected,
             "{share}"
         );
-        let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+        let report = out.text("report.html");
         assert_eq!(report.contains("of Young's modulus"), expected);
     }
 }
@@ -78,12 +68,12 @@ fn a_pressure_that_only_the_vibration_brings_is_warned_of_in_the_response() {
     let out = Folder::new("hard-shaken");
     for (share, expected) in [(0.0035, false), (0.005, true)] {
         let set = [
-            format!("load.0.pressure_pa={}", 0.006 * YOUNG_PA),
-            format!(
+            "response.times_first_linear_mode=[0.01,0.02]",
+            &format!("load.0.pressure_pa={}", 0.006 * YOUNG_PA),
+            &format!(
                 "excitation=[{{on=\"upper_top\",pressure_pa={}}}]",
                 share * YOUNG_PA
             ),
-            "response.times_first_linear_mode=[0.01,0.02]".to_owned(),
         ];
         let said = ended(command("run", &out, &set), 0);
         let words = "in the response a pair of contact `flank` is pressed";
@@ -107,7 +97,7 @@ fn wide_clearances_and_deep_interferences_are_warned_of() {
         (-1e6, false, true),
     ] {
         let gap = format!("contact.flank.gap_m={gap_m}");
-        let said = ended(command("mesh", &out, &[gap]), 0);
+        let said = ended(command("mesh", &out, &[&gap]), 0);
         assert_eq!(is_warned(&out, &said, wide), clearance, "{gap_m}");
         assert_eq!(is_warned(&out, &said, deep), interference, "{gap_m}");
     }
@@ -119,10 +109,10 @@ fn a_displacement_of_the_size_of_its_body_is_warned_of_and_then_refused() {
     let out = Folder::new("far-moved");
     let run = |force_n: f64| {
         let set = [
-            "contact.flank.law=bonded".to_owned(),
-            "contact.flank.friction=".to_owned(),
-            "load.0.pressure_pa=1".to_owned(),
-            format!("excitation.0.force_n={force_n}"),
+            BONDED[0],
+            BONDED[1],
+            "load.0.pressure_pa=1",
+            &format!("excitation.0.force_n={force_n}"),
         ];
         command("run", &out, &set)
     };
@@ -145,8 +135,8 @@ fn a_displacement_of_the_size_of_its_body_is_warned_of_and_then_refused() {
     }
     // What was found can be looked at.
     assert_eq!(summary(&out)["state"], "failed");
-    let why = summary(&out)["why"].as_str().unwrap().to_owned();
-    assert!(why.contains("corner of body `upper`"), "{why}");
+    let why = summary(&out)["why"].to_string();
+    has(&why, "corner of body `upper`");
     assert!(out.join("response.csv").exists() && out.join("report.html").exists());
 }
 
@@ -160,9 +150,9 @@ fn a_static_displacement_of_the_size_of_its_body_is_warned_of() {
     let of_one_pascal_m = per_pascal_m.iter().map(|u| u * u).sum::<f64>().sqrt();
     for (share, expected) in [(0.095, false), (0.105, true)] {
         let set = [
-            "contact.flank.law=bonded".to_owned(),
-            "contact.flank.friction=".to_owned(),
-            format!("load.0.pressure_pa={}", share * SIZE_M / of_one_pascal_m),
+            BONDED[0],
+            BONDED[1],
+            &format!("load.0.pressure_pa={}", share * SIZE_M / of_one_pascal_m),
         ];
         let said = ended(command("static", &out, &set), 0);
         let words = "in the static state a point of body `upper` moves by";
@@ -170,7 +160,7 @@ fn a_static_displacement_of_the_size_of_its_body_is_warned_of() {
     }
 }
 
-/// What friction leaves of a force the springs take, on which the upper prism slides.
+/// The springs take the part of a force that friction does not take, and the upper prism slides.
 #[test]
 fn a_static_slide_that_is_far_is_told_once_in_a_run() {
     let out = Folder::new("far-slid");
@@ -180,7 +170,7 @@ fn a_static_slide_that_is_far_is_told_once_in_a_run() {
         "load=[{on=\"upper_top\",pressure_pa=50e6},\
          {on=\"upper_top\",direction=[1,0,0],force_n=700}]",
     ];
-    let said = ended(command("run", &out, &set.map(str::to_owned)), 0);
+    let said = ended(command("run", &out, &set), 0);
     assert!(is_warned(
         &out,
         &said,
@@ -197,7 +187,7 @@ fn a_static_slide_that_is_far_is_told_once_in_a_run() {
 fn harmonics_above_the_modes_that_are_kept_are_warned_of() {
     let out = Folder::new("few-modes");
     let set = ["response.stuck_modes=1", "response.harmonics=15"];
-    let said = ended(command("run", &out, &set.map(str::to_owned)), 0);
+    let said = ended(command("run", &out, &set), 0);
     let reach = summary(&out)["truncation"]["modes_reach"].as_f64().unwrap();
     assert!(reach < 1.0, "{reach}");
     let words = format!("the last stuck mode kept lies at {reach:.2} times");
@@ -208,14 +198,9 @@ fn harmonics_above_the_modes_that_are_kept_are_warned_of() {
 #[test]
 fn a_static_state_that_moves_by_more_than_its_body_is_none() {
     let out = Folder::new("far-pulled");
-    let set = [
-        "contact.flank.law=bonded",
-        "contact.flank.friction=",
-        "load.0.pressure_pa=1e12",
-    ];
-    let said = ended(command("run", &out, &set.map(str::to_owned)), 1);
-    let words = said_in_one_line(&said);
-    assert!(words.contains("more than the body is long"), "{words}");
+    let set = [BONDED[0], BONDED[1], "load.0.pressure_pa=1e12"];
+    let told = told(command("run", &out, &set), 1);
+    has(&told, "more than the body is long");
     assert!(out.join("static.vtu").exists() && !out.join("response.csv").exists());
 }
 
@@ -229,7 +214,7 @@ fn a_blade_on_a_flank_of_2_x_2_nodes_vibrates_where_it_is_at_rest() {
         "response.points=11",
         "response.compare_harmonics=",
     ];
-    let run = Run::new("run", "paper", "flank_2x2", &set.map(String::from));
+    let run = Run::new("run", "paper", "flank_2x2", &set);
     for row in run.table("response.csv") {
         assert_eq!(row["outcome"], "converged", "{} Hz", row["frequency_hz"]);
         let amplitude_m = number(&row, "tip_amplitude_m");

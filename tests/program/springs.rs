@@ -3,15 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
-use std::process::Command;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use crate::shared_bodies::{assembly, body, ready};
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_program::{ended, has, on_patch, on_scene, program, told};
+use crate::shared_runs::{number, rows, summary};
 use dovetail::scene;
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{ElementType, Mesh};
@@ -25,6 +24,7 @@ use dovetail_solver::model::{
 use dovetail_solver::reduction::stuck_modes;
 use dovetail_solver::structure::Structure;
 use dovetail_testkit::block::{block, map_nodes, side_by_side};
+use dovetail_testkit::folder::root;
 
 const STEEL: Material = Material {
     young_pa: 2.1e11,
@@ -311,31 +311,18 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
 #[test]
 fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     let folder = Folder::new("spring-blocks");
-    let mut run = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    run.current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([
-            "modes",
-            "scenes/verification/spring_blocks.toml",
-            "--no-cache",
-            "--out",
-        ])
-        .arg(&*folder);
-    let said = said_in_one_line(&ended(run, 0));
-    assert!(
-        said.contains("spring tie: `upper_bottom` to `lower_top`"),
-        "{said}"
-    );
-    let table = std::fs::read_to_string(folder.join("modes.csv")).unwrap();
-    let stuck = table.lines().filter(|row| row.starts_with("stuck"));
-    let hz = stuck.map(|row| row.split(',').nth(3).unwrap().parse().unwrap());
+    let scene = "scenes/verification/spring_blocks.toml";
+    let told = told(on_scene("modes", scene, &folder, &[]), 0);
+    has(&told, "spring tie: `upper_bottom` to `lower_top`");
+    let modes = rows(&folder.join("modes.csv"));
+    let stuck = modes.iter().filter(|row| row["kind"] == "stuck");
+    let hz = stuck.map(|row| number(row, "frequency_hz"));
     // Each block of 1 mm3 of density 7800 on its own foundation of 7.8 N/m, and 1000 N/m between
     // them.
     let (mass_kg, soft, tie) = (7800.0 * 1e-9_f64, 7.8, 1000.0);
     let together = (soft / mass_kg).sqrt();
     assert_has(&hz.collect::<Vec<f64>>(), together / TAU, 1e-4, "together");
-    let scene =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/verification/spring_blocks.toml");
-    let scene = scene::load(&scene, &[]).unwrap();
+    let scene = scene::load(&root().join(scene), &[]).unwrap();
     let model = bind(scene.assembly().unwrap(), &ready("blocks_order1.msh"), None).unwrap();
     let against = ((soft + 2.0 * tie) / mass_kg).sqrt();
     assert_has(
@@ -414,20 +401,19 @@ fn beam_column_hz(rigidity_n_m2: f64, mass_kg_m: f64, load_n: f64, strut_m: f64)
 #[test]
 fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
     let cache = Folder::new("column-cache");
-    let summary = |prestress: &str| -> serde_json::Value {
+    let run = |prestress: &str| -> serde_json::Value {
         let folder = Folder::new("column");
-        let mut modes = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        modes
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["modes", "scenes/verification/column.toml", "--cache"])
-            .arg(&*cache)
-            .args(["--set", &format!("rotation.prestress={prestress}"), "--out"])
-            .arg(&*folder);
-        ended(modes, 0);
-        serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap()
+        let set = format!("rotation.prestress={prestress}");
+        let words = ["modes", "scenes/verification/column.toml", "--set", &set];
+        let mut modes = program(root(), &words);
+        ended(
+            modes.arg("--cache").arg(&cache).arg("--out").arg(&folder),
+            0,
+        );
+        summary(&folder)
     };
     let hz = |summary: &serde_json::Value| summary["stuck_frequency_hz"].as_f64().unwrap();
-    let [none, held, contact] = ["none", "held_flanks", "contact"].map(summary);
+    let [none, held, contact] = ["none", "held_flanks", "contact"].map(run);
     assert!(none.get("prestress_passes").is_none() && held.get("prestress_passes").is_none());
     let rigidity = 2.1e11 * 0.04f64.powi(4) / 12.0;
     let column = |load_n| beam_column_hz(rigidity, 7800.0 * 0.0016, load_n, 0.05);
@@ -445,7 +431,7 @@ fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
     let error = held["held_flanks_error"].as_f64().unwrap();
     let there_is = 1.0 - hz(&contact) / hz(&held);
     assert!((error / there_is - 1.0).abs() < 0.05, "{error} {there_is}");
-    let again = summary("contact");
+    let again = run("contact");
     for key in [
         "stuck_frequency_hz",
         "prestress_passes",
@@ -485,10 +471,7 @@ fn fields_have_the_nodes_of_the_mesh() {
     // Means resist no rotation: the error names a node of the mesh, and the remedy.
     let structure = fem::assemble(&model).unwrap();
     let error = stuck_modes(&structure, 3).unwrap_err().to_string();
-    assert!(
-        error.contains("a spring") && error.contains("nothing holds body"),
-        "{error}"
-    );
+    has(&error, "a spring & nothing holds body");
 }
 
 fn refused(first: &str, second: Option<&str>, fixed: &[&str]) -> ModelError {
@@ -538,16 +521,10 @@ fn what_a_spring_cannot_act_on_is_an_error() {
 #[test]
 fn a_report_says_that_springs_hold_a_body_and_contacts_one_without_any() {
     let on_springs = "spring=[{name=\"side\",first=\"upper_top\",stiffness_n_m=1e3}]";
-    for (set, expected) in [(None, "contacts"), (Some(on_springs), "springs")] {
+    for (set, expected) in [(&[][..], "contacts"), (&[on_springs], "springs")] {
         let folder = Folder::new("held-by");
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program.current_dir(env!("CARGO_MANIFEST_DIR"));
-        program.args(["static", "scenes/verification/patch.toml", "--no-cache"]);
-        program.args(["--set", "mesh.file=../../meshes/verification/patch.msh"]);
-        program.arg("--out").arg(&*folder);
-        program.args(set.into_iter().flat_map(|set| ["--set", set]));
-        ended(program, 0);
-        let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+        ended(on_patch("static", &folder, set), 0);
+        let report = folder.text("report.html");
         let (_, table) = report.split_once("<th>held by</th>").unwrap();
         let row = table
             .split("<tr>")

@@ -112,9 +112,8 @@ fn scene() -> String {
 /// difference from the motion of one rigid body in time must not exceed the estimated error.
 fn assert_slides_as_one_body(cells: usize, resolution: &str, most_iterations: f64) {
     let folder = Folder::new("stacked-blocks");
-    std::fs::write(folder.join("blocks.inp"), deck(cells)).unwrap();
-    let file = folder.join("scene.toml");
-    std::fs::write(&file, scene() + resolution).unwrap();
+    folder.write("blocks.inp", deck(cells));
+    let file = folder.write("scene.toml", scene() + resolution);
     let run = Run::of_file("run", &file, "stacked-blocks", &[]);
     let mass_kg = BLOCKS as f64 * block_mass_kg();
     let response = run.table("response.csv");

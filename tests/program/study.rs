@@ -3,8 +3,9 @@
 
 use crate::shared_browser::{drawn, is_self_contained, opened};
 use crate::shared_folder;
-use crate::shared_program::{ended, said_in_one_line};
-use crate::shared_runs::{Row, rows};
+use crate::shared_program::{self, cases, ended, has, program, said_in_one_line};
+use crate::shared_runs::{Row, json, number, numbers, rows};
+use dovetail_testkit::folder::root;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
@@ -57,14 +58,14 @@ base = "3 points"
 impl Folder {
     fn new(name: &str, study: &str) -> Self {
         let path = shared_folder::Folder::new(name);
-        let scene = SCENE.replace("ROOT", env!("CARGO_MANIFEST_DIR"));
-        std::fs::write(path.join("scene.toml"), scene).unwrap();
-        std::fs::write(path.join("study.toml"), study).unwrap();
+        let root = root().to_str().unwrap();
+        path.write("scene.toml", SCENE.replace("ROOT", root));
+        path.write("study.toml", study.replace("ROOT", root));
         Self(path)
     }
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program.arg("study").arg(self.0.join("study.toml"));
+        let mut program = program(root(), &["study"]);
+        program.arg(self.0.join("study.toml"));
         program.arg("--out").arg(self.0.join("out")).args(arguments);
         program
     }
@@ -72,7 +73,7 @@ impl Folder {
     fn study(&self, code: i32, arguments: &[&str]) -> Said {
         let output = ended(self.command(arguments), code);
         Said {
-            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stdout: shared_program::printed(&output),
             stderr: said_in_one_line(&output),
         }
     }
@@ -88,13 +89,12 @@ impl Folder {
         until("its cases have ended", || at_work(&self.0).is_empty());
     }
     fn text(&self, file: &str) -> String {
-        let path = self.0.join(file);
-        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+        self.0.text(file)
     }
     fn replace(&self, file: &str, from: &str, to: &str) {
         let text = self.text(file);
-        assert!(text.contains(from), "{from}: {text}");
-        std::fs::write(self.0.join(file), text.replacen(from, to, 1)).unwrap();
+        has(&text, from);
+        self.0.write(file, text.replacen(from, to, 1));
     }
     fn table(&self) -> Vec<Row> {
         rows(&self.0.join("out/table.csv"))
@@ -111,7 +111,7 @@ impl Folder {
         slugs.iter().map(|slug| end(slug).unwrap()).collect()
     }
     fn json(&self, file: &str) -> serde_json::Value {
-        serde_json::from_str(&self.text(file)).unwrap()
+        json(&self.0.join(file))
     }
     fn plots(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.join("out/plots")).unwrap();
@@ -119,12 +119,6 @@ impl Folder {
         let mut names: Vec<String> = names.collect();
         names.sort();
         names
-    }
-}
-
-fn has(text: &str, words: &[&str]) {
-    for words in words {
-        assert!(text.contains(words), "{words}: {text}");
     }
 }
 
@@ -141,10 +135,6 @@ fn until(what: &str, condition: impl Fn() -> bool) {
         assert!(begin.elapsed() < Duration::from_secs(120), "{what}");
         std::thread::sleep(Duration::from_millis(2));
     }
-}
-
-fn number(row: &Row, heading: &str) -> f64 {
-    row[heading].parse().unwrap()
 }
 
 #[test]
@@ -171,26 +161,20 @@ fn a_study_runs_its_cases_and_answers() {
     let words: Vec<String> = serde_json::from_value(record["command"].clone()).unwrap();
     let by_hand = folder.0.join("by_hand");
     let at = words.iter().position(|w| w == "--out").unwrap();
-    let mut again = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    let mut again = program(root(), &[]);
     again.args(&words[1..at]).args(&words[at + 2..]);
-    again.arg("--quiet").arg("--out").arg(&by_hand);
-    assert!(again.status().unwrap().success());
+    ended(again.arg("--quiet").arg("--out").arg(&by_hand), 0);
     let table = |path: PathBuf| std::fs::read_to_string(path).unwrap();
     assert_eq!(
         table(by_hand.join("response.csv")),
         table(folder.case("harmonics_3", "response.csv"))
     );
     let report = folder.text("out/report.html");
-    let words = [
-        "<h3>harmonics</h3>",
-        "<h3>grid</h3>",
-        "<td>– estimated error</td>",
-        "<a href=\"cases/harmonics_3/report.html\">",
-        "<th>peak amplitude of tip (",
-        "In brackets stands the difference from the finest case.",
-        "<figcaption>Errors by harmonics.</figcaption>",
-    ];
-    has(&report, &words);
+    let words = "<h3>harmonics</h3> & <h3>grid</h3> & <td>– estimated error</td> \
+                 & <a href=\"cases/harmonics_3/report.html\"> & <th>peak amplitude of tip ( \
+                 & In brackets stands the difference from the finest case. \
+                 & <figcaption>Errors by harmonics.</figcaption>";
+    has(&report, words);
     // The page draws the responses of all cases and shows every picture.
     let page = folder.0.join("out/report.html");
     is_self_contained(&page);
@@ -199,7 +183,7 @@ fn a_study_runs_its_cases_and_answers() {
         assert_eq!(complaints, [""; 0]);
         let expected = [vec!["responses"], vec!["picture"; folder.plots().len()]].concat();
         assert_eq!(drawn(&dom), expected);
-        has(&dom, &[">4 of 4</div>"]);
+        has(&dom, ">4 of 4</div>");
     }
     // Nothing is chosen: the study asks for no least value.
     assert_eq!(said.stdout, "");
@@ -213,7 +197,7 @@ fn a_study_runs_its_cases_and_answers() {
     let answers = folder.json("out/summary.json");
     let day = answers["day"].as_str().unwrap();
     assert_eq!(day.len(), 10);
-    has(&report, &[&format!("<time>{day}</time>")]);
+    has(&report, &format!("<time>{day}</time>"));
     // Differences are those from the finest value of the parameter that is varied.
     let peak = |row: usize| number(&rows[row], "peak_amplitude_m");
     let difference = |row: usize| number(&rows[row], "difference_peak_amplitude_m");
@@ -233,12 +217,12 @@ fn a_study_runs_its_cases_and_answers() {
     // Again: nothing is left to do.
     let before = folder.ends(&slugs);
     let said = folder.study(0, &[]);
-    has(&said.stderr, &["4 of 4 cases are complete already"]);
+    has(&said.stderr, "4 of 4 cases are complete already");
     assert_eq!(before, folder.ends(&slugs));
     // A scene that was edited makes them all stale.
     folder.replace("scene.toml", "friction = 0.3", "friction = 0.2");
     let said = folder.study(3, &["--collect"]);
-    has(&said.stderr, &["of 4 cases 4 have no result"]);
+    has(&said.stderr, "of 4 cases 4 have no result");
 }
 
 const FRICTION_AND_FORCE: &str = r#"
@@ -297,12 +281,13 @@ fn a_study_of_designs_answers_without_errors() {
     let told = "least peak amplitude of tip at force 1.0 N: ";
     assert!(said.stdout.starts_with(told), "{}", said.stdout);
     let report = folder.text("out/report.html");
-    let words = [
-        &format!("<li>{}</li>", said.stdout.lines().next().unwrap()),
-        "µm with friction 0.05 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
-        "<figcaption>Ratio of the peak to the linear peak over force (N), by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
-    ];
-    has(&report, &words);
+    let least = said.stdout.lines().next().unwrap();
+    has(&report, &format!("<li>{least}</li>"));
+    let words = "µm with friction 0.05 (case friction_0.05__force_n_1.0, converged); \
+                 this is the lowest value of friction \
+                 & <figcaption>Ratio of the peak to the linear peak over force (N), by friction.\
+                 </figcaption><img src=\"data:image/svg+xml;base64,";
+    has(&report, words);
     // Nothing is told as an error.
     let (words, _scripts) = report.split_once("<script").unwrap();
     for text in [words, &said.stdout, &table, &answers.to_string()] {
@@ -353,7 +338,7 @@ fn a_study_of_designs_answers_without_errors() {
     );
     let said = folder.study(0, &["--set", "response.times_first_linear_mode=[0.7, 0.8]"]);
     let words = "; its peak is at an end of the frequencies and may be higher outside";
-    has(&said.stdout, &[words]);
+    has(&said.stdout, words);
     let minimum = &folder.json("out/summary.json")["minima"][0];
     assert_eq!(minimum["peak_at_end_of_range"], true);
 }
@@ -398,7 +383,7 @@ quantity = "peak_amplitude_m"
         assert_eq!(*at, serde_json::json!({ "friction": friction }));
         has(
             &report,
-            &[&format!("<h3>harmonics at friction {friction}</h3>")],
+            &format!("<h3>harmonics at friction {friction}</h3>"),
         );
         // A parameter without sizes is drawn over its values.
         let svg = folder.text(&format!("out/plots/harmonics__friction_{friction}.svg"));
@@ -417,9 +402,8 @@ quantity = "peak_amplitude_m"
 /// The committed study of friction and force, with two values of each, on four frequencies.
 #[test]
 fn the_study_of_friction_and_force_answers() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut study = std::fs::read_to_string(root.join("studies/friction_force.toml")).unwrap();
-    let scene = root.join("benches/peers/scene.toml");
+    let mut study = std::fs::read_to_string(root().join("studies/friction_force.toml")).unwrap();
+    let scene = root().join("benches/peers/scene.toml");
     for (committed, own) in [
         ("../benches/peers/scene.toml", scene.to_str().unwrap()),
         ("[0.02, 0.05, 0.1, 0.2, 0.4, 0.8]", "[0.05, 0.4]"),
@@ -442,10 +426,7 @@ fn the_study_of_friction_and_force_answers() {
         ("peak_amplitude_m", "peak amplitude of tip"),
     ] {
         for force in ["0.5", "4.0"] {
-            has(
-                &said.stdout,
-                &[&format!("least {name} at force {force} N: ")],
-            );
+            has(&said.stdout, &format!("least {name} at force {force} N: "));
         }
         folder.text(&format!(
             "out/plots/{quantity}_over_friction_and_force_n.svg"
@@ -474,7 +455,7 @@ fn a_killed_study_is_taken_up_where_it_was() {
     let said = folder.study(0, &[]);
     has(
         &said.stderr,
-        &[&format!("{done} of 4 cases are complete already")],
+        &format!("{done} of 4 cases are complete already"),
     );
     let left = all.len() - done;
     let rerun = said.stderr.matches(&format!("/{left}] ")).count();
@@ -509,11 +490,11 @@ fn a_case_of_another_program_or_without_figures_is_run_again() {
         for text in spoilt {
             std::fs::write(folder.case(case, file), text).unwrap();
             let said = folder.study(3, &["--collect"]);
-            has(&said.stderr, &["of 3 cases 1 have no result"]);
+            has(&said.stderr, "of 3 cases 1 have no result");
         }
         // Whether a case is run again is asked in the same way: once is enough.
         let said = folder.study(0, &[]);
-        has(&said.stderr, &["2 of 3 cases are complete already"]);
+        has(&said.stderr, "2 of 3 cases are complete already");
         folder.study(0, &["--collect"]);
     }
 }
@@ -540,7 +521,7 @@ base = 1
     // alone.
     let log = folder.text("out/cases/base/log.txt");
     let other = folder.study(1, &["--case", "base"]);
-    has(&other.stderr, &["a run is going on"]);
+    has(&other.stderr, "a run is going on");
     let undisturbed = folder.text("out/cases/base/log.txt");
     assert!(undisturbed.starts_with(&log) && !folder.case("base", "outcome.json").exists());
     folder.kill(child);
@@ -554,7 +535,7 @@ base = 1
             .is_some_and(|c| [0, 3].contains(&c))
     );
     let log = folder.text("out/cases/base/log.txt");
-    has(&log, &["of 100 frequencies were solved before"]);
+    has(&log, "of 100 frequencies were solved before");
     assert!(!journal.exists());
 }
 
@@ -572,8 +553,8 @@ fn at_work(folder: &Path) -> Vec<String> {
 #[test]
 fn a_case_ends_when_its_study_does() {
     let folder = Folder::new("orphan", HARMONICS);
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg("run").arg(folder.0.join("scene.toml"));
+    let mut program = program(root(), &["run"]);
+    program.arg(folder.0.join("scene.toml"));
     program.arg("--out").arg(folder.0.join("out"));
     // Far longer than the test waits.
     program.args(["--set", "response.points=100000", "--until-stdin-ends"]);
@@ -609,14 +590,15 @@ values = [3]
     let folder = Folder::new("fails", study);
     let said = folder.study(3, &["--jobs", "1"]);
     let words = "gap_m_1.0__points_3 failed: the static state under the steady load was not found";
-    has(&said.stderr, &["of 2 cases 1 have no result", words]);
-    has(&folder.text("out/report.html"), &[words]);
+    has(&said.stderr, "of 2 cases 1 have no result");
+    has(&said.stderr, words);
+    has(&folder.text("out/report.html"), words);
     let rows = folder.table();
     assert_eq!(folder.outcomes(), ["converged", "failed"]);
     assert_eq!(rows[1]["peak_amplitude_m"], "");
     // It is tried again, the other is not.
     let said = folder.study(3, &["--jobs", "1"]);
-    has(&said.stderr, &["1 of 2 cases are complete already"]);
+    has(&said.stderr, "1 of 2 cases are complete already");
 }
 
 #[test]
@@ -638,18 +620,18 @@ values = [1, 60]
 fn cases_run_one_by_one_are_gathered() {
     let folder = Folder::new("gathered", HARMONICS);
     let said = folder.study(3, &["--collect"]);
-    has(&said.stderr, &["of 4 cases 4 have no result"]);
+    has(&said.stderr, "of 4 cases 4 have no result");
     for case in ["base", "harmonics_3"] {
         folder.study(0, &["--case", case]);
     }
     let said = folder.study(3, &["--collect"]);
-    has(&said.stderr, &["of 4 cases 2 have no result"]);
+    has(&said.stderr, "of 4 cases 2 have no result");
     let expected = ["converged", "not_run", "converged", "not_run"];
     assert_eq!(folder.outcomes(), expected);
     let said = folder.study(2, &["--case", "harmonics_9"]);
     has(
         &said.stderr,
-        &["base, harmonics_1, harmonics_3, grid_5-points"],
+        "base, harmonics_1, harmonics_3, grid_5-points",
     );
 }
 
@@ -665,8 +647,7 @@ fn the_workflow_has_each_case() {
     ];
     let set = ["--set", "damping.ratio=2e-3"];
     folder.study(0, &[&export[..], &set].concat());
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("workflow/Snakefile");
-    let own = std::fs::read_to_string(own).unwrap();
+    let own = std::fs::read_to_string(root().join("workflow/Snakefile")).unwrap();
     assert_eq!(folder.text("flow/Snakefile"), own);
     let names = ["base", "harmonics_1", "harmonics_3", "grid_5-points"];
     let cases = names.map(|name| serde_json::json!({ "name": name, "needs": [] }));
@@ -707,7 +688,7 @@ set = [
 key = "response.harmonics"
 values = [1, 2]
 "#;
-    let folder = Folder::new("meshed", &study.replace("ROOT", env!("CARGO_MANIFEST_DIR")));
+    let folder = Folder::new("meshed", study);
     folder.study(0, &["--jobs", "1"]);
     let rows = folder.table();
     // Each case computes all of its stages, unless they share a folder; what it cost is what it
@@ -730,10 +711,7 @@ values = [1, 2]
         let rows = crate::shared_runs::rows(&folder.case("base", file));
         rows.iter().map(|row| row[heading].clone()).collect()
     };
-    let numbers = |file: &str, heading: &str| -> Vec<f64> {
-        let cells = column(file, heading);
-        cells.iter().map(|c| c.parse().unwrap()).collect()
-    };
+    let numbers = |file: &str, heading: &str| numbers(&folder.case("base", file), heading);
     let near = |heading: &str, wanted: f64| {
         let found = number(&rows[0], heading);
         let is_near = (found - wanted).abs() <= 1e-12 * wanted.abs();
@@ -780,10 +758,9 @@ values = [1, 2]
     near("blade_frequency_hz", first("flanks_held"));
     let (cache, shared) = (folder.0.join("cache"), folder.0.join("shared"));
     let words = ["--jobs", "1", "--cache", cache.to_str().unwrap(), "--out"];
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg("study").arg(folder.0.join("study.toml"));
-    program.args(words).arg(&shared).arg("--quiet");
-    ended(program, 0);
+    let mut program = program(root(), &["study"]);
+    program.arg(folder.0.join("study.toml"));
+    ended(program.args(words).arg(&shared).arg("--quiet"), 0);
     let rows = crate::shared_runs::rows(&shared.join("table.csv"));
     let took = |row: &Row| row["from_cache"].contains("reduction");
     assert!(!took(&rows[0]) && took(&rows[1]), "{rows:?}");
@@ -796,14 +773,12 @@ values = [1, 2]
 #[test]
 fn every_study_of_the_repository_is_possible() {
     let folder = Folder::new("ours", HARMONICS);
-    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
-    let studies: Vec<_> = std::fs::read_dir(studies).unwrap().collect();
+    let studies: Vec<_> = std::fs::read_dir(root().join("studies")).unwrap().collect();
     assert_eq!(studies.len(), 6);
     for study in studies {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program.arg("study").arg(study.unwrap().path());
-        program.arg("--export-workflow").arg(&folder.0);
-        ended(program, 0);
+        let mut program = program(root(), &["study"]);
+        program.arg(study.unwrap().path());
+        ended(program.arg("--export-workflow").arg(&folder.0), 0);
         let cases = &folder.json("cases.json")["cases"];
         assert!(cases.as_array().unwrap().len() > 6);
     }
@@ -822,114 +797,65 @@ fn a_scene_may_leave_out_what_a_parameter_sets() {
 /// A study that is refused, with these words, before anything runs.
 fn refused(folder: &Folder, words: &str) {
     let said = folder.study(2, &[]);
-    has(&said.stderr, &words.split(" & ").collect::<Vec<_>>());
+    has(&said.stderr, words);
     assert!(!folder.0.join("out").exists());
 }
 
 /// The study of harmonics, with a text in place of another.
 #[test]
 fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
-    let wrong = |from: &str, to: &str, words: &str| {
-        let folder = Folder::new("wrong", HARMONICS);
-        folder.replace("study.toml", from, to);
-        refused(&folder, words);
-    };
-    let (base, sizes, values) = ("base = 2", "\"1/(value+1)\"", "[1, 2, 3]");
-    let (label, first) = ("label = \"3 points\", ", "[[parameter]]");
-    wrong(
-        base,
-        "bse = 2",
-        "unknown key `parameter.0.bse` & did you mean `base`? & the keys of `parameter` are: name, key, is, values, base, size, order",
-    );
-    wrong(base, "", "`parameter.0.base` is missing & base = 1");
-    wrong(
-        base,
-        "base = 9",
-        "`parameter.0.base` is not one of the values & the values are: 1, 2, 3",
-    );
+    let table = r#"
+        base = 2 => bse = 2 => unknown key `parameter.0.bse` & did you mean `base`?
+        & the keys of `parameter` are: name, key, is, values, base, size, order
+        base = 2 =>  => `parameter.0.base` is missing & base = 1
+        base = 2 => base = 9 => `parameter.0.base` is not one of the values
+        & the values are: 1, 2, 3
+        base = 2 => base = 2\nis = "numeric" => `parameter.0.is`: there is no choice "numeric"
+        & did you mean `numerical`? & "numerical", "load", "design"
+        base = 2 => base = 2\nis = "design" => leave `size` out
+        & `parameter.0.size` belongs to errors, which numerical parameters alone have
+        "1/(value+1)" => "1/value2" => there is no choice "1/value2" & "1/(value+1)"
+        "1/(value+1)" => "1/(value-1)" => 1 has the size inf, which is not above 0
+        & size = [1.0, 0.5]
+        "1/(value+1)" => [3, 2, 2] => two values have the size 2
+        "1/(value+1)" => [1, 2]
+        => `parameter.0.size` has the wrong type: a rule, or 3 numbers, one a value
+        [1, 2, 3] => [1, 2, ""] => as in the scene has the size NaN
+        [1, 2, 3] => [1, 2, 2] => "2" is taken already
+        [1, 2, 3] => [] => at least one value is expected
+        label = "3 points", => label = "3 points", szie = 1, => unknown field `szie`
+        & `label` or `set`
+        label = "3 points", =>  => missing field `label` & { label = "4 x 9"
+        name = "small" => name = 3 => `name` has the wrong type & name = "harmonics"
+        "response.points" = 5 => "response.harmonics" = 5
+        => both harmonics and grid set `response.harmonics` & one parameter set both together
+        response.samples=32 => samples => "samples" is not KEY=VALUE
+        [[parameter]] => mode = "gird"\n[[parameter]] => there is no choice "gird"
+        & did you mean `grid`? & "one_at_a_time", "grid"
+        [[parameter]] => [[minimise]]\nquantity = "peak_ratio"\n[[parameter]] => is = "design"
+        & `minimise.0` asks
+        & asks for the best design, and no parameter is a design value (harmonics, grid)
+        "response.harmonics" => "response.harmonic" => unknown key `response.harmonic`
+        & the keys of `response` are
+        scene.toml => nowhere.toml => nowhere.toml cannot be read
+        response.samples=32 => response.samples=1 => 1 samples of a period cannot carry
+        "#;
     // The parameter's name becomes part of the names of folders.
-    wrong(
-        "response.harmonics",
-        "mesh.parameters./tmp/nu",
-        "`parameter.0.key`: \"/tmp/nu\", the last word of the key, is no name for the parameter & give the parameter a `name` of its own",
-    );
-    wrong(
-        sizes,
-        "\"1/value2\"",
-        "there is no choice \"1/value2\" & \"1/(value+1)\"",
-    );
-    wrong(
-        sizes,
-        "\"1/(value-1)\"",
-        "1 has the size inf, which is not above 0 & size = [1.0, 0.5]",
-    );
-    wrong(values, "[1, 2, \"\"]", "as in the scene has the size NaN");
-    wrong(sizes, "[3, 2, 2]", "two values have the size 2");
-    wrong(
-        sizes,
-        "[1, 2]",
-        "`parameter.0.size` has the wrong type: a rule, or 3 numbers, one a value",
-    );
-    wrong(
-        label,
-        "label = \"3 points\", szie = 1, ",
-        "unknown field `szie` & `label` or `set`",
-    );
-    wrong(label, "", "missing field `label` & { label = \"4 x 9\"");
-    wrong(
-        "name = \"small\"",
-        "name = 3",
-        "`name` has the wrong type & name = \"harmonics\"",
-    );
-    wrong(values, "[1, 2, 2]", "\"2\" is taken already");
-    wrong(values, "[]", "at least one value is expected");
-    wrong(
-        "\"response.points\" = 5",
-        "\"response.harmonics\" = 5",
-        "both harmonics and grid set `response.harmonics` & one parameter set both together",
-    );
-    wrong(
-        "response.samples=32",
-        "samples",
-        "\"samples\" is not KEY=VALUE",
-    );
-    wrong(
-        first,
-        "mode = \"gird\"\n[[parameter]]",
-        "there is no choice \"gird\" & did you mean `grid`? & \"one_at_a_time\", \"grid\"",
-    );
-    wrong(
-        base,
-        "base = 2\nis = \"numeric\"",
-        "`parameter.0.is`: there is no choice \"numeric\" & did you mean `numerical`? & \"numerical\", \"load\", \"design\"",
-    );
-    wrong(
-        base,
-        "base = 2\nis = \"design\"",
-        "`parameter.0.size` belongs to errors, which numerical parameters alone have & leave `size` out",
-    );
-    wrong(
-        first,
-        "[[minimise]]\nquantity = \"peak_ratio\"\n[[parameter]]",
-        "`minimise.0` asks for the best design, and no parameter is a design value (harmonics, grid) & is = \"design\"",
-    );
+    let of_names = r#"
+        response.harmonics => mesh.parameters./tmp/nu => give the parameter a `name` of its own
+        & `parameter.0.key`: "/tmp/nu", the last word of the key, is no name for the parameter
+        "#;
     // The scene of one case: the place is the value in the study, the remedy the scene's.
-    wrong(
-        values,
-        "[1, 2, 0]",
-        "case \"harmonics_0 & is no possible run: `response.harmonics` is 0 & set response.harmonics to 1 or more & study.toml:8:",
-    );
-    wrong(
-        "\"response.harmonics\"",
-        "\"response.harmonic\"",
-        "unknown key `response.harmonic` & the keys of `response` are",
-    );
-    wrong("scene.toml", "nowhere.toml", "nowhere.toml cannot be read");
-    wrong(
-        "response.samples=32",
-        "response.samples=1",
-        "1 samples of a period cannot carry",
-    );
+    let of_scenes = r#"
+        [1, 2, 3] => [1, 2, 0] => case "harmonics_0 & study.toml:8:
+        & is no possible run: `response.harmonics` is 0 & set response.harmonics to 1 or more
+        "#;
+    let tables = [table, of_names, of_scenes].map(cases);
+    for [from, to, words] in tables.into_iter().flatten() {
+        let folder = Folder::new("wrong", HARMONICS);
+        folder.replace("study.toml", &from, &to);
+        refused(&folder, &words);
+    }
 }
 
 #[test]
@@ -952,7 +878,8 @@ fn a_wrong_study_of_designs_or_an_empty_one_is_told_with_its_remedy() {
     );
     wrong(
         &changed("quantity = \"opening_pairs\""),
-        "`minimise.0.quantity`: opening_pairs is not among the `quantities` of the study & add \"opening_pairs\" to `quantities`",
+        "`minimise.0.quantity`: opening_pairs is not among the `quantities` of the study \
+         & add \"opening_pairs\" to `quantities`",
     );
     wrong(&changed(""), "`minimise.0.quantity` is missing");
     let parameter = |k: usize| {

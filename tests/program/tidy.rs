@@ -4,6 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::shared_folder::files_below;
+use dovetail_testkit::folder::root;
+
 /// Modules of the library. Each may import itself and the modules before it.
 const SOLVER: [&str; 12] = [
     "input",
@@ -125,19 +128,12 @@ const PROGRAM: [(&str, &[&str]); 27] = [
     ("main", &[]),
 ];
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            rust_files(&path, out);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            out.push(path);
-        }
-    }
+/// Files of Rust below a folder, in the order of their names.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = files_below(folder);
+    files.retain(|file| file.extension().is_some_and(|e| e == "rs"));
+    files.sort();
+    files
 }
 
 /// Text of a file without comments.
@@ -149,10 +145,7 @@ fn code_of(file: &Path) -> String {
 
 /// Path relative to `folder` and text without comments of each file below it.
 fn sources(folder: &Path) -> Vec<(String, String)> {
-    let mut files = Vec::new();
-    rust_files(folder, &mut files);
-    files.sort();
-    files
+    rust_files(folder)
         .iter()
         .map(|file| {
             let name = file.strip_prefix(folder).unwrap().to_string_lossy();
@@ -251,14 +244,13 @@ fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
     for entry in entries {
         let path = entry.path();
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let mut files = Vec::new();
-        if path.is_dir() {
-            rust_files(&path, &mut files);
+        let files = if path.is_dir() {
+            rust_files(&path)
         } else if ["mod", "lib", "main", "tests"].contains(&name.as_str()) {
             continue;
         } else {
-            files.push(path.clone());
-        }
+            vec![path.clone()]
+        };
         let mut named = Vec::new();
         for file in files.iter().filter(|file| !file.ends_with("tests.rs")) {
             let code = code_of(file);
@@ -370,7 +362,7 @@ fn every_path_in_the_architecture_exists() {
         let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', ':']);
         if is_path && !quoted.starts_with("output/") {
             checked += 1;
-            let places = [root(), root().join("crates/solver/src")];
+            let places = [root(), &root().join("crates/solver/src")];
             assert!(
                 places.iter().any(|place| place.join(quoted).exists()),
                 "ARCHITECTURE.md names `{quoted}`"
@@ -423,19 +415,13 @@ fn every_identifier_of_the_glossary_stands_in_its_file() {
 
 /// Pages of the book, relative to the root.
 fn pages() -> Vec<String> {
-    let mut found = Vec::new();
-    let mut folders = vec![root().join("docs")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "md") {
-                let page = path.strip_prefix(root()).unwrap();
-                found.push(page.to_string_lossy().replace('\\', "/"));
-            }
-        }
-    }
+    let mut files = files_below(&root().join("docs"));
+    files.retain(|file| file.extension().is_some_and(|e| e == "md"));
+    let page = |file: PathBuf| {
+        let page = file.strip_prefix(root()).unwrap();
+        page.to_string_lossy().replace('\\', "/")
+    };
+    let mut found: Vec<String> = files.into_iter().map(page).collect();
     found.sort();
     found
 }
@@ -554,7 +540,7 @@ fn paths_that_the_book_names_exist() {
     for page in prose() {
         let text = without_code(&text_of(&page));
         for quoted in text.split('`').skip(1).step_by(2) {
-            // What the guides let the reader write, and commands.
+            // Files that a guide lets the reader write, and commands, are none of these.
             let is_path = folders.iter().any(|f| quoted.starts_with(f))
                 && !quoted.contains([' ', '\n', '<', '*', '{'])
                 && quoted != "studies/mesh.toml";
@@ -610,11 +596,8 @@ fn commands_of_the_prose_name_tests_that_exist() {
 #[test]
 fn comments_name_files_of_tests_that_exist() {
     let (mut checked, mut wrong) = (0, Vec::new());
-    let mut files = Vec::new();
-    for folder in ["benches", "crates", "src", "tests"] {
-        rust_files(&root().join(folder), &mut files);
-    }
-    for file in files {
+    let folders = ["benches", "crates", "src", "tests"].into_iter();
+    for file in folders.flat_map(|folder| rust_files(&root().join(folder))) {
         let text = std::fs::read_to_string(&file).unwrap();
         for (at, _) in TESTS.iter().flat_map(|(_, f)| text.match_indices(f)) {
             let is_part = |c: &char| c.is_alphanumeric() || matches!(c, '_' | '/' | '.');

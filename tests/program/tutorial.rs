@@ -2,10 +2,13 @@
 //! results and the listings of files on a page are compared with the actual ones.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use crate::shared_folder::Folder;
+use crate::shared_folder::{Folder, files_below};
+use crate::shared_program::ended;
+use crate::shared_runs::summary;
+use dovetail_testkit::folder::root;
 
 /// Relative difference allowed between numbers of a page and of a run: another version of gmsh
 /// makes another mesh.
@@ -75,22 +78,9 @@ fn run(line: &str, folder: &Path) -> String {
     printed
 }
 
-/// Adds all files below `folder`, with their paths.
-fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files_below(&path, out);
-        } else {
-            out.push(path);
-        }
-    }
-}
-
 /// Texts of the files below `folder` whose names have this ending.
 fn texts(folder: &Path, ending: &str) -> Vec<String> {
-    let mut files = Vec::new();
-    files_below(folder, &mut files);
+    let files = files_below(folder);
     let own = files
         .iter()
         .filter(|f| f.extension().is_some_and(|e| e == ending));
@@ -100,11 +90,10 @@ fn texts(folder: &Path, ending: &str) -> Vec<String> {
 
 impl Tutorial {
     fn follow(&self, folder: &Path) {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         for beside in self.beside {
-            std::os::unix::fs::symlink(root.join(beside), folder.join(beside)).unwrap();
+            std::os::unix::fs::symlink(root().join(beside), folder.join(beside)).unwrap();
         }
-        let page = fs::read_to_string(root.join("docs").join(self.page)).unwrap();
+        let page = fs::read_to_string(root().join("docs").join(self.page)).unwrap();
         let counts = self.blocks(&page, folder);
         let prose: String = page.split("```").step_by(2).collect();
         let named = self.names(&prose, folder);
@@ -159,8 +148,7 @@ impl Tutorial {
         let fields = texts(&results, "vtu").concat();
         let columns = fs::read_to_string(results.join("response.csv")).unwrap();
         let columns: Vec<&str> = columns.lines().next().unwrap().split(',').collect();
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let keys = fs::read_to_string(root.join("docs/scene.md")).unwrap();
+        let keys = fs::read_to_string(root().join("docs/scene.md")).unwrap();
         let (mut arrays, mut files) = (0, 0);
         for word in prose.split('`').skip(1).step_by(2) {
             let unit = ["_m", "_pa", "_j_m2"]
@@ -188,9 +176,7 @@ impl Tutorial {
     /// Checks the figures in its sentences.
     fn figures(&self, prose: &str, folder: &Path) {
         let figure = |run: &str, place: &str| -> f64 {
-            let file = folder.join("output").join(run).join("summary.json");
-            let text = fs::read_to_string(file).unwrap();
-            let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+            let summary = summary(&folder.join("output").join(run));
             summary.pointer(place).unwrap().as_f64().unwrap()
         };
         let words: Vec<&str> = prose.split_whitespace().collect();
@@ -265,12 +251,7 @@ fn what_the_tutorial_of_decks_says_is_what_happens() {
 /// The decks are those that their script writes.
 #[test]
 fn the_decks_are_those_of_their_script() {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/decks/two_parts.py");
-    let output = Command::new("python3")
-        .arg(script)
-        .arg("--check")
-        .output()
-        .expect("python3 runs: `tools/setup.sh checks` installs it");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let script = root().join("meshes/decks/two_parts.py");
+    let mut python = Command::new("python3");
+    ended(python.arg(script).arg("--check"), 0);
 }

@@ -4,25 +4,24 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, program, said_in_one_line};
+use crate::shared_program::{self, cases, ended, has, needs_gmsh, on_scene, program, told};
+use crate::shared_runs::{numbers, summary};
 use crate::tutorial::same_line;
+use dovetail_testkit::folder::root;
 
 /// Build script, which passes the commit to the program; cargo calls its `main`.
 #[allow(dead_code)]
 #[path = "../../build.rs"]
 mod build;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn printed(output: Output) -> String {
-    String::from_utf8(output.stdout).unwrap()
+/// Output to stdout of a command that has to end well.
+fn printed(command: Command) -> String {
+    shared_program::printed(&ended(command, 0))
 }
 
 // ------------------------------------------------------------------------------------ dovetail new
@@ -31,28 +30,24 @@ fn printed(output: Output) -> String {
 /// frequency converges without a warning, friction slips at some pairs and sticks at others, and
 /// lowers the peak.
 fn template_runs(template: &str, pairs: u64) {
-    let gmsh = Command::new("gmsh").arg("-version").output();
-    assert!(
-        gmsh.is_ok(),
-        "gmsh is not installed, and this test runs it: `tools/setup.sh` installs it"
-    );
+    needs_gmsh();
     let folder = Folder::new("way-in");
     let name = format!("my_{}", template.replace('-', "_"));
-    let told = printed(ended(
-        program(&folder, &["new", &name, "--template", template]),
-        0,
-    ));
-    let next = told.lines().find_map(|line| line.strip_prefix("next: "));
+    let new = ["new", &name, "--template", template];
+    let printed = printed(program(&folder, &new));
+    let next = printed.lines().find_map(|line| line.strip_prefix("next: "));
     let words: Vec<&str> = next.unwrap().split(' ').skip(1).collect();
-    for file in told.lines().filter_map(|line| line.strip_prefix("wrote ")) {
+    let wrote = printed
+        .lines()
+        .filter_map(|line| line.strip_prefix("wrote "));
+    for file in wrote {
         assert!(folder.join(file).is_file(), "{file}");
     }
     let mut run = program(&folder, &words);
-    run.args(["--no-cache", "--no-fields"]);
-    let said = said_in_one_line(&ended(run, 0));
-    assert!(!said.contains("warning"), "{template}: {said}");
-    let summary = folder.join("output").join(&name).join("summary.json");
-    let summary: Value = serde_json::from_slice(&fs::read(summary).unwrap()).unwrap();
+    let told = told(run.args(["--no-cache", "--no-fields"]), 0);
+    assert!(!told.contains("warning"), "{template}: {told}");
+    let out = folder.join("output").join(&name);
+    let summary = summary(&out);
     let figure = |place: &str| {
         let found = summary.pointer(place).and_then(Value::as_f64);
         found.unwrap_or_else(|| panic!("{template}: no {place}"))
@@ -65,24 +60,11 @@ fn template_runs(template: &str, pairs: u64) {
     );
     let ratio = figure("/response/peak_ratio");
     assert!((0.3..0.99).contains(&ratio), "{template}: ratio {ratio}");
-    let table = folder.join("output").join(&name).join("response.csv");
-    let table = fs::read_to_string(table).unwrap();
-    let mut rows = table
-        .lines()
-        .map(|line| line.split(',').collect::<Vec<_>>());
-    let head = rows.next().unwrap();
-    let column = |word: &str| head.iter().position(|h| *h == word).unwrap();
-    let (slipping, stuck) = (column("slipping_pairs"), column("stuck_pairs"));
-    let count = |row: &[&str], at: usize| row[at].parse::<usize>().unwrap();
-    let rows: Vec<Vec<&str>> = rows.collect();
-    assert!(
-        rows.iter()
-            .any(|row| count(row, slipping) > pairs as usize / 4)
-    );
-    assert!(
-        rows.iter()
-            .any(|row| count(row, stuck) > pairs as usize / 2)
-    );
+    let [slipping, stuck] = ["slipping_pairs", "stuck_pairs"].map(|column| {
+        let counts = numbers(&out.join("response.csv"), column);
+        counts.into_iter().fold(0.0, f64::max)
+    });
+    assert!(slipping > (pairs / 4) as f64 && stuck > (pairs / 2) as f64);
 }
 
 #[test]
@@ -119,18 +101,13 @@ fn what_is_there_is_left_alone_and_bad_names_are_refused() {
         ("..", 2, "cannot be the name"),
         ("file/blade", 1, "file"),
     ] {
-        let said = said_in_one_line(&ended(program(&folder, &["new", name]), code));
-        assert!(said.contains(says), "{name}: {said}");
+        has(&told(program(&folder, &["new", name]), code), says);
     }
-    let kept = fs::read_to_string(folder.join("mine/scene.toml")).unwrap();
-    assert_eq!(kept, "mine");
+    assert_eq!(folder.text("mine/scene.toml"), "mine");
     assert_eq!(fs::read_dir(&*folder).unwrap().count(), 2);
     // A folder in another that is missing, and a name with a space before it.
-    let told = printed(ended(program(&folder, &["new", "my work/blade"]), 0));
-    assert!(
-        told.contains("next: dovetail run 'my work/blade/scene.toml'"),
-        "{told}"
-    );
+    let next = printed(program(&folder, &["new", "my work/blade"]));
+    has(&next, "next: dovetail run 'my work/blade/scene.toml'");
     ended(program(&folder, &["check", "my work/blade/scene.toml"]), 0);
 }
 
@@ -141,7 +118,7 @@ struct Schema(boon::Schemas, boon::SchemaIndex);
 impl Schema {
     /// Schema printed by the program; panics if it is not a valid schema.
     fn of(kind: &str) -> Self {
-        let text = printed(ended(program(root(), &["schema", kind]), 0));
+        let text = printed(program(root(), &["schema", kind]));
         let schema = serde_json::from_str(&text).unwrap();
         let (mut schemas, mut compiler) = (boon::Schemas::new(), boon::Compiler::new());
         compiler.add_resource("printed.json", schema).unwrap();
@@ -183,73 +160,32 @@ fn the_schemas_take_every_scene_and_every_study() {
 
 #[test]
 fn the_schemas_refuse_wrong_keys_types_and_values() {
-    let (scene, study) = (Schema::of("scene"), Schema::of("study"));
-    let paper = fs::read_to_string(root().join("scenes/paper.toml")).unwrap();
-    let quick = fs::read_to_string(root().join("studies/quick.toml")).unwrap();
-    for (schema, text, from, to, place) in [
-        (
-            &scene,
-            &paper,
-            "poisson = 0.34",
-            "poisson = 0.5",
-            "/body/0/poisson",
-        ),
-        (
-            &scene,
-            &paper,
-            "poisson = 0.34",
-            "poissson = 0.34",
-            "/body/0",
-        ),
-        (
-            &scene,
-            &paper,
-            "# points = 200",
-            "points = 0",
-            "/response/points",
-        ),
-        (
-            &scene,
-            &paper,
-            "eps = \"dynamic\"",
-            "eps = \"dynamics\"",
-            "/response/eps",
-        ),
-        (
-            &scene,
-            &paper,
-            "axis = [1, 0, 0]",
-            "axis = [1, 0]",
-            "/rotation/axis",
-        ),
-        (&scene, &paper, "[damping]", "[dampening]", "damp"),
-        (
-            &scene,
-            &paper,
-            "name = \"paper\"",
-            "name = \"1 paper\"",
-            "/name",
-        ),
-        (
-            &study,
-            &quick,
-            "[[parameter]]\n",
-            "[[parameter]]\nis = \"numeric\"\n",
-            "/parameter/0/is",
-        ),
-        (
-            &study,
-            &quick,
-            "[[parameter]]\n",
-            "[[parameter]]\nvalue = [1]\n",
-            "/parameter/0",
-        ),
-        (&study, &quick, "scene = ", "scenes = ", "scene"),
+    let of_scene = r#"
+        poisson = 0.34 => poisson = 0.5 => /body/0/poisson
+        poisson = 0.34 => poissson = 0.34 => /body/0
+        # points = 200 => points = 0 => /response/points
+        eps = "dynamic" => eps = "dynamics" => /response/eps
+        axis = [1, 0, 0] => axis = [1, 0] => /rotation/axis
+        [damping] => [dampening] => damp
+        name = "paper" => name = "1 paper" => /name
+        "#;
+    let of_study = r#"
+        [[parameter]] => [[parameter]]\nis = "numeric" => /parameter/0/is
+        [[parameter]] => [[parameter]]\nvalue = [1] => /parameter/0
+        scene = " => scenes = " => scene
+        "#;
+    for (kind, file, table) in [
+        ("scene", "scenes/paper.toml", of_scene),
+        ("study", "studies/quick.toml", of_study),
     ] {
-        assert!(text.contains(from), "{from}");
-        let problem = schema.problem(&text.replacen(from, to, 1));
-        let problem = problem.unwrap_or_else(|| panic!("{to} passes"));
-        assert!(problem.contains(place), "{to}: {problem}");
+        let schema = Schema::of(kind);
+        let text = fs::read_to_string(root().join(file)).unwrap();
+        for [from, to, place] in cases(table) {
+            assert!(text.contains(&from), "{from}");
+            let problem = schema.problem(&text.replacen(&from, &to, 1));
+            let problem = problem.unwrap_or_else(|| panic!("{to} passes"));
+            has(&problem, &place);
+        }
     }
 }
 
@@ -264,7 +200,7 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
         "meshes/elements/order2_zlib.vtu",
     ] {
         let mesh = dovetail::mesh_files::read(&root().join(file), 1.0).unwrap();
-        let list = printed(ended(program(root(), &["groups", file]), 0));
+        let list = printed(program(root(), &["groups", file]));
         for (name, group) in &mesh.groups {
             let kind = ["point", "curve", "surface", "volume"][usize::from(group.dimension)];
             let line = list.lines().find(|line| {
@@ -284,18 +220,13 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
     }
     assert!(lines > 40, "{lines}");
     let folder = Folder::new("way-in-groups");
-    let ansys = folder.join("part.cdb");
-    fs::write(&ansys, "/PREP7\nNBLOCK,6,SOLID\n").unwrap();
-    let failed = ended(
-        program(root(), &["groups", &ansys.display().to_string()]),
-        2,
-    );
-    let said = said_in_one_line(&failed);
-    assert!(said.contains("an archive of Ansys"), "{said}");
+    let ansys = folder.write("part.cdb", "/PREP7\nNBLOCK,6,SOLID\n");
+    let words = ["groups", ansys.to_str().unwrap()];
+    let told = told(program(root(), &words), 2);
     assert_eq!(
-        said.matches("an archive of Ansys").count(),
+        told.matches("an archive of Ansys").count(),
         1,
-        "once is enough: {said}"
+        "once is enough: {told}"
     );
 }
 
@@ -303,18 +234,15 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
 fn a_volume_that_is_held_in_place_of_a_face_is_warned_of() {
     let folder = Folder::new("way-in-held");
     let mesh = |fixed: &str| {
-        let out = folder.display().to_string();
         let set = format!("body.jaw.fixed=[{fixed:?}]");
-        let scene = "scenes/decks/joint.toml";
-        let words = ["mesh", scene, "--no-cache", "--out", &out, "--set", &set];
-        said_in_one_line(&ended(program(root(), &words), 0))
+        told(
+            on_scene("mesh", "scenes/decks/joint.toml", &folder, &[&set]),
+            0,
+        )
     };
-    let held = mesh("Base");
-    assert!(
-        held.contains("`Base` that is fixed is a volume, and all 287 nodes")
-            && held.contains("the set of nodes alone is `Base (nodes)`"),
-        "{held}"
-    );
+    let words = "`Base` that is fixed is a volume, and all 287 nodes \
+                 & the set of nodes alone is `Base (nodes)`";
+    has(&mesh("Base"), words);
     let face = mesh("Base (nodes)");
     assert!(!face.contains("is fixed"), "{face}");
 }
@@ -332,37 +260,34 @@ fn offered(script: &Path, words: &[&str]) -> Vec<String> {
         cur = words[last],
         prev = words[last - 1],
     );
-    let output = Command::new("bash").args(["--norc", "-c", &ask]).output();
-    let output = output.expect("bash runs");
-    let offered = printed(output);
-    offered.lines().map(str::to_owned).collect()
+    let mut bash = Command::new("bash");
+    bash.args(["--norc", "-c", &ask]);
+    let output = bash.output().expect("bash runs");
+    shared_program::printed(&output)
+        .lines()
+        .map(str::to_owned)
+        .collect()
 }
 
 #[test]
 fn shells_complete_commands_options_and_their_values() {
     let folder = Folder::new("way-in");
-    let script = folder.join("dovetail.bash");
-    fs::write(
-        &script,
-        printed(ended(program(root(), &["completions", "bash"]), 0)),
-    )
-    .unwrap();
-    assert_eq!(offered(&script, &["dovetail", "che"]), ["check"]);
-    assert_eq!(
-        offered(&script, &["dovetail", "run", "--no-f"]),
-        ["--no-fields"]
-    );
-    assert_eq!(
-        offered(&script, &["dovetail", "run", "--thr"]),
-        ["--threads"]
-    );
-    let templates = offered(&script, &["dovetail", "new", "--template", "fir"]);
-    assert_eq!(templates, ["fir-tree"]);
+    let completions = |shell| printed(program(root(), &["completions", shell]));
+    let script = folder.write("dovetail.bash", completions("bash"));
+    for [words, expected] in cases(
+        "
+        dovetail che => check
+        dovetail run --no-f => --no-fields
+        dovetail run --thr => --threads
+        dovetail new --template fir => fir-tree
+        ",
+    ) {
+        let words: Vec<&str> = words.split(' ').collect();
+        assert_eq!(offered(&script, &words), [expected]);
+    }
     for shell in ["zsh", "fish", "elvish", "powershell"] {
-        let script = printed(ended(program(root(), &["completions", shell]), 0));
-        for word in ["held-modes", "template", "completions"] {
-            assert!(script.contains(word), "{shell}: {word}");
-        }
+        let words = "held-modes & template & completions";
+        has(&completions(shell), words);
     }
 }
 
@@ -371,11 +296,11 @@ fn each_command_has_a_man_page() {
     let folder = Folder::new("way-in");
     ended(program(&folder, &["man", "share/man1"]), 0);
     let page = |name: &str| {
-        let text = fs::read_to_string(folder.join("share/man1").join(name)).unwrap();
+        let text = folder.text(&format!("share/man1/{name}"));
         text.replace("\\-", "-")
     };
     let whole = page("dovetail.1");
-    assert!(whole.contains("--cache-limit-gib") && whole.contains("Exit codes"));
+    has(&whole, "--cache-limit-gib & Exit codes");
     let commands = whole
         .lines()
         .filter_map(|line| line.strip_prefix("dovetail-"));
@@ -385,8 +310,7 @@ fn each_command_has_a_man_page() {
     assert!(commands.len() >= 12, "{commands:?}");
     for command in commands {
         let text = page(&format!("dovetail-{command}.1"));
-        assert!(text.contains(&format!("dovetail {command}")), "{text}");
-        assert!(text.contains("Example"), "{command}");
+        has(&text, &format!("dovetail {command} & Example"));
     }
     assert!(page("dovetail-run.1").contains("--resume"));
 }
@@ -408,10 +332,9 @@ fn the_scene_of_the_readme_runs() {
         folder.join("my_part.inp"),
     )
     .unwrap();
-    fs::write(folder.join("my_part.toml"), block("toml")).unwrap();
+    folder.write("my_part.toml", block("toml"));
     ended(program(&folder, &["check", "my_part.toml"]), 0);
-    let run = program(&folder, &["run", "my_part.toml", "--no-cache"]);
-    let told = printed(ended(run, 0));
+    let told = printed(program(&folder, &["run", "my_part.toml", "--no-cache"]));
     for line in block("text").lines() {
         assert!(
             told.lines().any(|found| same_line(found, line)),
@@ -444,7 +367,7 @@ fn clone() -> Folder {
 
 #[test]
 fn the_version_names_the_commit() {
-    let text = printed(ended(program(root(), &["--version"]), 0));
+    let text = printed(program(root(), &["--version"]));
     let version = env!("CARGO_PKG_VERSION");
     let expected = match build::commit(root()) {
         Some(commit) => format!("dovetail {version} ({commit})\n"),

@@ -1,9 +1,13 @@
 //! Messages of a run while it works and at its end.
 
-use std::process::{Command, Output};
+use std::process::Output;
+
+use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said};
+use crate::shared_program::{ended, has, on_scene, printed, program, said};
+use crate::shared_runs::summary;
+use dovetail_testkit::folder::root;
 
 const SCENE: &str = r#"
 name = "dovetail72"
@@ -23,33 +27,21 @@ stuck_modes = 40
 /// Runs the model of 72 pairs through its peak with one harmonic, which is too few.
 fn run(name: &str, arguments: &[&str]) -> (Folder, Output) {
     let folder = Folder::new(name);
-    let scene = folder.join("scene.toml");
-    std::fs::write(&scene, SCENE.replace("ROOT", env!("CARGO_MANIFEST_DIR"))).unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg("run").arg(&scene).args(arguments);
-    program.arg("--out").arg(folder.join("out"));
-    let output = ended(program, 0);
+    let scene = SCENE.replace("ROOT", root().to_str().unwrap());
+    let scene = folder.write("scene.toml", scene);
+    let output = ended(on_scene("run", scene, &folder, &[]).args(arguments), 0);
     (folder, output)
 }
 
-fn printed(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn summary(folder: &Folder) -> serde_json::Value {
-    let text = std::fs::read(folder.join("out/summary.json")).unwrap();
-    serde_json::from_slice(&text).unwrap()
-}
-
 /// Linear peak in millimetres: `7.105 mm` for 7.10466e-3.
-fn linear_millimetres(summary: &serde_json::Value) -> String {
+fn linear_millimetres(summary: &Value) -> String {
     let metres = summary["response"]["linear_peak_amplitude_m"].as_f64();
     format!("{:.3} mm", 1e3 * metres.unwrap())
 }
 
 /// Peak and error, such as `2.7 mm` and `estimated error 15 %` for 2.685e-3 and 0.146: with one
 /// harmonic the error is some tenths of a millimetre.
-fn peak_and_error(summary: &serde_json::Value) -> [String; 2] {
+fn peak_and_error(summary: &Value) -> [String; 2] {
     let of = |key: &str| summary["response"][key].as_f64().unwrap();
     let (metres, error) = (of("peak_amplitude_m"), of("peak_estimated_error"));
     assert!((1e-4..1e-3).contains(&(error * metres)) && (0.1..0.195).contains(&error));
@@ -74,19 +66,19 @@ fn the_end_has_the_peak_beside_the_linear_one_the_time_and_the_file_to_open() {
     }
     assert!(line("estimated error").ends_with(&error), "{error}: {told}");
     let points = summary["response"]["points"].as_u64().unwrap();
-    assert!(
-        line("frequencies").contains(&format!("{points} of {points} converged")),
-        "{told}"
+    has(
+        line("frequencies"),
+        &format!("{points} of {points} converged"),
     );
-    assert!(line("time").contains(" s: response, 1 harmonic "), "{told}");
+    has(line("time"), " s: response, 1 harmonic ");
     let (_, report) = line("open first").split_once("first").unwrap();
     assert!(std::path::Path::new(report.trim()).is_file(), "{told}");
     // The warnings of the response come when all else is told, the weightiest first.
     let stderr = said(&output);
     let (before, after) = stderr.split_once("results in ").expect("where they are");
     assert!(!before.contains("warning: "), "{stderr}");
-    assert!(after.contains("warning: "), "{stderr}");
-    assert!(after.contains("take more response.harmonics"), "{stderr}");
+    has(after, "warning: ");
+    has(after, "take more response.harmonics");
 }
 
 #[test]
@@ -126,7 +118,7 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
             " open at times, ",
             "iteration",
         ] {
-            assert!(news.contains(word), "{word}: {line}");
+            has(news, word);
         }
         let attempts = residuals.split(" | ").map(|attempt| {
             let (residuals, iterations) = attempt.split_once(" in ").unwrap();
@@ -140,9 +132,6 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
         let all: usize = attempts.iter().map(|(_, iterations)| iterations).sum();
         assert!(0 < all && all <= iterations, "{line}");
     }
-    let both = Command::new(env!("CARGO_BIN_EXE_dovetail"))
-        .args(["run", "scene.toml", "--verbose", "--quiet"])
-        .output()
-        .unwrap();
-    assert_eq!(both.status.code(), Some(2));
+    let both = ["run", "scene.toml", "--verbose", "--quiet"];
+    ended(program(root(), &both), 2);
 }

@@ -61,6 +61,17 @@ pub struct Group {
     pub nodes: Vec<u32>,
 }
 
+impl Group {
+    /// Group without elements and nodes.
+    pub fn empty(dimension: u8) -> Self {
+        Self {
+            dimension,
+            elements: Vec::new(),
+            nodes: Vec::new(),
+        }
+    }
+}
+
 /// Mesh of solid elements. The order of the nodes of an element is that of [`element`]. Indices are
 /// positions in `nodes_m`; the tags of the file are kept for messages only.
 #[derive(Debug, Clone, PartialEq, Default)]

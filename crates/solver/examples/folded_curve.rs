@@ -35,10 +35,7 @@ pub fn curve() -> Vec<(f64, f64)> {
             ..ReducedModel::of_pairs(identity(), identity())
         },
         laws: vec![PairLaw {
-            stiffness: Some(PairStiffness {
-                normal_n_m: 5.0,
-                tangential_n_m: 1.0,
-            }),
+            stiffness: Some(PairStiffness::new(5.0, 1.0)),
             ..PairLaw::rigid(0.0, 1.0)
         }],
         excitations: vec![HarmonicLoad::cosine(1, Load::new(normal(0.1), vec![]))],

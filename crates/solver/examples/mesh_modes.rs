@@ -90,9 +90,6 @@ fn assembly() -> Assembly {
             prestress: Prestress::HeldFlanks,
         }),
         contacts: vec![contact("left"), contact("right")],
-        springs: Vec::new(),
-        loads: Vec::new(),
-        excitations: Vec::new(),
-        observations: Vec::new(),
+        ..Assembly::default()
     }
 }

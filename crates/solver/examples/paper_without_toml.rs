@@ -87,8 +87,6 @@ fn assembly(mesh: PathBuf) -> Assembly {
             prestress: Prestress::HeldFlanks,
         }),
         contacts: vec![contact("left"), contact("right")],
-        springs: Vec::new(),
-        loads: Vec::new(),
         excitations: vec![ExcitationSpec {
             kind: ExcitationKind::force("excitation", [0.0, 1.0, 0.0]),
             amplitude: 2.0,
@@ -100,6 +98,7 @@ fn assembly(mesh: PathBuf) -> Assembly {
             points: "tip_trailing_edge".into(),
             direction: [0.0, 1.0, 0.0],
         }],
+        ..Assembly::default()
     }
 }
 

@@ -207,9 +207,8 @@ impl Grid {
     fn corner(&self, corner: usize) -> (String, Group) {
         let high = [corner >> 2 & 1, corner >> 1 & 1, corner & 1];
         let group = Group {
-            dimension: 0,
-            elements: Vec::new(),
             nodes: vec![self.index([0, 1, 2].map(|k| high[k] * self.last[k]))],
+            ..Group::empty(0)
         };
         (format!("corner_{}{}{}", high[0], high[1], high[2]), group)
     }

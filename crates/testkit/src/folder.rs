@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::ops::Deref;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
@@ -22,6 +22,21 @@ impl Folder {
     pub fn new(name: &str) -> Self {
         let prefix = format!("dovetail-{name}-");
         Self(TempDir::with_prefix(prefix).unwrap())
+    }
+
+    /// Text of a file in it.
+    #[track_caller]
+    pub fn text(&self, file: &str) -> String {
+        let path = self.join(file);
+        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+
+    /// Writes a file in it, and returns its path.
+    #[track_caller]
+    pub fn write(&self, file: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.join(file);
+        std::fs::write(&path, content).unwrap();
+        path
     }
 }
 

@@ -192,7 +192,7 @@ fn covered(contents: &Contents<'_>, contact: &str) -> String {
 
 fn static_words(state: &StaticSummary) -> Markup {
     let Some(counts) = state.counts else {
-        return html! { "It did not converge: " (state.outcome.word()) "." };
+        return html! { "It did not converge: " (state.outcome) "." };
     };
     let slip = state.largest_slip_m.map(|s| quantity(s, "m", 3));
     let pressure = state.largest_pressure_pa.map(|p| quantity(p, "Pa", 3));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, Table, places};
 use super::mesh::units;
 use crate::scene::error::Fault;
 use crate::scene::keys;
@@ -144,33 +144,17 @@ fn body_mesh(
     raw: &RawBody,
     context: &Context,
 ) -> Option<BodyMesh> {
-    let copy = raw.copy_of.as_ref().map(Spanned::span);
     if let Some(file) = &raw.mesh_file {
         let remedy = "keep `mesh_file` (a mesh of its own) or `copy_of` (that of another body)";
-        checker.exclude(at, ("mesh_file", file.span()), &[("copy_of", copy)], remedy)?;
+        let file = ("mesh_file", file.span());
+        checker.exclude(at, file, &places!(raw; copy_of), remedy)?;
     }
     if raw.mesh_file.is_none() && raw.copy_of.is_none() {
-        let alone = [
-            ("rotation_deg", raw.rotation_deg.as_ref().map(Spanned::span)),
-            (
-                "rotation_axis",
-                raw.rotation_axis.as_ref().map(Spanned::span),
-            ),
-            (
-                "rotation_point_m",
-                raw.rotation_point_m.as_ref().map(Spanned::span),
-            ),
-            (
-                "translation_m",
-                raw.translation_m.as_ref().map(Spanned::span),
-            ),
-            (
-                "metres_per_unit",
-                raw.metres_per_unit.as_ref().map(Spanned::span),
-            ),
-            ("units", raw.units.as_ref().map(Spanned::span)),
-        ];
-        for (key, span) in alone {
+        let of_own_mesh = places!(
+            raw;
+            rotation_deg, rotation_axis, rotation_point_m, translation_m, metres_per_unit, units
+        );
+        for (key, span) in of_own_mesh {
             let remedy = "name a mesh of the body's own by `mesh_file`, or leave it out: a body of the shared mesh \
                           stands where that has it";
             if let Some(span) = span {
@@ -247,7 +231,7 @@ fn material(
     ];
     if let Some(name) = &raw.material {
         let remedy = "keep `material` (one of the mesh) or the three numbers";
-        let given = numbers.map(|(key, value)| (key, value.as_ref().map(Spanned::span)));
+        let given = places!(raw; young_pa, poisson, density_kg_m3);
         checker.exclude(at, ("material", name.span()), &given, remedy)?;
         let name = checker.text(at, "material", &raw.material)?;
         return Some(MaterialSpec::OfMesh(Some(name)));
@@ -273,16 +257,11 @@ fn material(
 /// Returns `true` if the mesh of a body is a deck by its name. Decks are the only format with
 /// materials.
 fn is_deck(raw: &RawBody, context: &Context) -> bool {
-    let shared = context
-        .scene
-        .mesh
-        .as_ref()
-        .and_then(|mesh| mesh.get_ref().file.as_ref());
+    let shared = context.scene.mesh.as_ref();
+    let shared = shared.and_then(|mesh| mesh.get_ref().file.as_ref());
     let file = raw.mesh_file.as_ref().or(shared);
-    let ending = file.map(|file| Path::new(file.get_ref()).extension());
-    ending
-        .flatten()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
+    let ending = file.and_then(|file| Path::new(file.get_ref()).extension());
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
 }
 
 /// Names of groups; an empty name is a fault.
@@ -309,20 +288,13 @@ pub fn rotation(
     let raw = raw.get_ref();
     let axis = checker.direction(&at, "axis", &raw.axis);
     let speed = checker.number(&at, "speed_rpm", &raw.speed_rpm);
-    let prestress = checker.choice(
-        &at,
-        "prestress",
-        &raw.prestress,
-        &[Prestress::Contact, Prestress::HeldFlanks, Prestress::None],
-    );
+    let choices = [Prestress::Contact, Prestress::HeldFlanks, Prestress::None];
+    let prestress = checker.choice(&at, "prestress", &raw.prestress, &choices);
     let carried = match &raw.bodies {
         None => bodies.to_vec(),
         Some(list) => {
-            for name in list
-                .get_ref()
-                .iter()
-                .filter(|n| !bodies.contains(n.get_ref()))
-            {
+            let list = list.get_ref();
+            for name in list.iter().filter(|n| !bodies.contains(n.get_ref())) {
                 let fault = Fault::UnknownBody {
                     path: at.key("bodies"),
                     name: name.get_ref().clone(),
@@ -331,9 +303,8 @@ pub fn rotation(
                 };
                 checker.fault(name.span(), fault);
             }
-            let named: Vec<_> = list
-                .get_ref()
-                .iter()
+            let named = list.iter();
+            let named: Vec<_> = named
                 .map(|n| (at.key("bodies"), n.get_ref().clone(), n.span()))
                 .collect();
             checker.distinct(&named);

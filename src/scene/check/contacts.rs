@@ -2,90 +2,60 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
-use crate::scene::entries;
+use super::fields::{Checker, Table, places};
 use crate::scene::error::Fault;
-use crate::scene::raw::{Number, RawContact, RawDamping};
+use crate::scene::raw::{Located, Number, RawContact, RawDamping};
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FlankStiffness, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
 
 pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
-    let (mut specs, mut names) = (Vec::new(), Vec::new());
-    for (index, table) in raw.iter().enumerate() {
-        let at = Table::of(
-            "contact",
-            table.span(),
-            Some((index, &table.get_ref().name)),
-        );
-        let raw = table.get_ref();
-        names.extend(
-            raw.name
-                .iter()
-                .map(|n| (at.key("name"), n.get_ref().clone(), n.span())),
-        );
-        let name = checker.required_name(&at, &raw.name);
-        let first = checker.text(&at, "first", &raw.first);
-        let second = second(checker, &at, raw);
-        let slave = slave(checker, &at, raw);
-        let law = checker.choice(
-            &at,
-            "law",
-            &raw.law,
-            &[ContactLaw::UnilateralCoulomb, ContactLaw::Bonded],
-        );
-        let friction = match (law, &raw.friction) {
-            (Some(ContactLaw::Bonded), None) => Some(0.0),
-            (_, given) => checker.number(&at, "friction", given),
-        };
-        let gap_from_mesh = checker.choice(&at, "gap", &raw.gap, &[false, true]);
-        let gap_m = checker.number(&at, "gap_m", &raw.gap_m);
-        let reach = checker.optional_number(&at, "search_distance_m", &raw.search_distance_m);
-        let keys = ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"];
-        let given = [&raw.normal_stiffness_n_m3, &raw.tangential_stiffness_n_m3];
-        let stiffness = stiffness(checker, &at, keys, given);
-        let crown = crown(checker, &at, raw);
-        specs.push((|| {
-            Some(ContactSpec {
-                name: name?,
-                first: first?,
-                second: second?,
-                slave: slave?,
-                law: law?,
-                friction: friction?,
-                stiffness: stiffness?.map(|[normal_n_m3, tangential_n_m3]| FlankStiffness {
-                    normal_n_m3,
-                    tangential_n_m3,
-                }),
-                gap_m: gap_m?,
-                gap_from_mesh: gap_from_mesh?,
-                search_distance_m: reach?,
-                crown: crown?,
-            })
-        })());
-    }
-    checker.distinct(&names);
-    specs.into_iter().collect()
+    checker.items("contact", raw, |raw| &raw.name, contact)
+}
+
+fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<ContactSpec> {
+    let name = checker.required_name(at, &raw.name);
+    let first = checker.text(at, "first", &raw.first);
+    let second = second(checker, at, raw);
+    let slave = slave(checker, at, raw);
+    let laws = [ContactLaw::UnilateralCoulomb, ContactLaw::Bonded];
+    let law = checker.choice(at, "law", &raw.law, &laws);
+    let friction = match (law, &raw.friction) {
+        (Some(ContactLaw::Bonded), None) => Some(0.0),
+        (_, given) => checker.number(at, "friction", given),
+    };
+    let gap_from_mesh = checker.choice(at, "gap", &raw.gap, &[false, true]);
+    let gap_m = checker.number(at, "gap_m", &raw.gap_m);
+    let reach = checker.optional_number(at, "search_distance_m", &raw.search_distance_m);
+    let keys = ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"];
+    let given = [&raw.normal_stiffness_n_m3, &raw.tangential_stiffness_n_m3];
+    let stiffness = stiffness(checker, at, keys, given);
+    let crown = crown(checker, at, raw);
+    Some(ContactSpec {
+        name: name?,
+        first: first?,
+        second: second?,
+        slave: slave?,
+        law: law?,
+        friction: friction?,
+        stiffness: stiffness?.map(|[normal_n_m3, tangential_n_m3]| FlankStiffness {
+            normal_n_m3,
+            tangential_n_m3,
+        }),
+        gap_m: gap_m?,
+        gap_from_mesh: gap_from_mesh?,
+        search_distance_m: reach?,
+        crown: crown?,
+    })
 }
 
 /// Opposite flank; `Some(None)` if it is rigid ground.
 fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<String>> {
     let Some(given) = &raw.second else {
-        for (key, span) in [
-            ("slave", raw.slave.as_ref().map(Spanned::span)),
-            ("gap", raw.gap.as_ref().map(Spanned::span)),
-            (
-                "search_distance_m",
-                raw.search_distance_m.as_ref().map(Spanned::span),
-            ),
-        ] {
-            let remedy =
-                "name the opposite flank, or leave both out: rigid ground lies where the flank is";
-            if let Some(span) = span {
-                checker.lacks(at, key, "second", span, remedy);
-                return None;
-            }
-        }
+        let others = places!(raw; slave, gap, search_distance_m);
+        let remedy =
+            "name the opposite flank, or leave both out: rigid ground lies where the flank is";
+        checker.all_lack(at, &others, "second", remedy)?;
         return Some(None);
     };
     let name = checker.text(at, "second", &raw.second)?;
@@ -99,12 +69,13 @@ fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<
 
 /// Slave flank, which follows the other; `Some(None)` if the scene does not choose one.
 fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<Side>> {
-    if raw.slave.is_none() {
-        return Some(None);
+    match &raw.slave {
+        None => Some(None),
+        given => {
+            let sides = [Side::First, Side::Second];
+            checker.choice(at, "slave", given, &sides).map(Some)
+        }
     }
-    let sides = [Side::First, Side::Second];
-    let side = checker.choice(at, "slave", &raw.slave, &sides);
-    side.map(Some)
 }
 
 /// Normal and tangential springs of a contact; `Some(None)` if it is rigid.
@@ -112,7 +83,7 @@ pub fn stiffness(
     checker: &mut Checker,
     at: &Table,
     keys: [&'static str; 2],
-    given: [&Option<Spanned<Number>>; 2],
+    given: [&Located<Number>; 2],
 ) -> Option<Option<[f64; 2]>> {
     let [normal, tangential] = [0, 1].map(|i| {
         given[i]
@@ -135,27 +106,13 @@ pub fn stiffness(
 /// Crown of a flank; `Some(None)` if it has none.
 fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<CrownSpec>> {
     if raw.crown_radius_m.is_none() {
-        let others = [
-            ("crown_axis", raw.crown_axis.as_ref().map(Spanned::span)),
-            (
-                "crown_centre_m",
-                raw.crown_centre_m.as_ref().map(Spanned::span),
-            ),
-        ];
-        for (key, span) in others {
-            if let Some(span) = span {
-                let remedy = "say how strongly the flank is crowned, or leave both out";
-                checker.lacks(at, key, "crown_radius_m", span, remedy);
-                return None;
-            }
-        }
+        let others = places!(raw; crown_axis, crown_centre_m);
+        let remedy = "say how strongly the flank is crowned, or leave both out";
+        checker.all_lack(at, &others, "crown_radius_m", remedy)?;
         return Some(None);
     }
     let radius = checker.number(at, "crown_radius_m", &raw.crown_radius_m);
-    let axis = match &raw.crown_axis {
-        None => Some(None),
-        given => checker.direction(at, "crown_axis", given).map(Some),
-    };
+    let axis = checker.optional_direction(at, "crown_axis", &raw.crown_axis);
     Some(Some(CrownSpec {
         radius_m: radius?,
         axis: axis?,
@@ -170,19 +127,14 @@ pub fn damping(
 ) -> Option<DampingSpec> {
     let at = Table::of("damping", raw.span(), None);
     let raw = raw.get_ref();
-    let rayleigh = [
-        ("stiffness_s", raw.stiffness_s.as_ref().map(Spanned::span)),
-        ("mass_per_s", raw.mass_per_s.as_ref().map(Spanned::span)),
-    ];
+    let rayleigh = places!(raw; stiffness_s, mass_per_s);
     let remedy = "keep `ratio` (with `linear_mode`), or `stiffness_s` and `mass_per_s`, not both";
     if let Some(given) = &raw.ratio {
         checker.exclude(&at, ("ratio", given.span()), &rayleigh, remedy)?;
         let ratio = checker.number(&at, "ratio", &raw.ratio);
         let linear_mode = checker.count(&at, "linear_mode", &raw.linear_mode)?;
-        if let Some(kept) = response
-            .and_then(|r| r.stuck_modes)
-            .filter(|&kept| linear_mode > kept)
-        {
+        let kept = response.and_then(|r| r.stuck_modes);
+        if let Some(kept) = kept.filter(|&kept| linear_mode > kept) {
             let span = raw.linear_mode.as_ref().map_or(at.span, Spanned::span);
             checker.fault(span, Fault::LinearModeNotKept { linear_mode, kept });
         }
@@ -193,24 +145,12 @@ pub fn damping(
     }
     if let Some(mode) = &raw.linear_mode {
         checker.exclude(&at, ("linear_mode", mode.span()), &rayleigh, remedy)?;
-        checker.lacks(
-            &at,
-            "linear_mode",
-            "ratio",
-            mode.span(),
-            "say which ratio of critical damping that mode has",
-        );
+        let remedy = "say which ratio of critical damping that mode has";
+        checker.lacks(&at, "linear_mode", "ratio", mode.span(), remedy);
         return None;
     }
     if rayleigh.iter().all(|(_, span)| span.is_none()) {
-        let paths = vec![at.key("ratio"), at.key("stiffness_s"), at.key("mass_per_s")];
-        checker.fault(
-            at.span,
-            Fault::NoneOf {
-                paths,
-                example: entries::example("damping", "ratio"),
-            },
-        );
+        checker.none_of(&at, &["ratio", "stiffness_s", "mass_per_s"], "ratio");
         return None;
     }
     let stiffness_s = checker.number(&at, "stiffness_s", &raw.stiffness_s);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, Table, places};
 use super::loads::{self, Sizes};
 use crate::scene::error::Fault;
 use crate::scene::raw::RawExcitation;
@@ -18,25 +18,19 @@ pub fn excitations(
     raw: &[Spanned<RawExcitation>],
     response: Option<&ResponseSpec>,
 ) -> Option<Vec<ExcitationSpec>> {
-    let specs: Vec<Option<ExcitationSpec>> = raw
-        .iter()
-        .enumerate()
-        .map(|(index, table)| {
-            let at = Table::of("excitation", table.span(), Some((index, &None)));
-            let raw = table.get_ref();
-            let cause = kind(checker, &at, base_dir, raw);
-            let harmonic = harmonic(checker, &at, raw, response);
-            let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg);
-            let (kind, amplitude) = cause?;
-            Some(ExcitationSpec {
-                kind,
-                amplitude,
-                harmonic: harmonic?,
-                phase_rad: phase_deg?.to_radians(),
-            })
+    let excitation = |checker: &mut Checker, at: &Table, raw: &RawExcitation| {
+        let cause = kind(checker, at, base_dir, raw);
+        let harmonic = harmonic(checker, at, raw, response);
+        let phase_deg = checker.number(at, "phase_deg", &raw.phase_deg);
+        let (kind, amplitude) = cause?;
+        Some(ExcitationSpec {
+            kind,
+            amplitude,
+            harmonic: harmonic?,
+            phase_rad: phase_deg?.to_radians(),
         })
-        .collect();
-    specs.into_iter().collect()
+    };
+    checker.items("excitation", raw, |_| &None, excitation)
 }
 
 fn harmonic(
@@ -84,8 +78,7 @@ fn kind(
         ),
     ];
     let mut causes = size.given();
-    causes.push(("file", raw.file.as_ref().map(Spanned::span)));
-    causes.extend(bases.map(|(key, value, _)| (key, value.as_ref().map(Spanned::span))));
+    causes.extend(places!(raw; file, base_acceleration_m_s2, base_displacement_m));
     let remedy = "keep one of `force_n`, `traction_pa`, `pressure_pa`, `file`, `base_acceleration_m_s2` and \
                   `base_displacement_m`, and write another [[excitation]] for what acts besides";
     let (key, span) = checker.one_of(at, &causes, remedy)?;
@@ -96,21 +89,18 @@ fn kind(
     if let Some((_, base, motion)) = bases.into_iter().find(|base| base.0 == key) {
         let amplitude = checker.number(at, key, base);
         let direction = checker.direction(at, "direction", &raw.direction);
-        let on = raw.on.as_ref().map(Spanned::span);
         let remedy = "leave `on` out: all supports and rigid ground move as one";
-        checker.exclude(at, (key, span), &[("on", on)], remedy)?;
+        checker.exclude(at, (key, span), &places!(raw; on), remedy)?;
         let direction = direction?;
         return Some((ExcitationKind::Base { direction, motion }, amplitude?));
     }
-    match key {
-        "file" => field(checker, at, base_dir, raw, span),
-        _ => {
-            let on = checker.text(at, "on", &raw.on);
-            let (load, amplitude) = loads::load(checker, at, &size, &raw.direction)?;
-            let load = LoadSpec { on: on?, load };
-            Some((ExcitationKind::Load(load), amplitude))
-        }
+    if key == "file" {
+        return field(checker, at, base_dir, raw, span);
     }
+    let on = checker.text(at, "on", &raw.on);
+    let (load, amplitude) = loads::load(checker, at, &size, &raw.direction)?;
+    let load = LoadSpec { on: on?, load };
+    Some((ExcitationKind::Load(load), amplitude))
 }
 
 fn field(
@@ -123,9 +113,8 @@ fn field(
     let on = checker.text(at, "on", &raw.on);
     let file = checker.text(at, "file", &raw.file);
     let factor = checker.number(at, "factor", &raw.factor);
-    let direction = raw.direction.as_ref().map(Spanned::span);
     let remedy = "leave `direction` out: a file has forces with three components, or pressures along the inward normal";
-    checker.exclude(at, ("file", span), &[("direction", direction)], remedy)?;
+    checker.exclude(at, ("file", span), &places!(raw; direction), remedy)?;
     let field = FieldSource::File(base_dir.join(file?));
     Some((ExcitationKind::Field { on: on?, field }, factor?))
 }

@@ -8,6 +8,15 @@ use crate::scene::keys;
 use crate::scene::kinds::{Kind, Limits};
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
+use serde_spanned::Spanned;
+
+/// Places of these keys of a table; `None` for those that are not given.
+macro_rules! places {
+    ($table:expr; $($key:ident),+) => {
+        [$((stringify!($key), $table.$key.as_ref().map(serde_spanned::Spanned::span))),+]
+    };
+}
+pub(super) use places;
 
 /// Table of the scene, and its name in messages.
 #[derive(Debug, Clone)]
@@ -58,22 +67,43 @@ impl Checker<'_> {
 
     pub fn missing(&mut self, table: &Table, key: &'static str) {
         let example = self.source.vocabulary.example(table.section, key);
-        self.fault(
-            table.span.clone(),
-            Fault::MissingKey {
-                path: table.key(key),
-                example,
-            },
-        );
+        let path = table.key(key);
+        self.fault(table.span.clone(), Fault::MissingKey { path, example });
+    }
+
+    /// Notes a fault for a table that has none of these keys. The message shows how `shown` is
+    /// written.
+    pub fn none_of(&mut self, table: &Table, keys: &[&str], shown: &str) {
+        let paths = keys.iter().map(|key| table.key(key)).collect();
+        let example = self.source.vocabulary.example(table.section, shown);
+        self.fault(table.span.clone(), Fault::NoneOf { paths, example });
+    }
+
+    /// Checks each item of a list by `check`, and that no two have the same name. Items of a list
+    /// without names are named by their numbers.
+    pub fn items<R, S>(
+        &mut self,
+        section: &'static str,
+        raw: &[Spanned<R>],
+        name: impl Fn(&R) -> &Located<String>,
+        mut check: impl FnMut(&mut Self, &Table, &R) -> Option<S>,
+    ) -> Option<Vec<S>> {
+        let (mut specs, mut names) = (Vec::new(), Vec::new());
+        for (index, item) in raw.iter().enumerate() {
+            let name = name(item.get_ref());
+            let at = Table::of(section, item.span(), Some((index, name)));
+            let named = |n: &Spanned<String>| (at.key("name"), n.get_ref().clone(), n.span());
+            names.extend(name.iter().map(named));
+            specs.push(check(self, &at, item.get_ref()));
+        }
+        self.distinct(&names);
+        specs.into_iter().collect()
     }
 
     /// Returns the type of a key with its limits and choices, as the vocabulary declares them.
     fn kind(&self, table: &Table, key: &str) -> Option<Kind> {
-        let kind = self
-            .source
-            .vocabulary
-            .key(table.section, key)
-            .map(|k| k.kind);
+        let declared = self.source.vocabulary.key(table.section, key);
+        let kind = declared.map(|k| k.kind);
         debug_assert!(kind.is_some(), "{} is not declared", table.key(key));
         kind
     }
@@ -207,31 +237,21 @@ impl Checker<'_> {
             return None;
         };
         if value.get_ref().trim().is_empty() {
-            self.fault(
-                value.span(),
-                Fault::EmptyText {
-                    path: table.key(key),
-                },
-            );
+            let path = table.key(key);
+            self.fault(value.span(), Fault::EmptyText { path });
             return None;
         }
         Some(value.get_ref().clone())
     }
 
     /// Returns a name that is suitable for file names, column headings and the paths of `--set`.
-    pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
-        let name = value.get_ref();
-        let fit = is_name(name);
-        if !fit {
-            self.fault(
-                value.span(),
-                Fault::BadName {
-                    path,
-                    name: name.clone(),
-                },
-            );
+    pub fn name(&mut self, path: String, value: &Spanned<String>) -> Option<String> {
+        let name = value.get_ref().clone();
+        if is_name(&name) {
+            return Some(name);
         }
-        fit.then(|| name.clone())
+        self.fault(value.span(), Fault::BadName { path, name });
+        None
     }
 
     /// Returns the one of `choices` whose word is given: they stand in the order of the words that
@@ -292,14 +312,23 @@ impl Checker<'_> {
         };
         let unit = unit(value.get_ref().0);
         if unit.is_none() {
-            self.fault(
-                value.span(),
-                Fault::ZeroDirection {
-                    path: table.key(key),
-                },
-            );
+            let path = table.key(key);
+            self.fault(value.span(), Fault::ZeroDirection { path });
         }
         unit
+    }
+
+    /// Returns a direction, scaled to unit length, `Some(None)` if the key is absent.
+    pub fn optional_direction(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Numbers<3>>,
+    ) -> Option<Option<[f64; 3]>> {
+        match value {
+            None => Some(None),
+            value => self.direction(table, key, value).map(Some),
+        }
     }
 
     /// Notes a fault for a key that has no meaning without another.
@@ -311,15 +340,32 @@ impl Checker<'_> {
         span: Range<usize>,
         remedy: &'static str,
     ) {
-        self.fault(
-            span,
-            Fault::Lacks {
-                path: at.key(key),
-                needs: at.key(needs),
-                remedy,
-            },
-        );
+        let (path, needs) = (at.key(key), at.key(needs));
+        let fault = Fault::Lacks {
+            path,
+            needs,
+            remedy,
+        };
+        self.fault(span, fault);
     }
+
+    /// Notes a fault for the first of these keys that is given: it has no meaning without another.
+    pub fn all_lack(
+        &mut self,
+        at: &Table,
+        keys: &[(&str, Option<Range<usize>>)],
+        needs: &str,
+        remedy: &'static str,
+    ) -> Option<()> {
+        for (key, span) in keys {
+            if let Some(span) = span {
+                self.lacks(at, key, needs, span.clone(), remedy);
+                return None;
+            }
+        }
+        Some(())
+    }
+
     /// Notes a fault for the first of `others` that is given in addition to `given`.
     pub fn exclude(
         &mut self,
@@ -357,9 +403,8 @@ impl Checker<'_> {
             .position(|(_, span)| span.is_some())
             .and_then(|i| Some((i, keys[i].0, keys[i].1.clone()?)));
         let Some((first, key, span)) = given else {
-            let paths = keys.iter().map(|(key, _)| at.key(key)).collect();
-            let example = self.source.vocabulary.example(at.section, keys[0].0);
-            self.fault(at.span.clone(), Fault::NoneOf { paths, example });
+            let names: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
+            self.none_of(at, &names, names[0]);
             return None;
         };
         self.exclude(at, (key, span.clone()), &keys[first + 1..], remedy)?;
@@ -376,6 +421,7 @@ impl Checker<'_> {
             }
         }
     }
+
     /// Notes a fault for every name that also occurs earlier in the list.
     pub fn distinct(&mut self, named: &[(String, String, Range<usize>)]) {
         let mut firsts = HashMap::new();

@@ -4,32 +4,26 @@ use std::ops::Range;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, Table, places};
 use crate::scene::raw::{Located, Number, Numbers, RawLoad};
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {
-    let specs: Vec<Option<LoadSpec>> = raw
-        .iter()
-        .enumerate()
-        .map(|(index, table)| {
-            let at = Table::of("load", table.span(), Some((index, &None)));
-            let raw = table.get_ref();
-            let on = checker.text(&at, "on", &raw.on);
-            let size = Sizes {
-                force_n: &raw.force_n,
-                traction_pa: &raw.traction_pa,
-                pressure_pa: &raw.pressure_pa,
-            };
-            let load = load(checker, &at, &size, &raw.direction);
-            let (load, amplitude) = load?;
-            Some(LoadSpec {
-                on: on?,
-                load: scaled(load, amplitude),
-            })
-        })
-        .collect();
-    specs.into_iter().collect()
+    checker.items("load", raw, |_| &None, steady_load)
+}
+
+fn steady_load(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadSpec> {
+    let on = checker.text(at, "on", &raw.on);
+    let size = Sizes {
+        force_n: &raw.force_n,
+        traction_pa: &raw.traction_pa,
+        pressure_pa: &raw.pressure_pa,
+    };
+    let (load, amplitude) = load(checker, at, &size, &raw.direction)?;
+    Some(LoadSpec {
+        on: on?,
+        load: scaled(load, amplitude),
+    })
 }
 
 /// Keys for the size of a load.
@@ -42,13 +36,7 @@ pub struct Sizes<'a> {
 impl Sizes<'_> {
     /// Name of each key and its place; the place is `None` if the key is not given.
     pub fn given(&self) -> Vec<(&'static str, Option<Range<usize>>)> {
-        let keys = [
-            ("force_n", self.force_n),
-            ("traction_pa", self.traction_pa),
-            ("pressure_pa", self.pressure_pa),
-        ];
-        let span = |value: &Located<Number>| value.as_ref().map(Spanned::span);
-        keys.map(|(key, value)| (key, span(value))).to_vec()
+        places!(self; force_n, traction_pa, pressure_pa).to_vec()
     }
 }
 
@@ -69,22 +57,20 @@ pub fn load(
         checker.exclude(at, (key, span), &[("direction", direction)], remedy)?;
         return Some((LoadKind::Pressure { pressure_pa: 1.0 }, pressure?));
     }
-    let (value, is_force) = match key {
-        "force_n" => (size.force_n, true),
-        _ => (size.traction_pa, false),
+    let is_force = key == "force_n";
+    let value = if is_force {
+        size.force_n
+    } else {
+        size.traction_pa
     };
     let amplitude = checker.number(at, key, value);
-    let direction = checker.direction(at, "direction", direction)?;
-    let unit = if is_force {
-        LoadKind::Force {
-            vector_n: direction,
-        }
+    let unit = checker.direction(at, "direction", direction)?;
+    let load = if is_force {
+        LoadKind::Force { vector_n: unit }
     } else {
-        LoadKind::Traction {
-            vector_pa: direction,
-        }
+        LoadKind::Traction { vector_pa: unit }
     };
-    Some((unit, amplitude?))
+    Some((load, amplitude?))
 }
 
 fn scaled(unit: LoadKind, amplitude: f64) -> LoadKind {

@@ -5,9 +5,7 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
-use crate::scene::entries;
-use crate::scene::error::Fault;
+use super::fields::{Checker, Table, places};
 use crate::scene::raw::{Located, Number, RawMesh};
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{MeshKind, MeshSource};
@@ -88,16 +86,8 @@ fn mesh_kind(
 ) -> Option<MeshKind> {
     let remedy =
         "keep `file` (a ready mesh) or `geometry` with its parameters (a .geo script), not both";
-    let of_geometry = [
-        ("geometry", raw.geometry.as_ref().map(Spanned::span)),
-        ("parameters", raw.parameters.as_ref().map(Spanned::span)),
-        ("time_limit_s", raw.time_limit_s.as_ref().map(Spanned::span)),
-        ("fallback", raw.fallback.as_ref().map(Spanned::span)),
-        (
-            "fallback_parameters",
-            raw.fallback_parameters.as_ref().map(Spanned::span),
-        ),
-    ];
+    let of_geometry =
+        places!(raw; geometry, parameters, time_limit_s, fallback, fallback_parameters);
     if let Some(file) = &raw.file {
         checker.exclude(at, ("file", file.span()), &of_geometry, remedy)?;
         return Some(MeshKind::File {
@@ -105,14 +95,7 @@ fn mesh_kind(
         });
     }
     if raw.geometry.is_none() {
-        let paths = vec![at.key("geometry"), at.key("file")];
-        checker.fault(
-            at.span.clone(),
-            Fault::NoneOf {
-                paths,
-                example: entries::example("mesh", "file"),
-            },
-        );
+        checker.none_of(at, &["geometry", "file"], "file");
         return None;
     }
     let script = checker.text(at, "geometry", &raw.geometry);
@@ -121,28 +104,17 @@ fn mesh_kind(
         .fallback
         .as_ref()
         .map(|_| checker.text(at, "fallback", &raw.fallback));
+    let [file, made_with] = ["fallback", "fallback_parameters"];
     match (&raw.fallback, &raw.fallback_parameters) {
         (Some(_), Some(_)) | (None, None) => {}
         (Some(present), None) => {
             let remedy = "say which `parameters` the ready mesh was made with (`{}` for the script's own values), \
                           so that it is not taken for another mesh";
-            checker.lacks(
-                at,
-                "fallback",
-                "fallback_parameters",
-                present.span(),
-                remedy,
-            );
+            checker.lacks(at, file, made_with, present.span(), remedy);
         }
         (None, Some(present)) => {
             let remedy = "name the ready mesh they belong to, or leave them out";
-            checker.lacks(
-                at,
-                "fallback_parameters",
-                "fallback",
-                present.span(),
-                remedy,
-            );
+            checker.lacks(at, made_with, file, present.span(), remedy);
         }
     }
     let fallback = match fallback {

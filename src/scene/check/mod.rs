@@ -55,21 +55,17 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         }
     };
     missing_sections(checker, &raw);
-    let response = raw
-        .response
-        .as_ref()
-        .map(|r| response::response(checker, r));
-    let kept = response.as_ref().and_then(Option::as_ref);
-    let damping = raw
-        .damping
-        .as_ref()
-        .map(|d| contacts::damping(checker, d, kept));
+    let response = raw.response.as_ref();
+    let response = response.and_then(|r| response::response(checker, r));
+    let damping = raw.damping.as_ref();
+    let damping = damping.and_then(|d| contacts::damping(checker, d, response.as_ref()));
     let subject = match &raw.reduced_model {
         Some(table) => {
             reduced_model::stands_alone(checker, table.span(), &raw);
             reduced_model::reduced_model(checker, base_dir, table).map(Subject::ReducedModel)
         }
-        None => assembly(checker, base_dir, &raw, kept).map(|a| Subject::Assembly(Box::new(a))),
+        None => assembly(checker, base_dir, &raw, response.as_ref())
+            .map(|a| Subject::Assembly(Box::new(a))),
     };
     let table = raw.static_state.as_ref();
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
@@ -78,11 +74,11 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     Some(Scene {
         name: name?,
         subject: subject?,
-        damping: damping??,
+        damping: damping?,
         static_state: StaticSpec {
             load_steps: load_steps?,
         },
-        response: response??,
+        response: response?,
     })
 }
 
@@ -96,16 +92,10 @@ fn assembly(
     let mesh = mesh::mesh(checker, base_dir, raw.mesh.as_ref(), needs_shared_mesh(raw));
     let units = mesh.as_ref().and_then(|mesh| mesh.units);
     let bodies = bodies::bodies(checker, base_dir, raw, units);
-    let body_names: Vec<String> = raw
-        .body
-        .iter()
-        .filter_map(|b| b.get_ref().name.as_ref())
-        .map(|n| n.get_ref().clone())
-        .collect();
-    let rotation = raw
-        .rotation
-        .as_ref()
-        .map(|r| bodies::rotation(checker, &body_names, r));
+    let names = raw.body.iter().filter_map(|b| b.get_ref().name.as_ref());
+    let names: Vec<String> = names.map(|n| n.get_ref().clone()).collect();
+    let rotation = raw.rotation.as_ref();
+    let rotation = rotation.map(|r| bodies::rotation(checker, &names, r));
     let contacts = contacts::contacts(checker, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);
     let loads = loads::loads(checker, &raw.load);
@@ -148,15 +138,12 @@ fn missing_sections(checker: &mut Checker, raw: &RawScene) {
         };
         if absent {
             let end = checker.source.text.len();
-            let list = section.shape == Shape::List;
-            checker.fault(
-                end..end,
-                Fault::MissingSection {
-                    section: section.name,
-                    list,
-                    example: section.example,
-                },
-            );
+            let fault = Fault::MissingSection {
+                section: section.name,
+                list: section.shape == Shape::List,
+                example: section.example,
+            };
+            checker.fault(end..end, fault);
         }
     }
 }

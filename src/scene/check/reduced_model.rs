@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::contacts::stiffness;
-use super::fields::{Checker, Table};
+use super::fields::{Checker, Table, places};
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawReducedModel, RawScene};
 use dovetail_solver::contact::PairLaw;
@@ -46,17 +46,15 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
     fn first<T>(list: &[Spanned<T>]) -> Option<Range<usize>> {
         list.first().map(Spanned::span)
     }
-    let sections = [
-        ("mesh", raw.mesh.as_ref().map(Spanned::span)),
+    let lists = [
         ("body", first(&raw.body)),
-        ("rotation", raw.rotation.as_ref().map(Spanned::span)),
         ("contact", first(&raw.contact)),
         ("spring", first(&raw.spring)),
         ("load", first(&raw.load)),
         ("excitation", first(&raw.excitation)),
         ("observe", first(&raw.observe)),
     ];
-    for (section, span) in sections {
+    for (section, span) in places!(raw; mesh, rotation).into_iter().chain(lists) {
         let Some(span) = span else { continue };
         let fault = Fault::Exclusive {
             first: "reduced_model".to_owned(),

@@ -2,8 +2,7 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
-use crate::scene::entries;
+use super::fields::{Checker, Table, places};
 use crate::scene::error::Fault;
 use crate::scene::raw::{Number, RawResponse};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec};
@@ -17,29 +16,14 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
     let compare = checker.optional_count(&at, "compare_harmonics", &raw.compare_harmonics, most);
-    let eps = checker.choice(
-        &at,
-        "eps",
-        &raw.eps,
-        &[
-            EpsChoice::Dynamic,
-            EpsChoice::Pair,
-            EpsChoice::SpectralRadius,
-        ],
-    );
+    use EpsChoice::{Dynamic, Pair, SpectralRadius};
+    let eps = checker.choice(&at, "eps", &raw.eps, &[Dynamic, Pair, SpectralRadius]);
     let eps_scale = checker.number(&at, "eps_scale", &raw.eps_scale);
     let iterations = checker.count(&at, "max_newton_iterations", &raw.max_newton_iterations);
-    let most_seconds = checker.optional_number(
-        &at,
-        "most_seconds_per_frequency",
-        &raw.most_seconds_per_frequency,
-    );
-    let solver = checker.choice(
-        &at,
-        "solver",
-        &raw.solver,
-        &[Solver::NewtonKrylov, Solver::Powell],
-    );
+    let key = "most_seconds_per_frequency";
+    let most_seconds = checker.optional_number(&at, key, &raw.most_seconds_per_frequency);
+    let solvers = [Solver::NewtonKrylov, Solver::Powell];
+    let solver = checker.choice(&at, "solver", &raw.solver, &solvers);
     let stuck_modes = checker.optional_count(&at, "stuck_modes", &raw.stuck_modes, None);
     let threshold = checker.optional_number(&at, "slip_threshold_m", &raw.slip_threshold_m);
     Some(ResponseSpec {
@@ -93,42 +77,25 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
     let (harmonics, samples) = (harmonics?, samples?);
     let least = Resolution::least_samples(harmonics);
     if samples < least {
-        let span = raw
-            .samples
-            .as_ref()
-            .map(Spanned::span)
-            .or(raw.harmonics.as_ref().map(Spanned::span));
+        let span = raw.samples.as_ref().or(raw.harmonics.as_ref());
+        let span = span.map_or(at.span.clone(), Spanned::span);
         let fault = Fault::TooFewSamples {
             samples,
             harmonics,
             least,
         };
-        checker.fault(span.unwrap_or(at.span.clone()), fault);
+        checker.fault(span, fault);
     }
-    Some(Resolution::Fixed { harmonics, samples })
+    Some(Resolution::fixed(harmonics, samples))
 }
 
 /// Default resolution, if neither harmonics nor an accuracy are given. Keys that need harmonics are
 /// a fault.
 fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
-    let of_harmonics = [
-        ("samples", raw.samples.as_ref().map(Spanned::span)),
-        ("tolerance", raw.tolerance.as_ref().map(Spanned::span)),
-    ];
-    for (key, span) in of_harmonics {
-        if let Some(span) = span {
-            let (path, needs) = (at.key(key), at.key("harmonics"));
-            let remedy = "give response.harmonics, too (harmonics = 3), or leave this out: from response.accuracy, by \
-                          default 0.01, harmonics, samples and tolerance follow";
-            let fault = Fault::Lacks {
-                path,
-                needs,
-                remedy,
-            };
-            checker.fault(span, fault);
-            return None;
-        }
-    }
+    let of_harmonics = places!(raw; samples, tolerance);
+    let remedy = "give response.harmonics, too (harmonics = 3), or leave this out: from response.accuracy, by \
+                  default 0.01, harmonics, samples and tolerance follow";
+    checker.all_lack(at, &of_harmonics, "harmonics", remedy)?;
     let accuracy = checker.number(at, "accuracy", &raw.accuracy)?;
     Some(Resolution::Accuracy(accuracy))
 }
@@ -140,11 +107,7 @@ fn adapted(
     raw: &RawResponse,
     accuracy: &Spanned<Number>,
 ) -> Option<Resolution> {
-    let others = [
-        ("harmonics", raw.harmonics.as_ref().map(Spanned::span)),
-        ("samples", raw.samples.as_ref().map(Spanned::span)),
-        ("tolerance", raw.tolerance.as_ref().map(Spanned::span)),
-    ];
+    let others = places!(raw; harmonics, samples, tolerance);
     let remedy =
         "keep `accuracy`, from which harmonics, samples and tolerance follow, or those, not both";
     checker.exclude(at, ("accuracy", accuracy.span()), &others, remedy)?;
@@ -161,38 +124,32 @@ fn frequency_range(
     let (key, value) = match (&raw.frequency_hz, &raw.times_first_linear_mode) {
         (Some(hz), None) => ("frequency_hz", hz),
         (None, Some(times)) => ("times_first_linear_mode", times),
-        (Some(hz), Some(times)) => {
-            let times = [("times_first_linear_mode", Some(times.span()))];
+        (Some(hz), Some(_)) => {
+            let times = places!(raw; times_first_linear_mode);
             let remedy =
                 "keep `frequency_hz` (in Hz) or `times_first_linear_mode` (relative), not both";
             checker.exclude(at, ("frequency_hz", hz.span()), &times, remedy)?;
             return None;
         }
         (None, None) => {
-            let paths = vec![at.key("frequency_hz"), at.key("times_first_linear_mode")];
-            let example = entries::example("response", "times_first_linear_mode");
-            checker.fault(at.span.clone(), Fault::NoneOf { paths, example });
+            let [hz, times] = ["frequency_hz", "times_first_linear_mode"];
+            checker.none_of(at, &[hz, times], times);
             return None;
         }
     };
     let [from, to] = value.get_ref().0;
     let one_point = from == to && points.is_none_or(|points| points == 1);
     if from <= 0.0 || (from >= to && !one_point) {
-        checker.fault(
-            value.span(),
-            Fault::EmptyRange {
-                path: at.key(key),
-                from,
-                to,
-            },
-        );
+        let path = at.key(key);
+        checker.fault(value.span(), Fault::EmptyRange { path, from, to });
         return None;
     }
-    Some(match key {
-        "frequency_hz" => FrequencyRange::Hz {
+    Some(if key == "frequency_hz" {
+        FrequencyRange::Hz {
             from_hz: from,
             to_hz: to,
-        },
-        _ => FrequencyRange::OfFirstLinearMode { from, to },
+        }
+    } else {
+        FrequencyRange::OfFirstLinearMode { from, to }
     })
 }

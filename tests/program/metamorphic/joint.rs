@@ -1,13 +1,12 @@
 //! A blade in its jaw as a scene, run by the program itself.
 
-use std::path::Path;
-use std::process::Command;
-
 use dovetail_mesh::Mesh;
 
 use super::NEWTON;
 use super::meshes::write;
 use crate::shared_folder::Folder;
+use crate::shared_program::{ended, on_scene};
+use crate::shared_runs::{Row, number, rows, summary};
 
 #[derive(Clone)]
 pub struct Joint {
@@ -108,59 +107,39 @@ impl Joint {
     /// Runs the scene in a folder of this name, which is removed at the end.
     pub fn run(&self, name: &str) -> Run {
         let folder = Folder::new(name);
-        std::fs::write(folder.join("joint.msh"), write(&self.mesh)).unwrap();
-        let scene = folder.join("joint.toml");
-        std::fs::write(&scene, self.scene()).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .arg("run")
-            .arg(&scene)
-            .args(["--no-cache", "--quiet", "--out"])
-            .arg(&folder);
-        if let Some(threads) = self.threads {
-            program.args(["--threads", threads]);
-        }
-        let output = program.output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{said}");
+        folder.write("joint.msh", write(&self.mesh));
+        let scene = folder.write("joint.toml", self.scene());
+        let mut run = on_scene("run", scene, &folder, &[]);
+        let threads = self.threads.iter();
+        ended(run.args(threads.flat_map(|n| ["--threads", n])), 0);
         read(&folder)
     }
 }
 
-fn read(folder: &Path) -> Run {
-    let response_csv = std::fs::read_to_string(folder.join("response.csv")).unwrap();
-    let mut lines = response_csv
-        .lines()
-        .map(|l| l.split(',').collect::<Vec<_>>());
-    let header = lines.next().unwrap();
-    let points = lines
-        .map(|row| {
-            let cell = |column: &str| row[header.iter().position(|h| *h == column).unwrap()];
-            let number = |column: &str| cell(column).parse::<f64>().unwrap();
-            let count = |column: &str| cell(column).parse::<usize>().unwrap();
-            assert_eq!(cell("outcome"), "converged");
-            Point {
-                frequency_hz: number("frequency_hz"),
-                amplitude_m: number("tip_amplitude_m"),
-                stuck_amplitude_m: number("tip_linear_amplitude_m"),
-                friction_power_w: number("friction_power_w"),
-                input_power_w: number("input_power_w"),
-                slipping_pairs: count("slipping_pairs"),
-                opening_pairs: count("opening_pairs"),
-            }
-        })
-        .collect();
-    let summary = std::fs::read(folder.join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
-    let state = &summary["static"];
-    let contacts = state["contacts"].as_array().unwrap();
+fn read(folder: &Folder) -> Run {
+    let point = |row: &Row| {
+        assert_eq!(row["outcome"], "converged");
+        Point {
+            frequency_hz: number(row, "frequency_hz"),
+            amplitude_m: number(row, "tip_amplitude_m"),
+            stuck_amplitude_m: number(row, "tip_linear_amplitude_m"),
+            friction_power_w: number(row, "friction_power_w"),
+            input_power_w: number(row, "input_power_w"),
+            slipping_pairs: row["slipping_pairs"].parse().unwrap(),
+            opening_pairs: row["opening_pairs"].parse().unwrap(),
+        }
+    };
+    let state = &summary(folder)["static"];
+    let contacts = state["contacts"].as_array().unwrap().iter();
     Run {
-        points,
-        static_normal_n: contacts
+        points: rows(&folder.join("response.csv"))
             .iter()
+            .map(point)
+            .collect(),
+        static_normal_n: contacts
             .map(|c| c["normal_force_n"].as_f64().unwrap())
             .collect(),
         largest_slip_m: state["largest_slip_m"].as_f64().unwrap(),
-        response_csv,
+        response_csv: folder.text("response.csv"),
     }
 }

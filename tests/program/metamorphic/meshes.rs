@@ -1,11 +1,11 @@
 //! Small dovetail with changes that must not affect the result, written as MSH 4.1.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use dovetail::mesh_files;
 use dovetail_mesh::{Connectivity, Group, Mesh};
 use dovetail_testkit::block::map_nodes;
+use dovetail_testkit::folder::root;
 
 /// Groups of the small dovetail that the scene names.
 const GROUPS: [&str; 9] = [
@@ -22,7 +22,7 @@ const GROUPS: [&str; 9] = [
 
 /// Mesh in its own unit, millimetres.
 pub fn small() -> Mesh {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_small.msh");
+    let path = root().join("meshes/dovetail_small.msh");
     mesh_files::read(&path, 1.0).unwrap()
 }
 

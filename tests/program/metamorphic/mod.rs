@@ -10,7 +10,7 @@
 mod joint;
 mod meshes;
 
-use joint::{Joint, Run};
+use joint::{Joint, Point, Run};
 use meshes::{renumbered, rotated, scaled, small};
 
 /// Relative residual at which the runs stop.
@@ -52,49 +52,20 @@ fn same(one: &Run, other: &Run, by: Factors) {
     for (a, b) in one.static_normal_n.iter().zip(&other.static_normal_n) {
         close("static normal force", *a, *b, by.force, *a);
     }
-    close(
-        "largest static slip",
-        one.largest_slip_m,
-        other.largest_slip_m,
-        by.length,
-        one.largest_slip_m,
-    );
+    let [a, b] = [one, other].map(|run| run.largest_slip_m);
+    close("largest static slip", a, b, by.length, a);
     for (a, b) in one.points.iter().zip(&other.points) {
-        close(
-            "frequency",
-            a.frequency_hz,
-            b.frequency_hz,
-            by.frequency,
-            a.frequency_hz,
-        );
-        close(
-            "amplitude",
-            a.amplitude_m,
-            b.amplitude_m,
-            by.length,
-            a.amplitude_m,
-        );
-        close(
-            "stuck amplitude",
-            a.stuck_amplitude_m,
-            b.stuck_amplitude_m,
-            by.length,
-            a.stuck_amplitude_m,
-        );
-        close(
-            "friction power",
-            a.friction_power_w,
-            b.friction_power_w,
-            by.power,
-            a.input_power_w,
-        );
-        close(
-            "input power",
-            a.input_power_w,
-            b.input_power_w,
-            by.power,
-            a.input_power_w,
-        );
+        let length =
+            |what: &str, of: fn(&Point) -> f64| close(what, of(a), of(b), by.length, of(a));
+        length("amplitude", |p| p.amplitude_m);
+        length("stuck amplitude", |p| p.stuck_amplitude_m);
+        let power = |what: &str, of: fn(&Point) -> f64| {
+            close(what, of(a), of(b), by.power, a.input_power_w);
+        };
+        power("friction power", |p| p.friction_power_w);
+        power("input power", |p| p.input_power_w);
+        let [f, g] = [a, b].map(|p| p.frequency_hz);
+        close("frequency", f, g, by.frequency, f);
         assert_eq!(a.opening_pairs, b.opening_pairs);
         assert_eq!(a.slipping_pairs, b.slipping_pairs);
     }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::text;
+
 /// Error of a mesh file that cannot be used.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
@@ -240,6 +242,27 @@ pub enum MeshError {
 }
 
 impl MeshError {
+    /// Error of a name that is none of those known.
+    pub(super) fn no_such_name<'a>(
+        what: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'a String>,
+    ) -> Self {
+        Self::NoSuchName {
+            what,
+            name: name.to_owned(),
+            known: text::list(&known.collect::<Vec<_>>()),
+        }
+    }
+
+    /// Checks that so many nodes, elements or facets can be numbered.
+    pub(super) fn check_number(what: &'static str, found: u64) -> Result<(), Self> {
+        if found >= u64::from(u32::MAX) {
+            return Err(Self::TooMany { what, found });
+        }
+        Ok(())
+    }
+
     /// Returns `true` if the file is cut off, or its bytes are not those of a mesh: the fault is in
     /// its writing, not in what was meshed.
     pub fn is_damage(&self) -> bool {

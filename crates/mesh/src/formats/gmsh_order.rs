@@ -60,6 +60,18 @@ pub fn from_gmsh(element: ElementType) -> &'static [usize] {
     }
 }
 
+/// Checks the nodes of an element of a mesh of gmsh with straight edges: each middle lies halfway
+/// between its corners.
+#[cfg(test)]
+pub(super) fn assert_middles(shape: crate::element::Shape, nodes: &[[f64; 3]]) {
+    for (middle, [a, b]) in nodes[shape.corners()..].iter().zip(shape.edges()) {
+        for axis in 0..3 {
+            let between = 0.5 * (nodes[*a][axis] + nodes[*b][axis]);
+            assert!((middle[axis] - between).abs() < 1e-9, "{shape:?} {a} {b}");
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -74,8 +86,6 @@ mod tests {
             .map(|row| row.split(' ').map(|word| word.parse().unwrap()).collect())
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
-    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let text = include_str!("../../../../meshes/elements/order2_msh2.msh");
@@ -93,18 +103,7 @@ mod tests {
             let Some(element) = solid else { continue };
             seen.insert(element);
             let at: Vec<_> = from_gmsh(element).iter().map(|i| nodes[*i]).collect();
-            for (middle, [a, b]) in at[element.shape.corners()..]
-                .iter()
-                .zip(element.shape.edges())
-            {
-                for axis in 0..3 {
-                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
-                    assert!(
-                        (middle[axis] - between).abs() < 1e-9,
-                        "{element:?}, edge {a} {b}: {middle:?}"
-                    );
-                }
-            }
+            assert_middles(element.shape, &at);
         }
         assert_eq!(seen.len(), 4, "{seen:?}");
     }

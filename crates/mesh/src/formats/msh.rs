@@ -132,10 +132,7 @@ fn check_total(what: &'static str, said: u64, found: u64) -> Result<(), MeshErro
     if said != found {
         return Err(MeshError::Total { what, said, found });
     }
-    if found >= u64::from(u32::MAX) {
-        return Err(MeshError::TooMany { what, found });
-    }
-    Ok(())
+    MeshError::check_number(what, found)
 }
 
 fn check_tags(
@@ -231,11 +228,9 @@ fn empty_groups(names: &Names, groups_of: &GroupsOf) -> Result<BTreeMap<String, 
         .iter()
         .flat_map(|((d, _), names)| names.iter().map(|n| (*d as u8, n)));
     for (dimension, name) in named.chain(used) {
-        let group = groups.entry(name.clone()).or_insert(Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        });
+        let group = groups
+            .entry(name.clone())
+            .or_insert(Group::empty(dimension));
         if group.dimension != dimension {
             return Err(MeshError::GroupNameTwice { name: name.clone() });
         }

@@ -158,12 +158,8 @@ impl<'a> Reader<'a> {
     }
 
     fn group(&mut self, dimension: u8, tag: u32) -> &mut Group {
-        let empty = || Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        };
-        self.groups.entry((dimension, tag)).or_insert_with(empty)
+        let group = self.groups.entry((dimension, tag));
+        group.or_insert_with(|| Group::empty(dimension))
     }
 
     fn nodes(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {
@@ -172,13 +168,7 @@ impl<'a> Reader<'a> {
             _ => 4 + 3 * 8,
         };
         let count = numbers.count(least)?;
-        if count >= u32::MAX as usize {
-            let found = count as u64;
-            return Err(MeshError::TooMany {
-                what: "nodes",
-                found,
-            });
-        }
+        MeshError::check_number("nodes", count as u64)?;
         for index in 0..count {
             let tag = numbers.natural("a node's tag")?;
             let at = [numbers.float()?, numbers.float()?, numbers.float()?];
@@ -329,6 +319,7 @@ fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::gmsh_order::assert_middles;
     use super::*;
     use crate::element::Shape;
     use std::collections::BTreeSet;
@@ -384,20 +375,12 @@ mod tests {
         }
     }
 
-    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its
-    /// corners.
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
         let content = parse(BINARY).unwrap();
         for nodes in content.elements.iter() {
             let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
-            let shape = ElementType::with_nodes(nodes.len()).unwrap().shape;
-            for (middle, [a, b]) in at[shape.corners()..].iter().zip(shape.edges()) {
-                for axis in 0..3 {
-                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
-                    assert!((middle[axis] - between).abs() < 1e-9, "{shape:?} {a} {b}");
-                }
-            }
+            assert_middles(ElementType::with_nodes(at.len()).unwrap().shape, &at);
         }
     }
 

@@ -32,7 +32,8 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
     let mut radius = f64::INFINITY;
     let mut first_length = 0.0;
     let mut residuals = Vec::new();
-    for iterations in 0..=options.max_iterations {
+    let mut iterations = 0;
+    loop {
         let measure = system.measure(&f);
         residuals.push(measure);
         let end = |status| NewtonEnd {
@@ -98,12 +99,7 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
                 return end(NewtonStatus::Stagnated);
             }
         }
-    }
-    NewtonEnd {
-        status: NewtonStatus::IterationLimit,
-        iterations: options.max_iterations,
-        measure: system.measure(&f),
-        residuals,
+        iterations += 1;
     }
 }
 

@@ -211,20 +211,6 @@ impl<'a> Refinement<'a> {
         &self.levels[0]
     }
 
-    /// Solves one frequency by `solve`, beginning at level `from`, and estimates its error. Where
-    /// the estimate is above an accuracy asked for, the levels above are solved. Where they have no
-    /// solution, the one found is returned with its estimate.
-    pub fn resolve<'b>(
-        &'b self,
-        frequency_hz: f64,
-        from: usize,
-        work: &mut Work,
-        solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
-    ) -> Resolved<'b> {
-        let (level, solved) = self.solve(from, work, solve);
-        self.refined(frequency_hz, level, solved, work)
-    }
-
     /// Solves one frequency by `solve` on level `from`, or on one of the next above it where no
     /// solution is found. Returns the level of the solution, and the solution.
     pub fn solve<'b>(

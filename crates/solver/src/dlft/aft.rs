@@ -705,21 +705,35 @@ mod tests {
         end
     }
 
+    /// Pair without clearance under this prediction, which has not slid before.
+    fn input(force: &[f64]) -> PairInput<'_> {
+        PairInput {
+            periods: Periods::UntilPeriodic,
+            force,
+            shift_n: 0.0,
+            friction: 0.3,
+            start: [0.0; 2],
+            rounding: None,
+        }
+    }
+
+    /// Pair with an initial clearance, which has slid before.
+    fn shifted(force: &[f64]) -> PairInput<'_> {
+        PairInput {
+            shift_n: 0.05,
+            friction: 0.4,
+            start: [0.03, -0.02],
+            ..input(force)
+        }
+    }
+
     #[test]
     fn derivative_with_slip_history_matches_differences() {
         let fourier = Fourier::new(3, 64);
         let (mut sliding, mut opening, mut solved) = (0, 0, 0);
         for trial in 0..30 {
             let f = force(fourier.width(), trial as f64);
-            let input = PairInput {
-                periods: Periods::UntilPeriodic,
-                force: &f,
-                shift_n: 0.05,
-                friction: 0.4,
-                start: [0.03, -0.02],
-                rounding: None,
-            };
-            let end = check_derivative(&fourier, input, 1e-7, &format!("trial {trial}"));
+            let end = check_derivative(&fourier, shifted(&f), 1e-7, &format!("trial {trial}"));
             sliding += usize::from(!end.always_stuck);
             opening += usize::from(end.open_samples > 0);
             solved += usize::from(matches!(end.history, History::FixedPoint { .. }));
@@ -749,18 +763,14 @@ mod tests {
                 0.1 * swing * (3.0 * phase).cos(),
                 0.1 * swing * (3.0 * phase).sin(),
             );
-            let input = |periods| PairInput {
-                periods,
-                force: &f,
-                shift_n: 0.0,
-                friction: 0.3,
-                start: [0.0; 2],
-                rounding: None,
-            };
             let force = |fourier: &Fourier, periods| {
+                let input = PairInput {
+                    periods,
+                    ..input(&f)
+                };
                 let mut lambda = vec![0.0; 21];
                 let mut signals = Signals::new(fourier.samples());
-                contact_forces(fourier, input(periods), &mut signals, &mut lambda);
+                contact_forces(fourier, input, &mut signals, &mut lambda);
                 lambda
             };
             let [found, exact] = [force(&few, periods), force(&many, Periods::Exactly(3))];
@@ -795,19 +805,11 @@ mod tests {
             for (sharpness, width_n) in [(2.0, 0.0), (8.0, 0.0), (2.0, 1.0), (8.0, 0.1)] {
                 let f = force(fourier.width(), trial as f64);
                 let input = PairInput {
-                    periods: Periods::UntilPeriodic,
-                    force: &f,
-                    shift_n: 0.05,
-                    friction: 0.4,
-                    start: [0.03, -0.02],
                     rounding: Some(Rounding { sharpness, width_n }),
+                    ..shifted(&f)
                 };
-                check_derivative(
-                    &fourier,
-                    input,
-                    1e-6,
-                    &format!("trial {trial}, {sharpness}, {width_n}"),
-                );
+                let what = format!("trial {trial}, {sharpness}, {width_n}");
+                check_derivative(&fourier, input, 1e-6, &what);
             }
         }
     }
@@ -821,12 +823,9 @@ mod tests {
             // N, t1, t2: steady compression, an elliptic tangential force within the cone's size.
             let f = [-1.0, 0.02, 0.01, 0.0, 0.2, 0.05, 0.0, 0.03, 0.16];
             let input = PairInput {
-                periods: Periods::UntilPeriodic,
-                force: &f,
-                shift_n: 0.0,
                 friction: 0.25,
                 start: [0.3 * angle.cos(), 0.3 * angle.sin()],
-                rounding: None,
+                ..input(&f)
             };
             let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
             let fixed = matches!(end.history, History::FixedPoint { .. });
@@ -842,20 +841,12 @@ mod tests {
         let mut f = vec![0.0; full];
         f[0] = -10.0;
         f[6] = 0.5;
-        let input = PairInput {
-            periods: Periods::UntilPeriodic,
-            force: &f,
-            shift_n: 0.0,
-            friction: 0.3,
-            start: [0.0; 2],
-            rounding: None,
-        };
         let mut signals = Signals::new(32);
         let mut lambda = vec![0.0; full];
-        let end = contact_forces(&fourier, input, &mut signals, &mut lambda);
+        let end = contact_forces(&fourier, input(&f), &mut signals, &mut lambda);
         assert!(end.always_stuck && end.periodic && end.history == History::FromStart(1));
         let mut d = vec![0.0; full * full];
-        contact_force_derivative(&fourier, input, &signals, &end, &mut d);
+        contact_force_derivative(&fourier, input(&f), &signals, &end, &mut d);
         for i in 0..full {
             assert!((lambda[i] - f[i]).abs() < 1e-14);
             for j in 0..full {

@@ -85,10 +85,7 @@ mod tests {
     use crate::problem::dovetail72::dovetail72;
 
     fn of(harmonics: usize, solver: Solver) -> u64 {
-        let resolution = Resolution::Fixed {
-            harmonics,
-            samples: 4096,
-        };
+        let resolution = Resolution::fixed(harmonics, 4096);
         let settings = SweepSettings {
             solver,
             ..SweepSettings::new(vec![450.0, 451.0], resolution)

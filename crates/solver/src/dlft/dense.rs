@@ -209,10 +209,7 @@ mod tests {
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {
         at_sample_points(|what, balance, u| {
-            let options = NewtonOptions {
-                tolerance: 1e-8,
-                max_iterations: 1,
-            };
+            let options = NewtonOptions::new(1e-8, 1);
             let exact = DenseBalance::new(balance, options).jacobian(u);
             assert_close(&exact, &differences(balance, u), 1e-7, what);
         });

@@ -137,10 +137,7 @@ mod tests {
     #[test]
     fn the_scale_multiplies_every_choice() {
         let problem = problem(3);
-        let damping = Rayleigh {
-            stiffness_s: 0.0,
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::NONE;
         let system = ContactSystem::new(&problem, damping);
         for choice in [
             EpsChoice::Dynamic,

@@ -11,7 +11,6 @@ use super::retention::{Mean, Retention};
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
 use crate::dlft::settings::EpsChoice;
-use crate::model::Growth;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::problem::{HarmonicLoad, Problem};
@@ -68,36 +67,26 @@ pub fn problem(pairs: usize) -> Problem {
     });
     let b = &b * &across;
     let stiffness = b.transpose() * &b;
-    let load = |seed: usize| Load {
-        on_x: (0..n).map(|i| mixed(i, seed)).collect(),
-        on_modes: (0..MODES).map(|i| mixed(i, seed + 1)).collect(),
+    let mixed_of = |n: usize, seed| (0..n).map(|i| mixed(i, seed)).collect();
+    let load = |seed: usize| Load::new(mixed_of(n, seed), mixed_of(MODES, seed + 1));
+    let observation = |seed: usize| {
+        let Load { on_x, on_modes } = load(seed);
+        ObservedDisplacement::new(seed.to_string(), on_x, on_modes)
     };
     let g = Mat::from_fn(n, MASSES, |i, j| 0.3 * mixed(i * MASSES + j, 1));
+    let coupling = Mat::from_fn(n, MODES, |i, j| 0.2 * mixed(i * MODES + j, 2));
     let reduced = ReducedModel {
-        stiffness,
-        mass: &g * g.transpose(),
-        coupling: Mat::from_fn(n, MODES, |i, j| 0.2 * mixed(i * MODES + j, 2)),
-        omega2: vec![0.9, 2.5, 4.0],
-        stuck_modes: MODES,
         static_load: load(20),
-        unit_loads: Vec::new(),
-        observations: [70, 80]
-            .map(|seed| ObservedDisplacement {
-                name: seed.to_string(),
-                on_x: load(seed).on_x,
-                on_modes: load(seed).on_modes,
-            })
-            .to_vec(),
+        observations: [70, 80].map(observation).to_vec(),
+        ..ReducedModel::new(stiffness, &g * g.transpose(), coupling, vec![0.9, 2.5, 4.0])
     };
     Problem {
         reduced,
         // The last is beyond the harmonics of the balances.
         excitations: [1, 2, HARMONICS + 1]
             .map(|harmonic| HarmonicLoad {
-                harmonic,
-                cosine: load(20 + 10 * harmonic),
                 sine: load(25 + 10 * harmonic),
-                growth: Growth::Constant,
+                ..HarmonicLoad::cosine(harmonic, load(20 + 10 * harmonic))
             })
             .to_vec(),
         laws: (0..pairs)
@@ -167,10 +156,10 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         let mut problem = problem(motions.len());
         if has_springs {
             for (pair, law) in problem.laws.iter_mut().enumerate() {
-                law.stiffness = Some(PairStiffness {
-                    normal_n_m: 4.0 + mixed(pair, 90),
-                    tangential_n_m: 3.0 + mixed(pair, 91),
-                });
+                law.stiffness = Some(PairStiffness::new(
+                    4.0 + mixed(pair, 90),
+                    3.0 + mixed(pair, 91),
+                ));
             }
         }
         let damping = Rayleigh {

@@ -106,10 +106,7 @@ mod tests {
         let problem = without_pairs();
         let omega = problem.reduced.omega2[0].sqrt();
         for (ratio, step, tolerance) in [(1e-4, 1e-6, 1e-4), (0.1, 1e-4, 1e-6)] {
-            let damping = Rayleigh {
-                stiffness_s: 2.0 * ratio / omega,
-                mass_per_s: 0.0,
-            };
+            let damping = Rayleigh::of_stiffness(2.0 * ratio / omega);
             let system = ContactSystem::new(&problem, damping);
             let first_hz = omega / TAU;
             let grid: Vec<f64> = (0..10)
@@ -138,10 +135,7 @@ mod tests {
     #[test]
     fn without_damping_no_peak_is_looked_for() {
         let problem = without_pairs();
-        let damping = Rayleigh {
-            stiffness_s: 0.0,
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::NONE;
         let system = ContactSystem::new(&problem, damping);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
         let grid = [0.9 * first_hz, 0.999 * first_hz, 1.1 * first_hz];
@@ -151,10 +145,7 @@ mod tests {
     #[test]
     fn one_frequency_is_one_point() {
         let problem = without_pairs();
-        let damping = Rayleigh {
-            stiffness_s: 1e-6,
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::of_stiffness(1e-6);
         let system = ContactSystem::new(&problem, damping);
         assert_eq!(linear_curve(&system, 1, &[450.0]).len(), 1);
         assert!(linear_curve(&system, 1, &[]).is_empty());

@@ -1,39 +1,21 @@
 //! Made-up data for unit tests: an orbit that nothing computed, and the smallest model whose curve
-//! folds.
+//! folds; and what a solution told.
 
-use super::{Orbit, Outcome};
+use super::{Orbit, Outcome, SolvedFrequency, Told};
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
-use crate::model::Growth;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
+use std::sync::Mutex;
 
 /// Orbit without pairs, with these observed amplitudes.
 pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
     Orbit {
-        frequency_hz,
-        point: 0,
-        outcome,
-        harmonics: 1,
-        x: Vec::new(),
-        lambda: Vec::new(),
-        modal: Vec::new(),
-        cycles: Vec::new(),
         observed: amplitudes_m.iter().map(|a| vec![0.0, *a, 0.0]).collect(),
         observed_amplitude_m: amplitudes_m.to_vec(),
-        friction_power_w: 0.0,
-        viscous_power_w: 0.0,
-        input_power_w: 0.0,
-        kinetic_energy_j: 0.0,
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
-        retention_n: 0.0,
+        ..Orbit::without_motion(frequency_hz, outcome)
     }
 }
 
@@ -42,40 +24,31 @@ pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit
 /// couples these motions with the first.
 pub fn mass_with_a_stop(gap_m: f64) -> Problem {
     let unit = || Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)));
-    let load = |force_n: f64| Load {
-        on_x: vec![force_n, 0.0, 0.0],
-        on_modes: Vec::new(),
-    };
+    let normal = |size: f64| vec![size, 0.0, 0.0];
     Problem {
         reduced: ReducedModel {
-            stiffness: unit(),
-            mass: unit(),
-            coupling: Mat::zeros(3, 0),
-            omega2: Vec::new(),
-            stuck_modes: 0,
-            static_load: load(0.0),
-            unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement {
-                name: "mass".to_owned(),
-                on_x: load(1.0).on_x,
-                on_modes: Vec::new(),
-            }],
+            observations: vec![ObservedDisplacement::new("mass", normal(1.0), vec![])],
+            ..ReducedModel::of_pairs(unit(), unit())
         },
         laws: vec![PairLaw {
-            friction: 0.0,
-            gap_m,
-            stiffness: Some(PairStiffness {
-                normal_n_m: 5.0,
-                tangential_n_m: 1.0,
-            }),
+            stiffness: Some(PairStiffness::new(5.0, 1.0)),
+            ..PairLaw::rigid(0.0, gap_m)
         }],
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: load(0.1),
-            sine: load(0.0),
-            growth: Growth::Constant,
-        }],
+        excitations: vec![HarmonicLoad::cosine(1, Load::new(normal(0.1), vec![]))],
     }
+}
+
+/// Result of `solve`, and the frequencies that it told of.
+pub fn recorded<T>(
+    solve: impl FnOnce(&(dyn Fn(Told<'_>) + Sync)) -> T,
+) -> (T, Vec<SolvedFrequency>) {
+    let solved = Mutex::new(Vec::new());
+    let found = solve(&|told| {
+        if let Told::Solved(one) = told {
+            solved.lock().unwrap().push(one.clone());
+        }
+    });
+    (found, solved.into_inner().unwrap())
 }
 
 /// Damping of the mass.

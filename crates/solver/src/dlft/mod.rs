@@ -4,6 +4,7 @@
 //! each block has n = 3 pairs entries (N, t1, t2 per pair).
 //! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
+use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -40,22 +41,14 @@ pub enum Outcome {
     AccuracyNotReached,
 }
 
-impl Outcome {
-    /// Word written to files.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::Stagnated => "stagnated",
-            Self::IterationLimit => "iteration_limit",
-            Self::NotPeriodic => "not_periodic",
-            Self::NotFinite => "not_finite",
-            Self::TimeLimit => "time_limit",
-            Self::LeavesSlot => "leaves_slot",
-            Self::SlidesTooFar => "slides_too_far",
-            Self::NothingHolds => "nothing_holds",
-            Self::AccuracyNotReached => "accuracy_not_reached",
-        }
+/// Word written to files.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
+}
+
+impl Outcome {
     /// Returns `true` if the balance holds to the accuracy asked for.
     pub fn is_converged(self) -> bool {
         self == Self::Converged
@@ -166,6 +159,33 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Orbit of one harmonic without pairs, where every other figure is zero and every list empty.
+    pub fn without_motion(frequency_hz: f64, outcome: Outcome) -> Self {
+        Self {
+            frequency_hz,
+            point: 0,
+            outcome,
+            harmonics: 1,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            cycles: Vec::new(),
+            observed: Vec::new(),
+            observed_amplitude_m: Vec::new(),
+            friction_power_w: 0.0,
+            viscous_power_w: 0.0,
+            input_power_w: 0.0,
+            kinetic_energy_j: 0.0,
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            newton_residuals: Vec::new(),
+            residual: 0.0,
+            estimated_error: None,
+            observed_error: Vec::new(),
+            retention_n: 0.0,
+        }
+    }
+
     /// Number of pairs of each status in the period.
     pub fn counts(&self) -> CycleCounts {
         self.cycles.iter().map(|cycle| cycle.status).collect()
@@ -217,14 +237,18 @@ pub enum Told<'a> {
     /// ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
     /// A strategy is tried at a frequency.
-    Tries {
-        /// Frequency of the first harmonic.
-        frequency_hz: f64,
-        /// Harmonics of the balance. A balance that serves only to estimate an error may have more.
-        harmonics: usize,
-        /// Description of the strategy.
-        strategy: &'a str,
-    },
+    Tries(Attempt<'a>),
+}
+
+/// Strategy that is tried at a frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct Attempt<'a> {
+    /// Frequency of the first harmonic, Hz.
+    pub frequency_hz: f64,
+    /// Harmonics of the balance. A balance that serves only to estimate an error may have more.
+    pub harmonics: usize,
+    /// Description of the strategy.
+    pub strategy: &'a str,
 }
 
 /// A frequency that a sweep has solved, with what the next frequency starts from.

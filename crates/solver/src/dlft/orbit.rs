@@ -43,9 +43,6 @@ pub fn orbit(
         )
         .collect();
     Orbit {
-        frequency_hz,
-        point: 0,
-        outcome,
         harmonics,
         x: u.to_vec(),
         lambda: evaluation.lambda.clone(),
@@ -57,13 +54,8 @@ pub fn orbit(
         input_power_w: input_w,
         kinetic_energy_j,
         cycles,
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
         retention_n: balance.retention_n(u),
+        ..Orbit::without_motion(frequency_hz, outcome)
     }
 }
 
@@ -141,27 +133,15 @@ pub fn linear_orbit(
         kinetic_energy_j,
     } = powers(system, harmonics, omega, &[], &modal);
     Orbit {
-        frequency_hz,
         point,
-        outcome: Outcome::Converged,
         harmonics,
-        x: Vec::new(),
-        lambda: Vec::new(),
         modal,
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
-        friction_power_w: 0.0,
         viscous_power_w: viscous_w,
         input_power_w: input_w,
         kinetic_energy_j,
-        cycles: Vec::new(),
-        newton_iterations: 0,
-        krylov_iterations: 0,
-        newton_residuals: Vec::new(),
-        residual: 0.0,
-        estimated_error: None,
-        observed_error: Vec::new(),
-        retention_n: 0.0,
+        ..Orbit::without_motion(frequency_hz, Outcome::Converged)
     }
 }
 
@@ -399,7 +379,6 @@ mod tests {
     use super::*;
     use crate::dlft::balance::Setting;
     use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
-    use crate::model::Growth;
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduction::damping::Rayleigh;
     use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -678,32 +657,16 @@ mod tests {
     #[test]
     fn an_assembly_without_pairs_is_its_linear_oscillators() {
         let (w2, force, mean) = (0.3, 0.7, 0.2);
-        let load = |on_modes: f64| Load {
-            on_x: vec![],
-            on_modes: vec![on_modes],
-        };
+        let load = |on_modes: f64| Load::new(vec![], vec![on_modes]);
+        let none = || Mat::zeros(0, 0);
         let problem = Problem {
             reduced: ReducedModel {
-                stiffness: Mat::zeros(0, 0),
-                mass: Mat::zeros(0, 0),
-                coupling: Mat::zeros(0, 1),
-                omega2: vec![w2],
-                stuck_modes: 1,
                 static_load: load(mean),
-                unit_loads: Vec::new(),
-                observations: vec![ObservedDisplacement {
-                    name: "u".into(),
-                    on_x: vec![],
-                    on_modes: vec![2.0],
-                }],
+                observations: vec![ObservedDisplacement::new("u", vec![], vec![2.0])],
+                ..ReducedModel::new(none(), none(), Mat::zeros(0, 1), vec![w2])
             },
             laws: vec![],
-            excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(force),
-                sine: load(0.0),
-                growth: Growth::Constant,
-            }],
+            excitations: vec![HarmonicLoad::cosine(1, load(force))],
         };
         let (a, b) = (0.1, 0.05);
         let damping = Rayleigh {

@@ -1,6 +1,8 @@
 //! Status of pairs, in the static state and in a period of the vibration about it. Each pair has
 //! exactly one status in either, so that the counts add up to the number of pairs.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// Status of a pair in the static state.
@@ -31,6 +33,13 @@ pub enum CycleStatus {
     Open = 4,
 }
 
+/// Word written to files.
+impl fmt::Display for CycleStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 impl CycleStatus {
     /// Status of a pair that is open for a fraction of the period. `slides` is true if it slides
     /// farther than the threshold.
@@ -41,17 +50,6 @@ impl CycleStatus {
             (false, _) if open_fraction > 0.0 => Self::Opening,
             (false, true) => Self::Slipping,
             (false, false) => Self::Stuck,
-        }
-    }
-
-    /// Word written to files.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Stuck => "stuck",
-            Self::Slipping => "slipping",
-            Self::Opening => "opening",
-            Self::Closing => "closing",
-            Self::Open => "open",
         }
     }
 

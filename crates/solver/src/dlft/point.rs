@@ -18,7 +18,7 @@ use super::newton_krylov::{
 use super::orbit::observed_amplitudes_m;
 use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
-use super::{Orbit, Told};
+use super::{Attempt, Orbit, Told};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
@@ -147,6 +147,14 @@ pub struct Solution<'b> {
 impl Solution<'_> {
     pub fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
+    }
+}
+
+/// Keeps the one of two solutions with the smaller residual, the first of equal ones.
+fn keep_better<'b>(best: &mut Option<Solution<'b>>, solved: Solution<'b>) {
+    let measure = solved.end.measure;
+    if best.as_ref().is_none_or(|best| measure < best.end.measure) {
+        *best = Some(solved);
     }
 }
 
@@ -484,11 +492,11 @@ impl<'a> FrequencySolver<'a> {
             {
                 break;
             }
-            (self.tell)(Told::Tries {
+            (self.tell)(Told::Tries(Attempt {
                 frequency_hz,
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
-            });
+            }));
             // Rounded pairs creep under any force, so that they find the mean only where it is
             // retained.
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
@@ -517,12 +525,7 @@ impl<'a> FrequencySolver<'a> {
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
                 }
-                if best
-                    .as_ref()
-                    .is_none_or(|b| solved.end.measure < b.end.measure)
-                {
-                    best = Some(solved);
-                }
+                keep_better(&mut best, solved);
             }
         }
         if let Some(far) = far {
@@ -612,12 +615,7 @@ impl<'a> FrequencySolver<'a> {
                     if solved.is_converged() {
                         return Some(solved);
                     }
-                    if best
-                        .as_ref()
-                        .is_none_or(|b| solved.end.measure < b.end.measure)
-                    {
-                        best = Some(solved);
-                    }
+                    keep_better(&mut best, solved);
                 }
                 best
             }
@@ -922,10 +920,7 @@ mod tests {
         at_sample_points(|_, balance, u| {
             for method in [Method::Krylov(1e-2), Method::Exact, Method::Dogleg] {
                 for max_iterations in [1, 3, 60] {
-                    let newton = NewtonOptions {
-                        tolerance: 1e-9,
-                        max_iterations,
-                    };
+                    let newton = NewtonOptions::new(1e-9, max_iterations);
                     let setting = *balance.setting;
                     let holding = Holding::of(setting.system.problem);
                     let solver = Solver::NewtonKrylov;

@@ -557,10 +557,7 @@ mod tests {
 
     #[test]
     fn a_coefficient_of_friction_above_the_most_counts_as_the_most() {
-        let options = NewtonOptions {
-            tolerance: 1e-10,
-            max_iterations: 50,
-        };
+        let options = NewtonOptions::new(1e-10, 50);
         let [at_most, above] = [1.0, 1e3].map(|times| {
             let mut problem = problem(1);
             problem.laws = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];

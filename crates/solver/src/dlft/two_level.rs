@@ -170,10 +170,7 @@ mod tests {
     /// System near the first stuck mode; pairs slip at some samples, each with a D of its own.
     fn system(problem: &Problem, pairs: &[usize]) -> (LinearSystem, HarmonicStiffness<'static>) {
         let problem: &'static Problem = Box::leak(Box::new(problem.clone()));
-        let damping = Rayleigh {
-            stiffness_s: 1e-6,
-            mass_per_s: 0.0,
-        };
+        let damping = Rayleigh::of_stiffness(1e-6);
         let stiffness = ContactSystem::new(problem, damping)
             .stiffness(0.99 * problem.reduced.omega2[0].sqrt(), HARMONICS);
         let inexact = InexactModel::new(&problem.reduced).taking_part(pairs, None);

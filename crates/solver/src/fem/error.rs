@@ -3,8 +3,7 @@
 use std::fmt;
 
 use super::statics::SolveFailure;
-use crate::model::BodyPrestress;
-use crate::model::{Body, Rotation};
+use crate::model::Body;
 
 /// Error of a body whose finite elements were not assembled.
 #[derive(Debug, thiserror::Error)]
@@ -39,18 +38,6 @@ pub enum FemError {
         position_m: [f64; 3],
     },
     #[error(
-        "body \"{body}\" buckles or flies apart at {speed_rpm:.0} rpm: with geometric stiffness and \
-         spin softening it is no longer stable, near node {node_tag} at ({}) m; check the unit of \
-         the speed and metres_per_unit, lower the speed, or set prestress = \"none\"",
-        coordinates(position_m)
-    )]
-    Unstable {
-        body: String,
-        speed_rpm: f64,
-        node_tag: u64,
-        position_m: [f64; 3],
-    },
-    #[error(
         "body \"{body}\": under rotation node {node_tag} moves {displacement_m:.3} m, more than the body is \
          large: linear elasticity means nothing there; check the unit of the speed, metres_per_unit \
          and young_pa, or lower the speed"
@@ -69,28 +56,6 @@ pub enum FemError {
 }
 
 impl FemError {
-    /// Error for a negative or zero pivot at free node `free_node` of the stiffness of a body with
-    /// its flanks held: the body is unstable under rotation, or not held at all.
-    pub fn not_positive_definite(
-        body: &Body,
-        rotation: Option<&Rotation>,
-        free_node: usize,
-    ) -> Self {
-        match rotation.filter(|r| body.rotates && r.prestress != BodyPrestress::None) {
-            Some(rotation) => {
-                let (node_tag, position_m) = locate(body, free_node);
-                let speed_rpm = rotation.speed_rad_s * 30.0 / std::f64::consts::PI;
-                Self::Unstable {
-                    body: body.name.clone(),
-                    speed_rpm,
-                    node_tag,
-                    position_m,
-                }
-            }
-            None => Self::loosely_held(body, free_node),
-        }
-    }
-
     pub(super) fn loosely_held(body: &Body, free_node: usize) -> Self {
         let (node_tag, position_m) = locate(body, free_node);
         Self::LooselyHeld {

@@ -13,7 +13,7 @@ use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
 
 /// Bodies of a mesh, with their supports, loads and observations.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Assembly {
     /// Source of the mesh that bodies without one of their own share.
     pub mesh: Option<MeshSource>,

@@ -92,12 +92,7 @@ impl<'a> ContactSystem<'a> {
         let mut load = on_x.to_vec();
         for (m, &fm) in on_modes.iter().enumerate() {
             let amplitude = fm * z / (s * self.problem.reduced.omega2[m] - z);
-            for (f, p) in load
-                .iter_mut()
-                .zip(self.problem.reduced.coupling.col(m).iter())
-            {
-                *f += amplitude * *p;
-            }
+            self.add_coupled(m, amplitude, &mut load);
         }
         load
     }
@@ -118,14 +113,17 @@ impl<'a> ContactSystem<'a> {
             let w2 = self.problem.reduced.omega2[m];
             let (d, dd) = (s * w2 - z, ds * w2 - dz);
             let amplitude = dfm * z / d + fm * (dz * d - z * dd) / (d * d);
-            for (f, p) in load
-                .iter_mut()
-                .zip(self.problem.reduced.coupling.col(m).iter())
-            {
-                *f += amplitude * *p;
-            }
+            self.add_coupled(m, amplitude, &mut load);
         }
         load
+    }
+
+    /// Adds the coupling of X to a mode, times `amplitude`.
+    fn add_coupled(&self, mode: usize, amplitude: c64, load: &mut [c64]) {
+        let coupling = self.problem.reduced.coupling.col_as_slice(mode);
+        for (f, p) in load.iter_mut().zip(coupling) {
+            *f += amplitude * *p;
+        }
     }
 
     /// Amplitudes of the stuck modes under X and a modal load, at `omega`.

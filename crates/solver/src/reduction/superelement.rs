@@ -532,13 +532,10 @@ mod tests {
                 value(at + i * j + i + j) + if i == j { 1e4 } else { 0.0 }
             })
         };
+        let coupling = Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j));
+        let omega2 = vec![1.0 / 3.0, 2.0, 2.0, 1e9];
         Superelement {
             model: ReducedModel {
-                stiffness: square(1),
-                mass: square(5),
-                coupling: Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j)),
-                omega2: vec![1.0 / 3.0, 2.0, 2.0, 1e9],
-                stuck_modes: m,
                 static_load: Load::new(vector(n, 3), vector(m, 9)),
                 unit_loads: vec![Load::new(vector(n, 20), vector(m, 30))],
                 observations: vec![ObservedDisplacement::new(
@@ -546,6 +543,7 @@ mod tests {
                     vector(n, 40),
                     vector(m, 50),
                 )],
+                ..ReducedModel::new(square(1), square(5), coupling, omega2)
             },
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
             areas_m2: Some(vec![1e-6, 2.5e-7]),

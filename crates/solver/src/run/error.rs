@@ -67,8 +67,7 @@ pub enum Error {
     },
     /// The static state was not found, so that nothing can vibrate about it.
     #[error(
-        "the static state under the steady load was not found: {} after {iterations} Newton iterations, residual {residual:.1e} of the load",
-        outcome.word()
+        "the static state under the steady load was not found: {outcome} after {iterations} Newton iterations, residual {residual:.1e} of the load"
     )]
     StaticState {
         /// Outcome of the static state.

@@ -101,7 +101,7 @@ pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
         Resolution::Fixed { samples, .. } => samples,
         Resolution::Accuracy(accuracy) => samples_for(accuracy, harmonics),
     };
-    Resolution::Fixed { harmonics, samples }
+    Resolution::fixed(harmonics, samples)
 }
 
 /// Settings of a response at these frequencies.
@@ -115,10 +115,7 @@ pub(super) fn settings(
             choice: spec.eps,
             scale: spec.eps_scale,
         },
-        newton: NewtonOptions {
-            tolerance: spec.tolerance,
-            max_iterations: spec.max_newton_iterations,
-        },
+        newton: NewtonOptions::new(spec.tolerance, spec.max_newton_iterations),
         solver: spec.solver,
         slip_threshold_m: spec.slip_threshold_m,
         most_seconds: spec.most_seconds_per_frequency,
@@ -205,16 +202,8 @@ impl Responses<'_, '_> {
                     steps.step();
                 }
             }
-            Told::Tries {
-                frequency_hz,
-                harmonics,
-                strategy,
-            } => {
-                let _ = session.tell(&Event::Tries {
-                    frequency_hz,
-                    harmonics,
-                    strategy,
-                });
+            Told::Tries(attempt) => {
+                let _ = session.tell(&Event::Tries(attempt));
             }
         };
         let solve = if follows { follow } else { sweep };
@@ -254,17 +243,20 @@ impl Responses<'_, '_> {
     /// Frequencies of a response in closed form: those of the grid, or enough for a smooth curve.
     fn linear_frequencies_hz(&self) -> Vec<f64> {
         match (self.spec.points, self.frequencies_hz) {
-            (None, &[from, to]) => {
-                let step = (to - from) / (LINEAR_POINTS - 1) as f64;
-                (0..LINEAR_POINTS).map(|i| from + step * i as f64).collect()
-            }
+            (None, &[from_hz, to_hz]) => of_smooth_curve_hz(from_hz, to_hz),
             (_, frequencies_hz) => frequencies_hz.to_vec(),
         }
     }
 }
 
-/// Frequencies of a response in closed form, where the scene has no grid.
-const LINEAR_POINTS: usize = 200;
+/// Frequencies from one to another, Hz, evenly spaced, that draw a linear response as a smooth
+/// curve.
+pub(super) fn of_smooth_curve_hz(from_hz: f64, to_hz: f64) -> Vec<f64> {
+    const POINTS: u16 = 200;
+    let step_hz = (to_hz - from_hz) / f64::from(POINTS - 1);
+    let numbers = (0..POINTS).map(f64::from);
+    numbers.map(|i| from_hz + step_hz * i).collect()
+}
 
 /// Shares of the range that the two followers of branches have behind them.
 struct Reached<'a> {

@@ -16,7 +16,7 @@ use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
 use super::outcome::{ResponseInputs, Run, StaticResult};
 use super::reduced::Reduced;
-use crate::dlft::SolvedFrequency;
+use crate::dlft::{Attempt, SolvedFrequency};
 use crate::model::Assembly;
 use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
@@ -61,52 +61,17 @@ pub enum Stage {
     Peaks,
 }
 
-impl Stage {
-    /// All stages.
-    pub const ALL: [Self; 16] = [
-        Self::Mesh,
-        Self::Model,
-        Self::FiniteElements,
-        Self::Reduction,
-        Self::Keeping,
-        Self::Recovery,
-        Self::ReducedModel,
-        Self::ReducedModelFiles,
-        Self::HeldModes,
-        Self::ModesAtSpeeds,
-        Self::StaticState,
-        Self::StaticFiles,
-        Self::Response,
-        Self::ResponseFiles,
-        Self::TimeIntegration,
-        Self::Peaks,
-    ];
-
-    /// Name for programs, which stays when a title changes.
-    pub fn id(self) -> &'static str {
-        match self {
-            Self::Mesh => "mesh",
-            Self::Model => "model",
-            Self::FiniteElements => "finite_elements",
-            Self::Reduction => "reduction",
-            Self::Keeping => "keeping",
-            Self::Recovery => "recovery",
-            Self::ReducedModel => "reduced_model",
-            Self::ReducedModelFiles => "reduced_model_files",
-            Self::HeldModes => "held_modes",
-            Self::ModesAtSpeeds => "modes_at_speeds",
-            Self::StaticState => "static_state",
-            Self::StaticFiles => "static_files",
-            Self::Response => "response",
-            Self::ResponseFiles => "response_files",
-            Self::TimeIntegration => "time_integration",
-            Self::Peaks => "peaks",
-        }
+/// Name for programs, which stays when a title changes.
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
+}
 
-    /// Stage with this name for programs.
-    pub fn of_id(id: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|stage| stage.id() == id)
+impl Stage {
+    /// Name for programs.
+    pub fn id(self) -> String {
+        self.to_string()
     }
 
     /// Title for readers, where a run has no better one.
@@ -191,14 +156,7 @@ pub enum Event<'a> {
         compared_harmonics: Option<usize>,
     },
     /// A strategy is tried at a frequency.
-    Tries {
-        /// Frequency of the excitation, Hz.
-        frequency_hz: f64,
-        /// Number of harmonics kept.
-        harmonics: usize,
-        /// Name of the strategy.
-        strategy: &'a str,
-    },
+    Tries(Attempt<'a>),
     /// One frequency of the response that began last is solved, converged or not, or solved once
     /// more ([`SolvedFrequency::again`]).
     Frequency(&'a SolvedFrequency),
@@ -510,13 +468,10 @@ mod tests {
     }
 
     #[test]
-    fn ids_lead_back_to_their_stage() {
-        for stage in Stage::ALL {
-            assert_eq!(Stage::of_id(stage.id()), Some(stage));
-            let written = serde_json::to_value(stage).unwrap();
-            assert_eq!(written, stage.id());
-            assert_eq!(serde_json::from_value::<Stage>(written).unwrap(), stage);
-        }
-        assert_eq!(Stage::of_id("response, 3 harmonics"), None);
+    fn the_id_of_a_stage_leads_back_to_it() {
+        let stage = Stage::ReducedModelFiles;
+        assert_eq!(stage.id(), "reduced_model_files");
+        let read = serde_json::from_value::<Stage>(stage.id().into());
+        assert_eq!(read.unwrap(), stage);
     }
 }

@@ -41,9 +41,6 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
         tolerance,
         max_iterations,
     } = static_options(scene);
-    let newton = NewtonOptions {
-        tolerance,
-        max_iterations,
-    };
+    let newton = NewtonOptions::new(tolerance, max_iterations);
     solve_static(problem, load_steps, newton)
 }

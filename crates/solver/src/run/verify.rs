@@ -265,21 +265,11 @@ mod tests {
     use crate::contact::PairLaw;
     use crate::description::{FrequencyRange, ReducedModelSpec, StaticSpec};
     use crate::dlft::settings::Resolution;
-    use crate::model::Assembly;
     use crate::reduction::damping::DampingSpec;
 
     #[test]
     fn a_motion_in_time_has_no_fewer_modes_than_harmonics_require() {
-        let bodies = Subject::Assembly(Box::new(Assembly {
-            mesh: None,
-            bodies: Vec::new(),
-            rotation: None,
-            contacts: Vec::new(),
-            springs: Vec::new(),
-            loads: Vec::new(),
-            excitations: Vec::new(),
-            observations: Vec::new(),
-        }));
+        let bodies = Subject::Assembly(Box::default());
         let folder = Subject::ReducedModel(ReducedModelSpec {
             folder: "model".into(),
             law: PairLaw::rigid(0.3, 0.0),

@@ -2,14 +2,13 @@
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-use crate::shared_problems::{damping_of, dovetail72};
+use crate::shared_problems::{self, damping_of, dovetail72};
 
 const FORCE_N: f64 = 1.5;
 
@@ -28,8 +27,7 @@ fn respond(resolution: Resolution) -> Response {
             .collect(),
         resolution,
     );
-    let statics = static_state(model, 10, settings.newton);
-    sweep(model, damping_of(model), &statics, &settings, &[], &|_| ())
+    shared_problems::respond(model, damping_of(model), &settings)
 }
 
 fn fine() -> &'static Response {
@@ -91,7 +89,7 @@ fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
 
 #[test]
 fn the_estimate_is_of_the_size_of_the_error() {
-    // Of motions of one harmonic, whose errors are far above those of the fine response.
+    // One harmonic alone errs far more than the fine response does.
     let response = respond(Resolution::fixed(1, 128));
     let estimates = response.orbits.iter().zip(errors(&response));
     let ratios: Vec<f64> = estimates

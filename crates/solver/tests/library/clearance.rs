@@ -22,7 +22,9 @@ use faer::Mat;
 use std::f64::consts::TAU;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72};
-use crate::shared_scenes::{FEW_MODES, blocks_assembly, distance, reduced, two_blocks};
+use crate::shared_scenes::{
+    FEW_MODES, assert_pressure, blocks_assembly, distance, reduced, two_blocks,
+};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -493,16 +495,9 @@ fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
     ] {
         let (model, state) =
             of_quarters([upper, lower], around, [HUB, SHAFT], -interference_m, 0.0);
-        for (p, pair) in model.pairs.iter().enumerate() {
-            let pressure = -state.lambda[3 * p] / pair.area_m2;
-            let off = pressure / expected - 1.0;
-            assert!(
-                off.abs() < 0.03,
-                "{upper:?} {lower:?} at {:?}: {off:e}",
-                pair.position_m
-            );
-        }
-        // What presses one half of the hub from the other: p r l, the resultant over a quarter.
+        println!("{upper:?} {lower:?}");
+        assert_pressure(&model, &state, expected, 0.03);
+        // The resultant p r l over a quarter presses one half of the hub from the other.
         let force: f64 = model
             .pairs
             .iter()

@@ -5,8 +5,7 @@ use crate::shared_scenes::{blocks_assembly, bytes};
 use dovetail_mesh::quality;
 use dovetail_solver::model::bind;
 
-/// Whatever happens to the bytes, the answer is a mesh or an error; and a mesh that is read can be
-/// checked and bound.
+/// Reads the bytes as a mesh. The answer is a mesh, which can be checked and bound, or an error.
 fn survives(bytes: Vec<u8>) -> bool {
     match dovetail_mesh::parse(bytes, MM) {
         Ok(mesh) => {

@@ -1,11 +1,11 @@
 //! A rigid cube that slides on rigid ground in most of the period, on a spring, excited at its
 //! base. Friction reverses twice in a period, at instants between the samples.
 
+use crate::shared_problems::respond;
 use crate::shared_rigid_body::{DAMPING, NEWTON, amplitude_in_time_m, body};
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::dlft::{Orbit, Outcome};
 
 /// A cube of steel with sides of 10 mm.
@@ -23,10 +23,7 @@ fn solve(frequency_hz: f64, resolution: Resolution, eps_scale: f64) -> Orbit {
     };
     settings.newton = NEWTON;
     settings.slip_threshold_m = Some(1e-9);
-    let state = static_state(&model, 10, NEWTON);
-    sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
-        .orbits
-        .remove(0)
+    respond(&model, DAMPING, &settings).orbits.remove(0)
 }
 
 fn integrated_m(frequency_hz: f64) -> f64 {

@@ -53,10 +53,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
             law: PairLaw {
                 friction: 0.0,
                 gap_m: 1.0,
-                stiffness: Some(PairStiffness {
-                    normal_n_m: 5.0,
-                    tangential_n_m: 1.0,
-                }),
+                stiffness: Some(PairStiffness::new(5.0, 1.0)),
             },
             force_n,
         }),

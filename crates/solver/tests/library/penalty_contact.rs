@@ -10,16 +10,15 @@ use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, SolvedFrequency, Told};
+use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, Told};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
-use crate::shared_problems::{damping_of, diagonal, dovetail72};
+use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -57,10 +56,8 @@ impl Mass {
                 stiffness: Some(self.springs),
             }],
             excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(self.force_n[0]),
                 sine: load(self.force_n[1]),
-                growth: Growth::Constant,
+                ..HarmonicLoad::cosine(1, load(self.force_n[0]))
             }],
         }
     }
@@ -71,14 +68,11 @@ impl Mass {
 
     /// Orbit by harmonic balance at an angular frequency.
     fn orbit(&self, omega: f64, harmonics: usize, solver: Solver) -> Orbit {
-        let model = self.model();
-        let state = static_state(&model, 10, NEWTON);
-        assert_eq!(state.outcome, Outcome::Converged);
         let resolution = Resolution::fixed(harmonics, 1024);
         let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
         settings.newton = NEWTON;
         settings.solver = solver;
-        let response = sweep(&model, self.damping(), &state, &settings, &[], &|_| ());
+        let response = respond(&self.model(), self.damping(), &settings);
         let orbit = response.orbits.into_iter().next().unwrap();
         assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
         orbit
@@ -226,15 +220,12 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
             stiffness: stiffness.map(|n_m| PairStiffness::new(n_m, n_m)),
         };
         let model = dovetail72(law, 1.0);
-        let damping = damping_of(&model);
-        let state = static_state(&model, 10, NEWTON);
-        assert_eq!(state.outcome, Outcome::Converged);
         let resolution = Resolution::fixed(3, 128);
         // Below the first stuck frequency, where nothing is resonant.
         let hz = 0.98 * model.reduced.omega2[0].sqrt() / TAU;
         let mut settings = SweepSettings::new(vec![hz], resolution);
         settings.newton = NEWTON;
-        let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+        let response = respond(&model, damping_of(&model), &settings);
         let orbit = &response.orbits[0];
         assert!(
             orbit.outcome.is_converged(),
@@ -327,6 +318,14 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             vec![on / f64::sqrt(mass)],
         )
     };
+    // A spring of 1 N/m and that of the pair, the same, share it.
+    let pressing = |i: usize| {
+        if i.is_multiple_of(3) {
+            -2.0 * hertz_force(i / 3)
+        } else {
+            0.0
+        }
+    };
     let observed = excited(1.0);
     let model = Problem {
         reduced: ReducedModel {
@@ -342,19 +341,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
             omega2: vec![body / mass],
             stuck_modes: 1,
-            static_load: Load {
-                // A spring of 1 N/m and that of the pair, the same, share it.
-                on_x: (0..n)
-                    .map(|i| {
-                        if i % 3 == 0 {
-                            -2.0 * hertz_force(i / 3)
-                        } else {
-                            0.0
-                        }
-                    })
-                    .collect(),
-                on_modes: vec![0.0],
-            },
+            static_load: Load::new((0..n).map(pressing).collect(), vec![0.0]),
             unit_loads: Vec::new(),
             observations: vec![ObservedDisplacement::new(
                 "body",
@@ -364,21 +351,17 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         },
         laws: vec![
             PairLaw {
-                friction: HERTZ_FRICTION,
-                gap_m: 0.0,
                 stiffness: Some(PairStiffness::new(1.0, own)),
+                ..PairLaw::rigid(HERTZ_FRICTION, 0.0)
             };
             HERTZ_PAIRS
         ],
         excitations: vec![HarmonicLoad::cosine(1, excited(in_phase.hypot(ahead)))],
     };
-    let state = static_state(&model, 10, NEWTON);
-    assert_eq!(state.outcome, Outcome::Converged);
     let resolution = Resolution::fixed(31, 512);
     let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
     settings.newton = NEWTON;
-    let damping = Rayleigh::NONE;
-    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+    let response = respond(&model, Rayleigh::NONE, &settings);
     let orbit = &response.orbits[0];
     assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
 
@@ -411,7 +394,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
     ] {
         assert!((found / expected - 1.0).abs() < 2e-5, "{found} {expected}");
     }
-    // Where sqrt(1 - x^2) < 0.7.
+    // Pairs slide where sqrt(1 - x^2) < 0.7.
     let expected = (0..HERTZ_PAIRS)
         .filter(|pair| hertz_force(*pair) < amplitude * HERTZ_SPACING)
         .count();
@@ -465,7 +448,7 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
         (response, told.into_inner().unwrap())
     };
     let (response, told) = run(&[]);
-    // What is solved again is told with its place, and a sweep that knows it takes it as it is.
+    // A frequency that is solved again is told with its place, and a sweep that knows it takes it.
     let again = |told: &[SolvedFrequency]| told.iter().filter(|s| s.again).count();
     assert!(again(&told) > 0 && told.len() == response.orbits.len() + again(&told));
     let (resumed, retold) = run(&told);

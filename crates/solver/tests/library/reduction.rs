@@ -249,7 +249,7 @@ fn tied_omega2(model: &Model, structure: &Structure, open: &[usize]) -> Vec<f64>
     dense_omega2(&tied(|b| &b.stiffness), &tied(|b| &b.mass))
 }
 
-/// Whatever stuck modes are kept: all of them give the full model's frequencies.
+/// The frequencies are those of the full model if all stuck modes are kept.
 #[test]
 fn the_linear_modes_are_those_of_the_bodies_tied_at_the_closed_pairs() {
     let (model, structure) = assembled(None);

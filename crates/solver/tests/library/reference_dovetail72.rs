@@ -13,7 +13,7 @@ use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, PairStatus, Respons
 use dovetail_solver::problem::Problem;
 use dovetail_testkit::folder::root;
 
-use crate::shared_problems::{damping_of, dovetail72};
+use crate::shared_problems::{self, damping_of, dovetail72};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -43,14 +43,7 @@ fn respond(
     // The reference evaluated three periods, whether the forces were periodic by then or not.
     settings.periods = Periods::Exactly(3);
     settings.solver = solver;
-    sweep(
-        model,
-        damping_of(model),
-        &statics(model),
-        &settings,
-        &[],
-        &|_| (),
-    )
+    shared_problems::respond(model, damping_of(model), &settings)
 }
 
 #[test]

@@ -5,9 +5,8 @@
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, StaticState};
+use dovetail_solver::dlft::sweep::SweepSettings;
+use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
@@ -15,7 +14,7 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::time::Instant;
 
-use crate::shared_problems::diagonal;
+use crate::shared_problems::{self, diagonal};
 use crate::shared_rigid_body::settled_from_rest;
 
 const DAMPING: Rayleigh = Rayleigh::of_mass(0.02);
@@ -54,8 +53,7 @@ fn respond(friction: f64, frequencies_hz: Vec<f64>, harmonics: usize) -> Vec<Orb
     let mut settings = SweepSettings::new(frequencies_hz, resolution);
     settings.slip_threshold_m = Some(1e-9);
     settings.newton = NEWTON;
-    let state: StaticState = static_state(&model, 10, NEWTON);
-    sweep(&model, DAMPING, &state, &settings, &[], &|_| ()).orbits
+    shared_problems::respond(&model, DAMPING, &settings).orbits
 }
 
 fn range(count: u32) -> Vec<f64> {

@@ -36,7 +36,6 @@ pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
 
 pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {
     Assembly {
-        springs: Vec::new(),
         mesh: Some(MeshSource {
             kind: MeshKind::File {
                 path: PathBuf::from("test.msh"),
@@ -52,7 +51,6 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
         }),
         bodies,
         contacts,
-        loads: Vec::new(),
         excitations: vec![ExcitationSpec {
             kind: ExcitationKind::force(probe, [0.0, 1.0, 0.0]),
             amplitude: 6.0,
@@ -64,5 +62,6 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
             points: probe.into(),
             direction: [0.0, 0.6, 0.8],
         }],
+        ..Assembly::default()
     }
 }

@@ -1,6 +1,9 @@
-//! The reference model of 72 pairs, and matrices of models of one pair.
+//! The reference model of 72 pairs, matrices of models of one pair, and responses of both.
 
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::Response;
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
@@ -11,6 +14,14 @@ use faer::Mat;
 pub fn dovetail72(law: PairLaw, force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
     Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+}
+
+/// Response about the static state under ten steps of the load, which has to be found.
+#[track_caller]
+pub fn respond(model: &Problem, damping: Rayleigh, settings: &SweepSettings) -> Response {
+    let state = static_state(model, 10, settings.newton);
+    assert!(state.outcome.is_converged(), "{:?}", state.outcome);
+    sweep(model, damping, &state, settings, &[], &|_| ())
 }
 
 /// 0.1 % of critical damping on the first stuck mode.

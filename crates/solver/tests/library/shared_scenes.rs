@@ -1,6 +1,7 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 
 use dovetail_mesh::Mesh;
+use dovetail_solver::dlft::StaticState;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{Assembly, Model, bind};
 use dovetail_solver::problem::Problem;
@@ -22,6 +23,15 @@ pub fn reduced(assembly: &Assembly, mesh: &Mesh, wanted: StuckModes) -> (Model, 
     let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     (model, problem)
+}
+
+/// Checks the pressure on each pair, within a relative tolerance.
+#[track_caller]
+pub fn assert_pressure(model: &Model, state: &StaticState, expected_pa: f64, tolerance: f64) {
+    for (p, pair) in model.pairs.iter().enumerate() {
+        let off = -state.lambda[3 * p] / pair.area_m2 / expected_pa - 1.0;
+        assert!(off.abs() < tolerance, "{:?}: {off:e}", pair.position_m);
+    }
 }
 
 /// Few stuck modes, for a static state.

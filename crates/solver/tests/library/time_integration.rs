@@ -3,10 +3,9 @@
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Response, StaticState};
+use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
@@ -17,7 +16,7 @@ use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-use crate::shared_problems::{damping_of, diagonal, dovetail72};
+use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};
 
 const UNDAMPED: Rayleigh = Rayleigh::NONE;
 
@@ -151,7 +150,7 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
             off(&fine),
             fine.periods
         );
-        // Of first order in the step; without damping the motion keeps wandering by so much.
+        // The error is of first order in the step: without damping the motion keeps wandering.
         assert!(off(&coarse).abs() < 6.0 / 500.0, "b {b} F {friction_n}");
         assert!(off(&fine).abs() < 6.0 / 2000.0, "b {b} F {friction_n}");
         let work = fine.cycle.work.friction_j / (4.0 * friction_n * expected) - 1.0;
@@ -257,20 +256,14 @@ fn a_pair_lifts_off_flies_and_lands() {
 
 const SETTLE: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
-fn balanced(
-    model: &Problem,
-    harmonics: usize,
-    frequencies_hz: Vec<f64>,
-) -> (StaticState, Response) {
-    let state = static_state(model, 10, SETTLE);
-    let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, 256));
+fn balanced(model: &Problem, harmonics: usize, frequency_hz: f64) -> Response {
+    let mut settings = SweepSettings::new(vec![frequency_hz], Resolution::fixed(harmonics, 256));
     settings.newton = SETTLE;
-    let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
-    (state, response)
+    respond(model, damping_of(model), &settings)
 }
 
 fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Until) -> Comparison {
-    let (_, response) = balanced(model, harmonics, vec![hz]);
+    let response = balanced(model, harmonics, hz);
     assert!(response.orbits[0].outcome.is_converged());
     compare(
         model,
@@ -341,7 +334,7 @@ fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
     assert!(integrated.steady);
     let theirs = integrated.integration.first_harmonic_m.unwrap();
     let off = [1, 3, 7].map(|harmonics| {
-        let (_, response) = balanced(&model, harmonics, vec![699.5]);
+        let response = balanced(&model, harmonics, 699.5);
         let c = &response.orbits[0].observed[0];
         (c[1].hypot(c[2]) / theirs - 1.0).abs()
     });

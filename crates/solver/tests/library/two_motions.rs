@@ -2,11 +2,11 @@
 //! are named where the curve is followed, and a grid tells of a jump.
 
 use dovetail_solver::contact::PairLaw;
-use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Response, SecondMotion};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -97,6 +97,16 @@ fn reached(from_hz: f64, to_hz: f64) -> f64 {
     amplitude
 }
 
+/// Range with both motions. By steps in time both exist from 0.170 to 0.200 Hz.
+fn both_motions(response: &Response) -> &SecondMotion {
+    let [two] = &response.second_motions[..] else {
+        panic!("{:?}", response.second_motions);
+    };
+    assert!((two.from_hz - 0.170).abs() < 3e-3, "{two:?}");
+    assert!((two.to_hz - 0.200).abs() < 3e-3, "{two:?}");
+    two
+}
+
 #[test]
 fn whatever_the_range_both_motions_of_a_fold_are_named() {
     let by_time = [(0.14, 0.185), (0.28, 0.185)].map(|(from, to)| reached(from, to));
@@ -107,12 +117,7 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
         let response = respond(from_hz, &[], to_hz, 7);
         println!("{from_hz} to {to_hz} Hz: {:?}", response.second_motions);
         assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
-        let [two] = &response.second_motions[..] else {
-            panic!("{:?}", response.second_motions);
-        };
-        // By steps in time both exist from 0.170 to 0.200 Hz.
-        assert!((two.from_hz - 0.170).abs() < 3e-3, "{two:?}");
-        assert!((two.to_hz - 0.200).abs() < 3e-3, "{two:?}");
+        let two = both_motions(&response);
         assert!(two.from_hz <= two.frequency_hz && two.frequency_hz <= two.to_hz);
         let top = peak(&response, 0).unwrap();
         println!(
@@ -175,12 +180,7 @@ fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
     println!("{} points", response.orbits.len());
     assert_eq!(response.curves().len(), 1, "{:?}", response.branches);
     assert!(response.orbits.len() < 60);
-    // By steps in time both exist from 0.170 to 0.200 Hz.
-    let [two] = &response.second_motions[..] else {
-        panic!("{:?}", response.second_motions);
-    };
-    assert!((two.from_hz - 0.170).abs() < 3e-3, "{two:?}");
-    assert!((two.to_hz - 0.200).abs() < 3e-3, "{two:?}");
+    both_motions(&response);
     for hz in asked_hz {
         let at = response.orbits.iter().filter(|o| o.frequency_hz == hz);
         let found: Vec<f64> = at.map(|o| half_range(&o.observed[0])).collect();

@@ -5,13 +5,11 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::{card, line};
 use crate::export::manifest::{ResponseSummary, RunState};
-use crate::warning::Weight;
+use crate::warning::{LARGE_ERROR, Weight};
 use crate::words::{
     bounded, cycle_counts, error_words, figure, percent, quantity, supported_digits,
 };
 
-/// Estimated error above which the report points it out.
-const DOUBTFUL: f64 = 0.02;
 /// Relative change of the peak above which the report points it out.
 const CHANGED: f64 = 1e-3;
 /// Error of the energy balance above which the report points it out.
@@ -179,7 +177,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             }
             @match response.peak_estimated_error {
-                Some(error) => (line(error <= DOUBTFUL, &html! {
+                Some(error) => (line(error <= LARGE_ERROR, &html! {
                     "The harmonics left out change the peak by " (bounded(error, "an estimated")) "."
                 })),
                 None if response.peak_amplitude_m.is_some() && contents.has_pairs() => {

@@ -91,14 +91,6 @@ struct Assembly<'a> {
     face_counts: Option<Rc<HashMap<[u32; 4], u32>>>,
 }
 
-fn group(dimension: u8) -> Group {
-    Group {
-        dimension,
-        elements: Vec::new(),
-        nodes: Vec::new(),
-    }
-}
-
 impl Assembly<'_> {
     fn nodes(&mut self) {
         for (scope, _) in self.model.scopes() {
@@ -202,9 +194,9 @@ impl Assembly<'_> {
     /// Groups of solids, of facets and of lines.
     fn element_groups(&mut self, name: &str, elements: &[u32], solids: Origin) {
         let mut groups = [
-            (solids, group(3)),
-            (Origin::Shells, group(2)),
-            (Origin::Lines, group(1)),
+            (solids, Group::empty(3)),
+            (Origin::Shells, Group::empty(2)),
+            (Origin::Lines, Group::empty(1)),
         ];
         for element in elements {
             let (place, nodes) = (
@@ -235,7 +227,7 @@ impl Assembly<'_> {
 
     fn node_group(&mut self, name: &str, nodes: &[u32], origin: Origin) {
         let nodes = nodes.to_vec();
-        let mut group = group(0);
+        let mut group = Group::empty(0);
         group.nodes = nodes;
         self.keep(name, origin, group);
     }
@@ -256,7 +248,7 @@ impl Assembly<'_> {
 
     fn surface(&mut self, name: &str, scope: usize, surface: &Surface) -> Result<(), MeshError> {
         let mut faces = BTreeSet::new();
-        let mut group = group(2);
+        let mut group = Group::empty(2);
         let mut edges = 0;
         for line in &surface.lines {
             let elements = self.model.target(What::Elements, scope, &line.target)?;
@@ -361,17 +353,10 @@ impl Assembly<'_> {
                 let result = self.model.set(What::Elements, number, &section.set);
                 let error = |e| self.model.at(section.place, "*SOLID SECTION", e);
                 let elements = result.map_err(error)?;
-                let known = deck
-                    .materials
-                    .iter()
-                    .find(|m| key(&m.name) == key(&section.material));
-                let Some(known) = known else {
-                    let names: Vec<&str> = deck.materials.iter().map(|m| m.name.as_str()).collect();
-                    return Err(error(MeshError::NoSuchName {
-                        what: "material",
-                        name: section.material.clone(),
-                        known: text::list(&names),
-                    }));
+                let (all, name) = (deck.materials.iter(), &section.material);
+                let Some(known) = all.clone().find(|m| key(&m.name) == key(name)) else {
+                    let names = all.map(|m| &m.name);
+                    return Err(error(MeshError::no_such_name("material", name, names)));
                 };
                 let materials = &mut self.content.materials;
                 let place = *places.entry(key(&section.material)).or_insert_with(|| {

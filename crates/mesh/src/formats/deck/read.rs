@@ -143,6 +143,19 @@ fn name_once(list: &mut Vec<String>, name: &str) {
     }
 }
 
+/// A name that none of its kind has yet.
+fn new_name<'a>(
+    name: &str,
+    what: &'static str,
+    mut taken: impl Iterator<Item = &'a String>,
+) -> Result<String, MeshError> {
+    let name = name.to_owned();
+    if taken.any(|other| key(other) == key(&name)) {
+        return Err(MeshError::ScopeTwice { what, name });
+    }
+    Ok(name)
+}
+
 impl Reader {
     fn at_keyword(&self, lines: &Lines<'_>, error: MeshError) -> MeshError {
         let keyword = &self.keyword;
@@ -232,12 +245,7 @@ impl Reader {
         let parameter = if of_elements { "ELSET" } else { "NSET" };
         let name = keyword.required(parameter)?.to_owned();
         let instance = keyword.get("INSTANCE").map(str::to_owned);
-        let scope = self.scope();
-        let sets = if of_elements {
-            &mut scope.elsets
-        } else {
-            &mut scope.nsets
-        };
+        let sets = self.scope().sets(of_elements);
         let block = block(sets, &name, keyword.place, instance.as_deref());
         if let (false, Some(elements)) = (of_elements, keyword.get("ELSET")) {
             block.elements_of.push(elements.to_owned());
@@ -306,16 +314,8 @@ impl Reader {
     }
 
     fn material(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        let name = keyword.required("NAME")?.to_owned();
-        if self
-            .deck
-            .materials
-            .iter()
-            .any(|m| key(&m.name) == key(&name))
-        {
-            let what = "materials";
-            return Err(MeshError::ScopeTwice { what, name });
-        }
+        let taken = self.deck.materials.iter().map(|m| &m.name);
+        let name = new_name(keyword.required("NAME")?, "materials", taken)?;
         self.deck.materials.push(Material {
             name,
             ..Material::default()
@@ -392,18 +392,8 @@ impl Reader {
         let misplaced = |needs: &'static str| MeshError::Misplaced { needs };
         match (keyword.name.as_str(), self.open, self.in_assembly) {
             ("PART", Open::Root, None) => {
-                let name = keyword.required("NAME")?.to_owned();
-                if self
-                    .deck
-                    .parts
-                    .iter()
-                    .any(|part| key(&part.name) == key(&name))
-                {
-                    return Err(MeshError::ScopeTwice {
-                        what: "parts",
-                        name,
-                    });
-                }
+                let taken = self.deck.parts.iter().map(|part| &part.name);
+                let name = new_name(keyword.required("NAME")?, "parts", taken)?;
                 self.deck.parts.push(Scope {
                     name,
                     ..Scope::default()
@@ -425,41 +415,17 @@ impl Reader {
     }
 
     fn instance(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        let name = keyword.required("NAME")?.to_owned();
-        let part = keyword.required("PART")?;
-        if self
-            .deck
-            .instances
-            .iter()
-            .any(|i| key(&i.name) == key(&name))
-        {
-            return Err(MeshError::ScopeTwice {
-                what: "instances",
-                name,
-            });
-        }
-        let Some(part) = self.deck.parts.iter().find(|p| key(&p.name) == key(part)) else {
-            let known: Vec<&str> = self.deck.parts.iter().map(|p| p.name.as_str()).collect();
-            return Err(MeshError::NoSuchName {
-                what: "part",
-                name: part.to_owned(),
-                known: crate::text::list(&known),
-            });
+        let (name, part) = (keyword.required("NAME")?, keyword.required("PART")?);
+        let taken = self.deck.instances.iter().map(|instance| &instance.name);
+        let name = new_name(name, "instances", taken)?;
+        let parts = self.deck.parts.iter();
+        let Some(part) = parts.clone().find(|p| key(&p.name) == key(part)) else {
+            let known = parts.map(|p| &p.name);
+            return Err(MeshError::no_such_name("part", part, known));
         };
-        let nodes = self
-            .deck
-            .instances
-            .iter()
-            .map(|i| i.nodes.len())
-            .sum::<usize>()
-            + part.nodes.len();
-        if nodes >= u32::MAX as usize {
-            let found = nodes as u64;
-            return Err(MeshError::TooMany {
-                what: "nodes",
-                found,
-            });
-        }
+        let others = self.deck.instances.iter().map(|i| i.nodes.len());
+        let nodes = others.sum::<usize>() + part.nodes.len();
+        MeshError::check_number("nodes", nodes as u64)?;
         let part = Scope {
             name,
             part: part.name.clone(),
@@ -600,12 +566,7 @@ impl Reader {
         instance: Option<&str>,
     ) -> Result<(), MeshError> {
         let place = self.keyword.place;
-        let scope = self.scope();
-        let sets = if of_elements {
-            &mut scope.elsets
-        } else {
-            &mut scope.nsets
-        };
+        let sets = self.scope().sets(of_elements);
         if generate {
             let fields: Vec<&str> = fields(text).filter(|f| !f.is_empty()).collect();
             let wrong = || MeshError::Generate {
@@ -667,12 +628,8 @@ impl Reader {
         let scope = self.scope();
         for field in fields(text).filter(|f| !f.is_empty()) {
             let Some(other) = scope.surfaces.get(&key(unquoted(field))).cloned() else {
-                let known: Vec<&str> = scope.surfaces.values().map(|s| s.name.as_str()).collect();
-                return Err(MeshError::NoSuchName {
-                    what: "surface",
-                    name: unquoted(field).to_owned(),
-                    known: crate::text::list(&known),
-                });
+                let known = scope.surfaces.values().map(|s| &s.name);
+                return Err(MeshError::no_such_name("surface", unquoted(field), known));
             };
             if let Some(surface) = scope.surfaces.get_mut(&key(name)) {
                 surface.of_nodes = other.of_nodes;
@@ -747,18 +704,14 @@ impl Reader {
         }
         if !self.aside_types.is_empty() {
             let types = crate::text::list(&self.aside_types);
-            self.deck
-                .remarks
-                .push(format!("Elements of these types were left aside: {types}."));
+            let remark = format!("Elements of these types were left aside: {types}.");
+            self.deck.remarks.push(remark);
         }
         if !self.aside.is_empty() {
             let keywords = crate::text::list(&self.aside);
             let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
-            let scene = if self
-                .aside
-                .iter()
-                .any(|k| of_the_scene.contains(&k.as_str()))
-            {
+            let mut all = self.aside.iter();
+            let scene = if all.any(|keyword| of_the_scene.contains(&keyword.as_str())) {
                 " What holds, touches and loads the bodies stands in the scene."
             } else {
                 ""
@@ -774,9 +727,8 @@ impl Reader {
         }
         if !self.aside_parameters.is_empty() {
             let parameters = crate::text::list(&self.aside_parameters);
-            self.deck
-                .remarks
-                .push(format!("These parameters were not read: {parameters}."));
+            let remark = format!("These parameters were not read: {parameters}.");
+            self.deck.remarks.push(remark);
         }
         if !self.of_temperature.is_empty() {
             let materials = crate::text::list(&self.of_temperature);

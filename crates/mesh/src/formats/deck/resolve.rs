@@ -9,7 +9,6 @@ use super::read::Deck;
 use super::scope::{Block, Scope, Sets, key};
 use crate::MeshError;
 use crate::element::Connectivity;
-use crate::text;
 
 /// Most sets inside one another.
 const DEEPEST: usize = 200;
@@ -162,16 +161,9 @@ impl<'a> Model<'a> {
         depth: usize,
     ) -> Result<Rc<Vec<u32>>, MeshError> {
         let Some((scope, set_key)) = self.find(what, scope, name) else {
-            let known: Vec<&str> = self
-                .sets_of(what, scope)
-                .values()
-                .map(|s| s.name.as_str())
-                .collect();
-            return Err(MeshError::NoSuchName {
-                what: if what == What::Nodes { "NSET" } else { "ELSET" },
-                name: name.to_owned(),
-                known: text::list(&known),
-            });
+            let known = self.sets_of(what, scope).values().map(|set| &set.name);
+            let what = if what == What::Nodes { "NSET" } else { "ELSET" };
+            return Err(MeshError::no_such_name(what, name, known));
         };
         let set = &self.sets_of(what, scope)[&set_key];
         let in_list = (what, scope, set_key);
@@ -250,15 +242,8 @@ impl<'a> Model<'a> {
 
     fn instance_or_error(&self, name: &str) -> Result<usize, MeshError> {
         self.instance(name).ok_or_else(|| {
-            let known: Vec<&str> = self.scopes[1..]
-                .iter()
-                .map(|p| p.scope.name.as_str())
-                .collect();
-            MeshError::NoSuchName {
-                what: "instance",
-                name: name.to_owned(),
-                known: text::list(&known),
-            }
+            let known = self.scopes[1..].iter().map(|p| &p.scope.name);
+            MeshError::no_such_name("instance", name, known)
         })
     }
 

@@ -156,6 +156,15 @@ pub(super) struct Scope {
 }
 
 impl Scope {
+    /// Sets of elements, or those of nodes.
+    pub fn sets(&mut self, of_elements: bool) -> &mut Sets {
+        if of_elements {
+            &mut self.elsets
+        } else {
+            &mut self.nsets
+        }
+    }
+
     /// Adds a node.
     ///
     /// # Errors

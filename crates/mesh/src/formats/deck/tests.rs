@@ -1,8 +1,9 @@
 use std::collections::BTreeSet;
 
+use super::super::gmsh_order::assert_middles;
 use super::super::msh2;
 use super::*;
-use crate::element::Shape;
+use crate::element::{ElementType, Shape};
 
 fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
     panic!("{name} is included");
@@ -593,27 +594,15 @@ fn types_are_known_by_their_names() {
 fn nodes_stand_in_our_order() {
     let deck = include_str!("../../../../../meshes/elements/order2.inp");
     let content = read(&without_pyramids(deck)).unwrap();
-    let shapes: BTreeSet<Shape> = content
-        .elements
-        .iter()
-        .map(|nodes| {
-            let shape = crate::element::ElementType::with_nodes(nodes.len())
-                .unwrap()
-                .shape;
-            let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
-            for (middle, [a, b]) in at[shape.corners()..].iter().zip(shape.edges()) {
-                for axis in 0..3 {
-                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
-                    assert!((middle[axis] - between).abs() < 1e-9, "{shape:?}");
-                }
-            }
-            shape
-        })
-        .collect();
-    assert_eq!(
-        shapes,
-        [Shape::Tetrahedron, Shape::Wedge, Shape::Hexahedron].into()
-    );
+    let mut shapes = BTreeSet::new();
+    for nodes in content.elements.iter() {
+        let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
+        let shape = ElementType::with_nodes(at.len()).unwrap().shape;
+        assert_middles(shape, &at);
+        shapes.insert(shape);
+    }
+    let expected = [Shape::Tetrahedron, Shape::Wedge, Shape::Hexahedron];
+    assert_eq!(shapes, expected.into());
 }
 
 #[test]

@@ -148,13 +148,7 @@ impl Grid {
             let tags = first as u64..self.content.nodes.len() as u64;
             self.content.node_tags.extend(tags);
         }
-        let found = self.content.nodes.len() as u64;
-        if found >= u64::from(u32::MAX) {
-            return Err(MeshError::TooMany {
-                what: "nodes",
-                found,
-            });
-        }
+        MeshError::check_number("nodes", self.content.nodes.len() as u64)?;
         if piece.cells == 0 {
             return Ok(());
         }
@@ -311,9 +305,8 @@ impl Grid {
             let is_mark = is_mark(values);
             for (value, nodes) in by_value {
                 let group = Group {
-                    dimension: 0,
-                    elements: Vec::new(),
                     nodes,
+                    ..Group::empty(0)
                 };
                 if is_mark && value == 1 {
                     self.insert(format!("{name}{suffix}"), group.clone())?;
@@ -325,11 +318,7 @@ impl Grid {
     }
 
     fn group_of(&self, dimension: u8, cells: &[usize]) -> Group {
-        let mut group = Group {
-            dimension,
-            elements: Vec::new(),
-            nodes: Vec::new(),
-        };
+        let mut group = Group::empty(dimension);
         for placed in cells.iter().map(|i| &self.cells[*i]) {
             let nodes = match placed.cell {
                 Cell::Solid(_) => self.content.elements.of(placed.index as usize),

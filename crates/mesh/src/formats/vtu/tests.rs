@@ -9,48 +9,23 @@ macro_rules! elements {
     };
 }
 
+const ORDER1: &[u8] = elements!("order1_msh2.msh");
+const ORDER2: &[u8] = elements!("order2_msh2.msh");
+
 /// Files that VTK and meshio wrote of the meshes that gmsh made, each encoded in another way.
 const FILES: [(&str, &[u8], &[u8]); 8] = [
-    (
-        "ascii",
-        elements!("order1_ascii.vtu"),
-        elements!("order1_msh2.msh"),
-    ),
-    (
-        "binary",
-        elements!("order1_binary.vtu"),
-        elements!("order1_msh2.msh"),
-    ),
-    (
-        "raw, plain",
-        elements!("order1_raw_plain.vtu"),
-        elements!("order1_msh2.msh"),
-    ),
+    ("ascii", elements!("order1_ascii.vtu"), ORDER1),
+    ("binary", elements!("order1_binary.vtu"), ORDER1),
+    ("raw, plain", elements!("order1_raw_plain.vtu"), ORDER1),
     (
         "appended, big endian",
         elements!("order1_appended_plain.vtu"),
-        elements!("order1_msh2.msh"),
+        ORDER1,
     ),
-    (
-        "meshio",
-        elements!("order1_meshio.vtu"),
-        elements!("order1_msh2.msh"),
-    ),
-    (
-        "zlib",
-        elements!("order2_zlib.vtu"),
-        elements!("order2_msh2.msh"),
-    ),
-    (
-        "appended, zlib",
-        elements!("order2_appended.vtu"),
-        elements!("order2_msh2.msh"),
-    ),
-    (
-        "raw, zlib",
-        elements!("order2_raw.vtu"),
-        elements!("order2_msh2.msh"),
-    ),
+    ("meshio", elements!("order1_meshio.vtu"), ORDER1),
+    ("zlib", elements!("order2_zlib.vtu"), ORDER2),
+    ("appended, zlib", elements!("order2_appended.vtu"), ORDER2),
+    ("raw, zlib", elements!("order2_raw.vtu"), ORDER2),
 ];
 
 fn nodes_of(content: &Content, group: &str) -> BTreeSet<Vec<u32>> {

@@ -9,7 +9,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::orbit::linear_point;
 use crate::dlft::peaks::{inside, vertex};
-use crate::dlft::point::{Neighbour, Solution, Work};
+use crate::dlft::point::{Neighbour, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
@@ -118,8 +118,6 @@ struct Follower<'b, 's> {
     guess: Option<Neighbour>,
     /// `true` once the branch has left the range.
     has_left: bool,
-    /// `true` if the error of each point is estimated.
-    estimates: bool,
     work: Work,
 }
 
@@ -142,7 +140,6 @@ impl<'b, 's> Follower<'b, 's> {
             next_hz: course.from_hz,
             guess: None,
             has_left: false,
-            estimates: true,
             work: Work::default(),
         };
         new.restore();
@@ -151,7 +148,7 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Follows the branch until it leaves the range, or until a step passes `stop_hz`.
     fn advance(&mut self, stop_hz: Option<f64>) {
-        let Course { from_hz, to_hz, .. } = self.course;
+        let Course { from_hz, to_hz } = self.course;
         let toward = (to_hz - from_hz).signum();
         let is_at = |hz: f64| (self.branch.points.iter()).any(|p| p.orbit.frequency_hz == hz);
         if stop_hz.is_some_and(is_at) {
@@ -255,18 +252,16 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
     /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
-    /// Returns the peak, whose error is not estimated, and its level; `None` where the branch leaves
-    /// the range or is lost before.
+    /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
     fn climb(
         &mut self,
         (near, level): (&Neighbour, usize),
         observation: usize,
     ) -> Option<(Orbit, usize)> {
-        let Course { from_hz, to_hz, .. } = self.course;
+        let Course { from_hz, to_hz } = self.course;
         self.next_hz = near.frequency_hz.clamp(from_hz, to_hz);
         self.level = level;
         self.guess = Some(near.clone());
-        self.estimates = false;
         self.begin();
         let tracer = self.tracer.as_mut()?;
         tracer.set_step(CLIMBING_STEP);
@@ -302,16 +297,6 @@ impl<'b, 's> Follower<'b, 's> {
         None
     }
 
-    /// Judges a solution of a level, where errors are estimated.
-    fn judged(&mut self, at_hz: f64, level: usize, solved: Solution<'b>) -> Resolved<'b> {
-        if self.estimates {
-            let refinement = &self.run.refinement;
-            refinement.refined(at_hz, level, solved, &mut self.work)
-        } else {
-            Resolved::without_estimate(level, solved)
-        }
-    }
-
     /// Looks for a motion to follow, on from where the branch was lost.
     fn begin(&mut self) {
         let run = self.run;
@@ -321,10 +306,9 @@ impl<'b, 's> Follower<'b, 's> {
         let neighbour = last.or_else(|| self.guess.take());
         let at_hz = self.next_hz;
         self.work.start_counting(run.most_seconds);
-        let (level, solved) = (run.refinement).solve(self.level, &mut self.work, |level, work| {
+        let found = run.resolve(at_hz, self.level, &mut self.work, |level, work| {
             level.solve(at_hz, neighbour.as_ref(), work)
         });
-        let found = self.judged(at_hz, level, solved);
         self.level = found.level;
         if found.solved.is_converged() && self.course.range_hz() > 0.0 {
             let solver = run.refinement.level(found.level);
@@ -358,9 +342,9 @@ impl<'b, 's> Follower<'b, 's> {
                 frequency_hz,
                 length,
             } = found;
-            let on_curve = solver.on_curve(frequency_hz, solution, &mut self.work);
-            if let Some(solution) = on_curve {
-                let resolved = self.judged(frequency_hz, self.level, solution);
+            let work = &mut self.work;
+            if let Some(solution) = solver.on_curve(frequency_hz, solution, work) {
+                let resolved = run.judged(frequency_hz, self.level, solution, work);
                 self.record(resolved, frequency_hz, length, Part::Passed);
             }
             self.work.start_counting(run.most_seconds);
@@ -381,7 +365,7 @@ impl<'b, 's> Follower<'b, 's> {
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
-        let resolved = self.judged(at_hz, self.level, solved);
+        let resolved = run.judged(at_hz, self.level, solved, &mut self.work);
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
@@ -458,7 +442,7 @@ impl<'b, 's> Follower<'b, 's> {
         let solver = run.refinement.level(self.level);
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
-        let resolved = self.judged(at_hz, self.level, solution);
+        let resolved = run.judged(at_hz, self.level, solution, work);
         let amplitudes = self.record(resolved, at_hz, length, Part::Added);
         Some((point, amplitudes[observation]))
     }
@@ -567,7 +551,7 @@ fn part_of(solved: &SolvedFrequency) -> Option<Part> {
 /// Frequency behind a gap after another one, within the course, and not behind the one at which a
 /// motion was looked for last: a branch that turned back may be lost on its way back.
 fn beyond(course: Course, frequency_hz: f64, gap_hz: f64, looked_for_hz: f64) -> f64 {
-    let Course { from_hz, to_hz, .. } = course;
+    let Course { from_hz, to_hz } = course;
     let left_hz = |from: f64| (to_hz - from).abs();
     let next_hz = if left_hz(frequency_hz) > gap_hz {
         frequency_hz + (to_hz - from_hz).signum() * gap_hz
@@ -627,13 +611,14 @@ pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
 }
 
 impl Run<'_> {
-    /// Follows the branches that begin at the two ends of a range, each to the middle. Where they
-    /// do not meet there, both are followed to where they leave the range: a curve that folds is
-    /// then the same from both ends, and two branches that are not remain two.
-    pub(super) fn followed(&self, course: Course, asked_hz: &[f64]) -> Response {
+    /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
+    /// Where they do not meet there, both are followed to where they leave the range: a curve that
+    /// folds is then the same from both ends, and two branches that are not remain two.
+    pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
+        let course = Course::over(asked_hz);
         let mut response = assembled(self.branches(course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
-        let Course { from_hz, to_hz, .. } = course;
+        let Course { from_hz, to_hz } = course;
         let even = (0..=LINEAR_PARTS)
             .map(|i| from_hz + (to_hz - from_hz) * i as f64 / LINEAR_PARTS as f64);
         let own = response.linear.iter().map(|p| p.frequency_hz);
@@ -653,7 +638,6 @@ impl Run<'_> {
         let back = Course {
             from_hz: course.to_hz,
             to_hz: course.from_hz,
-            ..course
         };
         let [mut rising, mut falling] = [(course, false), (back, true)]
             .map(|(course, from_last)| Follower::new(self, course, asked_hz, from_last));
@@ -684,9 +668,9 @@ impl Run<'_> {
         vec![rising, falling]
     }
 
-    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found. The
-    /// errors of the points on the way are not estimated, and that of the peak is: where it needs
-    /// more harmonics, its peak with these is looked for from there.
+    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found. Its
+    /// error is estimated: where it needs more harmonics, its peak with these is looked for from
+    /// there.
     pub(super) fn peak_near(
         &self,
         course: Course,
@@ -703,20 +687,25 @@ impl Run<'_> {
         loop {
             let mut follower = Follower::new(self, course, &[], false);
             let (peak, of_peak) = follower.climb((&near, level), observation)?;
-            let (at_hz, work) = (peak.frequency_hz, &mut follower.work);
-            work.start_counting(self.most_seconds);
-            near = Neighbour::of(&peak, None);
-            let solver = self.refinement.level(of_peak);
-            let solved = solver.solve_from(at_hz, &near, work);
-            let judged = self.refinement.refined(at_hz, of_peak, solved, work);
-            level = judged.level;
-            let place = (peak.point, at_hz);
-            let judged = self.orbit_of(judged, place, &follower.work);
-            if level == of_peak {
-                return judged.outcome.has_motion().then_some(judged);
+            let estimated = self.estimated(&peak, of_peak);
+            if estimated.1 == of_peak {
+                return estimated.0.outcome.has_motion().then_some(estimated.0);
             }
-            near = Neighbour::of(&judged, None);
+            near = Neighbour::of(&estimated.0, None);
+            level = estimated.1;
         }
+    }
+
+    /// A motion with the estimate of its error, and its level: a higher one where an accuracy asks
+    /// for it.
+    pub(super) fn estimated(&self, orbit: &Orbit, level: usize) -> (Orbit, usize) {
+        let (at_hz, mut work) = (orbit.frequency_hz, Work::default());
+        work.start_counting(self.most_seconds);
+        let from = Neighbour::of(orbit, None);
+        let solved = (self.refinement.level(level)).solve_from(at_hz, &from, &mut work);
+        let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
+        let level = resolved.level;
+        (self.orbit_of(resolved, (orbit.point, at_hz), &work), level)
     }
 
     /// Returns `true` if two motions at one frequency have the same vibration: that of what is
@@ -760,11 +749,7 @@ mod tests {
     #[test]
     fn a_motion_is_looked_for_ever_further_on_and_last_at_the_end() {
         for (from_hz, to_hz) in [(100.0, 200.0), (200.0, 100.0)] {
-            let course = Course {
-                from_hz,
-                to_hz,
-                curve_error: 1e-3,
-            };
+            let course = Course { from_hz, to_hz };
             let at = |share: f64| from_hz + share * (to_hz - from_hz);
             let next = |share: f64, looked_for: f64| {
                 beyond(course, at(share), GAP * course.range_hz(), at(looked_for))

@@ -19,17 +19,12 @@ mod several;
 mod trace;
 
 pub use follow::so_far;
-pub use peak::{Guess, peak_near};
+pub use peak::{Guess, estimated, peak_near};
 
 use super::sweep::{Run, SweepSettings, in_run};
 use super::{Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
-use trace::Course;
-
-/// Error of the cubics that join the points of a branch, relative to what is observed, by which
-/// steps are chosen.
-const CURVE_ERROR: f64 = 1e-3;
 
 /// Follows the response from the first to the last frequency of the settings, and from the last to
 /// the first. One branch comes of it where both meet, and two where they do not. Each of the
@@ -49,16 +44,7 @@ pub fn follow(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
-    let frequencies_hz = &settings.frequencies_hz;
-    let ends = frequencies_hz.first().zip(frequencies_hz.last());
-    // Without a frequency there is nothing to solve.
-    let (from_hz, to_hz) = ends.map_or((0.0, 0.0), |(from, to)| (*from, *to));
-    let course = Course {
-        from_hz,
-        to_hz,
-        curve_error: CURVE_ERROR,
-    };
-    let solve = |run: &Run<'_>| run.followed(course, frequencies_hz);
+    let solve = |run: &Run<'_>| run.followed(&settings.frequencies_hz);
     in_run(
         problem,
         damping,
@@ -74,7 +60,7 @@ pub fn follow(
 mod tests {
     use super::*;
     use crate::contact::PairLaw;
-    use crate::dlft::made_up::{self, mass_with_a_stop};
+    use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
@@ -82,7 +68,6 @@ mod tests {
     use crate::problem::dovetail72::{damping, dovetail72};
     use std::collections::HashSet;
     use std::f64::consts::TAU;
-    use std::sync::Mutex;
 
     /// Frequency and amplitude of each point of a response of one branch without a gap.
     fn curve(response: &Response) -> Vec<(f64, f64)> {
@@ -102,10 +87,7 @@ mod tests {
             let problem = dovetail72(force);
             let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
             let asked = [0.975, 0.99, 0.998, 1.01, 1.025].map(|r| r * first_hz);
-            let resolution = Resolution::Fixed {
-                harmonics: 1,
-                samples: 64,
-            };
+            let resolution = Resolution::fixed(1, 64);
             let settings = |frequencies_hz| SweepSettings::new(frequencies_hz, resolution);
             let state = static_state(&problem, 10, settings(vec![]).newton);
             let damping = damping(&problem);
@@ -148,10 +130,7 @@ mod tests {
     fn a_curve_is_followed_round_both_of_its_folds_from_either_end() {
         for (gap_m, asked_hz, turns_up) in [(1.0, 0.19, true), (-0.2, 0.25, false)] {
             let problem = mass_with_a_stop(gap_m);
-            let resolution = Resolution::Fixed {
-                harmonics: 5,
-                samples: 128,
-            };
+            let resolution = Resolution::fixed(5, 128);
             let mut amplitudes = Vec::new();
             for ends in [[0.1, 0.4], [0.4, 0.1]] {
                 let frequencies_hz = vec![ends[0], asked_hz, ends[1]];
@@ -205,15 +184,9 @@ mod tests {
         let settings = SweepSettings::new(vec![0.12, 0.2], Resolution::Accuracy(1e-4));
         let state = static_state(&problem, 1, settings.newton);
         let damping = made_up::DAMPING;
-        let parts = Mutex::new(Vec::new());
-        let tell = |told: Told<'_>| {
-            if let Told::Solved(solved) = told {
-                let part = solved.along.as_ref().map(|along| along.part);
-                parts.lock().unwrap().push((part, solved.orbit.outcome));
-            }
-        };
-        follow(&problem, damping, &state, &settings, &[], &tell);
-        let parts = parts.into_inner().unwrap();
+        let (_, told) = recorded(|tell| follow(&problem, damping, &state, &settings, &[], tell));
+        let part = |s: &SolvedFrequency| s.along.as_ref().map(|along| along.part);
+        let parts: Vec<_> = told.iter().map(|s| (part(s), s.orbit.outcome)).collect();
         let missed = (parts.iter()).filter(|(_, outcome)| *outcome == Outcome::AccuracyNotReached);
         assert!(missed.count() > 3, "{parts:?}");
         assert!(
@@ -226,31 +199,17 @@ mod tests {
     #[test]
     fn a_branch_that_was_broken_off_goes_on_to_the_same_bits() {
         let problem = mass_with_a_stop(1.0);
-        let resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples: 64,
-        };
+        let resolution = Resolution::fixed(3, 64);
         let frequencies_hz = (0..81).map(|i| 0.1 + 0.3 * f64::from(i) / 80.0).collect();
         let mut settings = SweepSettings::new(frequencies_hz, resolution);
         settings.slip_threshold_m = Some(1e-9);
         let state = static_state(&problem, 1, settings.newton);
         let run = |earlier: &[SolvedFrequency]| {
-            let told = Mutex::new(Vec::new());
-            let tell = |event: Told<'_>| {
-                if let Told::Solved(solved) = event {
-                    told.lock().unwrap().push(solved.clone());
-                }
-            };
-            let response = follow(
-                &problem,
-                made_up::DAMPING,
-                &state,
-                &settings,
-                earlier,
-                &tell,
-            );
+            let damping = made_up::DAMPING;
+            let (response, told) =
+                recorded(|tell| follow(&problem, damping, &state, &settings, earlier, tell));
             let text = format!("{:?}{:?}", response.orbits, response.branches);
-            (text, told.into_inner().unwrap())
+            (text, told)
         };
         let (whole, told) = run(&[]);
         let [rising, falling] = [false, true].map(|from_last| {
@@ -294,10 +253,7 @@ mod tests {
         let mut problem = mass_with_a_stop(0.0);
         problem.reduced.stiffness[(0, 0)] = 0.0;
         problem.reduced.static_load.on_x[0] = -0.05;
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 32,
-        };
+        let resolution = Resolution::fixed(1, 32);
         let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
         settings.slip_threshold_m = Some(1e-9);
         settings.most_seconds = Some(0.0);
@@ -322,10 +278,7 @@ mod tests {
         let mut problem = dovetail72(2.0);
         problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 128,
-        };
+        let resolution = Resolution::fixed(1, 128);
         let ends = [0.98, 1.02].map(|ratio| ratio * first_hz);
         let settings = SweepSettings::new(ends.to_vec(), resolution);
         let state = static_state(&problem, 10, settings.newton);

@@ -1,7 +1,6 @@
 //! Peak of an observed amplitude, found on the curve near a motion that is known, without the rest
 //! of the curve.
 
-use super::CURVE_ERROR;
 use super::trace::Course;
 use crate::dlft::point::{Neighbour, resized};
 use crate::dlft::sweep::{Run, SweepSettings, in_run};
@@ -50,8 +49,9 @@ impl Guess {
 
 /// Finds the peak of an observed amplitude near a motion: the curve through it is followed towards
 /// larger amplitudes, until they fall again, and points are added at the peak as
-/// [`follow`](super::follow) adds them. The settings have the two ends of the range. `None` where
-/// the curve leaves the range before a peak, or cannot be followed.
+/// [`follow`](super::follow) adds them. The settings have the two ends of the range. The error of the
+/// peak is estimated, and those of the points on the way are not. `None` where the curve leaves the
+/// range before a peak, or cannot be followed.
 pub fn peak_near(
     problem: &Problem,
     damping: Rayleigh,
@@ -60,18 +60,39 @@ pub fn peak_near(
     (guess, observation): (&Guess, usize),
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Option<Orbit> {
-    let ends = settings
-        .frequencies_hz
-        .first()
-        .zip(settings.frequencies_hz.last());
-    let (from_hz, to_hz) = ends.filter(|(from, to)| from < to)?;
-    let course = Course {
-        from_hz: *from_hz,
-        to_hz: *to_hz,
-        curve_error: CURVE_ERROR,
+    let course = Course::over(&settings.frequencies_hz);
+    if course.from_hz >= course.to_hz {
+        return None;
+    }
+    let settings = SweepSettings {
+        estimates: false,
+        ..settings.clone()
     };
     let solve = |run: &Run<'_>| run.peak_near(course, guess, observation);
-    in_run(problem, damping, static_state, settings, &[], tell, solve)
+    in_run(problem, damping, static_state, &settings, &[], tell, solve)
+}
+
+/// A motion of a response whose errors were not estimated, with the estimate of its error.
+pub fn estimated(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    orbit: &Orbit,
+) -> Orbit {
+    let solve = |run: &Run<'_>| {
+        let level = run.refinement.level_of(orbit.harmonics);
+        run.estimated(orbit, level).0
+    };
+    in_run(
+        problem,
+        damping,
+        static_state,
+        settings,
+        &[],
+        &|_| (),
+        solve,
+    )
 }
 
 #[cfg(test)]
@@ -96,10 +117,7 @@ mod tests {
     /// From the peak under another force, from both sides of it, and from far off.
     #[test]
     fn a_peak_is_that_of_the_whole_curve_wherever_it_is_looked_for() {
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 64,
-        };
+        let resolution = Resolution::fixed(1, 64);
         let problem = dovetail72(1.0);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
         let ends = [0.97, 1.03].map(|ratio| ratio * first_hz);
@@ -141,10 +159,7 @@ mod tests {
     #[test]
     fn a_peak_above_a_fold_is_found_from_behind_the_fold() {
         let problem = mass_with_a_stop(1.0);
-        let resolution = Resolution::Fixed {
-            harmonics: 5,
-            samples: 128,
-        };
+        let resolution = Resolution::fixed(5, 128);
         let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
         settings.slip_threshold_m = Some(1e-9);
         let state = static_state(&problem, 1, settings.newton);
@@ -165,10 +180,7 @@ mod tests {
     fn a_curve_without_a_peak_in_the_range_has_none() {
         let problem = dovetail72(1.0);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
-        let resolution = Resolution::Fixed {
-            harmonics: 1,
-            samples: 64,
-        };
+        let resolution = Resolution::fixed(1, 64);
         let settings = SweepSettings::new(vec![0.9 * first_hz, 0.98 * first_hz], resolution);
         let state = static_state(&problem, 10, settings.newton);
         let damping = damping(&problem);

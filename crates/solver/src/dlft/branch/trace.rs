@@ -8,6 +8,9 @@ use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
+/// Error of the cubics that join the points of a branch, relative to |T|, by which steps are
+/// chosen.
+const CURVE_ERROR: f64 = 1e-3;
 /// First step.
 const FIRST_STEP: f64 = 0.02;
 /// Longest step: by it what is observed changes by a half.
@@ -69,18 +72,23 @@ enum Ahead<'a> {
     Along(&'a [f64], f64),
 }
 
-/// Range through which a curve is followed, and how closely.
+/// Range through which a curve is followed.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
     /// Frequency at which the curve begins, Hz.
     pub from_hz: f64,
     /// Frequency at which it ends, Hz.
     pub to_hz: f64,
-    /// Error of the cubics that join the points, relative to |T|.
-    pub curve_error: f64,
 }
 
 impl Course {
+    /// Range from the first to the last of these frequencies; at 0 where there is none.
+    pub fn over(frequencies_hz: &[f64]) -> Self {
+        let [from_hz, to_hz] = [frequencies_hz.first(), frequencies_hz.last()]
+            .map(|end| end.copied().unwrap_or_default());
+        Self { from_hz, to_hz }
+    }
+
     /// Length of the range, Hz.
     pub fn range_hz(self) -> f64 {
         (self.to_hz - self.from_hz).abs()
@@ -381,34 +389,13 @@ impl<'b, 's> Tracer<'b, 's> {
         let (off, off_hz) = (from(&expected), frequency_hz - predicted_hz);
         let along_curve = scales.product((&off, off_hz), along) / length;
         let off = scales.length(&off, off_hz).powi(2) - along_curve * along_curve;
-        let error = INTERPOLATED * off.max(0.0).sqrt() / self.course.curve_error;
+        let error = INTERPOLATED * off.max(0.0).sqrt() / CURVE_ERROR;
         if error > TOO_FAR_OFF && may_shorten {
             return None;
         }
-        let Course { from_hz, to_hz, .. } = self.course;
-        let ends = [from_hz, to_hz];
+        let Course { from_hz, to_hz } = self.course;
         let leaves = !(from_hz.min(to_hz)..=from_hz.max(to_hz)).contains(&frequency_hz);
-        let asked = asked_hz
-            .iter()
-            .chain(leaves.then_some(&ends).into_iter().flatten());
-        let mut crossed: Vec<(f64, f64)> = asked
-            .flat_map(|hz| self.crossings(*hz, &next).into_iter().map(|t| (t, *hz)))
-            .collect();
-        crossed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(end) = crossed
-            .iter()
-            .position(|(_, hz)| leaves && ends.contains(hz))
-        {
-            crossed.truncate(end + 1);
-        }
-        let mut passed: Vec<Found<'b>> = Vec::new();
-        for (fraction, hz) in crossed {
-            let before = passed.last().map_or(self.passed_length, |p| p.length);
-            let length = self.last.length + fraction * (next.length - self.last.length);
-            if length > before + SAME_LENGTH {
-                passed.push(self.at_frequency(hz, fraction, &next, work)?);
-            }
-        }
+        let passed = self.passed_before(&next, leaves, asked_hz, work)?;
         self.passed_length = passed.last().map_or(self.passed_length, |p| p.length);
         let by_error = 0.9 * error.max(1e-9).powf(-0.25);
         let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
@@ -427,6 +414,36 @@ impl<'b, 's> Tracer<'b, 's> {
             reached: (!leaves).then_some(reached),
             leaves,
         })
+    }
+
+    /// Solutions at the frequencies asked for that the curve crosses before `next`, in their order.
+    /// Where it leaves the range the end of the range is the last of them. `None` where one of them
+    /// is not found.
+    fn passed_before(
+        &self,
+        next: &Point,
+        leaves: bool,
+        asked_hz: &[f64],
+        work: &mut Work,
+    ) -> Option<Vec<Found<'b>>> {
+        let ends = [self.course.from_hz, self.course.to_hz];
+        let ends = if leaves { &ends[..] } else { &[] };
+        let mut crossed: Vec<(f64, f64)> = (asked_hz.iter().chain(ends))
+            .flat_map(|hz| self.crossings(*hz, next).into_iter().map(|t| (t, *hz)))
+            .collect();
+        crossed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(end) = crossed.iter().position(|(_, hz)| ends.contains(hz)) {
+            crossed.truncate(end + 1);
+        }
+        let mut passed: Vec<Found<'b>> = Vec::new();
+        for (fraction, hz) in crossed {
+            let before = passed.last().map_or(self.passed_length, |p| p.length);
+            let length = self.last.length + fraction * (next.length - self.last.length);
+            if length > before + SAME_LENGTH {
+                passed.push(self.at_frequency(hz, fraction, next, work)?);
+            }
+        }
+        Some(passed)
     }
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and

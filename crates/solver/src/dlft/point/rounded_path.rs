@@ -182,10 +182,10 @@ impl Path<'_, '_> {
             _ => END_ITERATIONS,
         };
         let newton = self.solver.newton;
-        let options = NewtonOptions {
-            tolerance: tolerance.max(newton.tolerance),
-            max_iterations: most_iterations.min(newton.max_iterations),
-        };
+        let options = NewtonOptions::new(
+            tolerance.max(newton.tolerance),
+            most_iterations.min(newton.max_iterations),
+        );
         let start = resized(&self.u, fewer.unknowns());
         let solved = fewer.iterate(balance, start, self.method, options, work);
         if solved.is_converged() {

@@ -1,10 +1,9 @@
 //! Quick tests of what a sweep does with its frequencies, on a mass in front of a stop.
 
 use super::*;
-use crate::dlft::made_up::{self, mass_with_a_stop};
+use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
 use crate::dlft::static_state::static_state;
 use std::ops::RangeInclusive;
-use std::sync::Mutex;
 
 /// Iteration count that marks a made-up frequency.
 const MARK: usize = 1_000_000;
@@ -22,23 +21,14 @@ fn of_mass(
 ) -> (Response, Vec<SolvedFrequency>) {
     let spacing_hz = (range_hz.end() - range_hz.start()) / f64::from(points - 1);
     let frequencies_hz = (0..points).map(|i| range_hz.start() + spacing_hz * f64::from(i));
-    let resolution = Resolution::Fixed {
-        harmonics: 1,
-        samples: 32,
-    };
+    let resolution = Resolution::fixed(1, 32);
     let mut settings = SweepSettings::new(frequencies_hz.collect(), resolution);
     settings.slip_threshold_m = Some(1e-9);
     change(&mut settings);
     let state = static_state(problem, 1, settings.newton);
-    let told = Mutex::new(Vec::new());
-    let tell = |told_now: Told<'_>| {
-        if let Told::Solved(solved) = told_now {
-            told.lock().unwrap().push(solved.clone());
-        }
-    };
     let damping = made_up::DAMPING;
-    let response = sweep(problem, damping, &state, &settings, earlier, &tell);
-    let mut told = told.into_inner().unwrap();
+    let (response, mut told) =
+        recorded(|tell| sweep(problem, damping, &state, &settings, earlier, tell));
     told.sort_by_key(|solved| solved.orbit.point);
     (response, told)
 }
@@ -172,10 +162,7 @@ fn the_middle_of_the_range_is_an_angular_frequency() {
 #[test]
 fn a_pair_slips_beyond_a_share_of_the_largest_static_slip_where_nothing_is_said() {
     let problem = mass_with_a_stop(1.0);
-    let resolution = Resolution::Fixed {
-        harmonics: 1,
-        samples: 32,
-    };
+    let resolution = Resolution::fixed(1, 32);
     let mut settings = SweepSettings::new(vec![], resolution);
     let mut state = static_state(&problem, 1, settings.newton);
     state.x = vec![7.0, 3e-3, 4e-3];
@@ -193,10 +180,7 @@ fn the_linear_reference_has_the_harmonics_of_the_balance() {
     let mut problem = mass_with_a_stop(100.0);
     problem.excitations[0].harmonic = 3;
     let change = |settings: &mut SweepSettings| {
-        settings.resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples: 32,
-        };
+        settings.resolution = Resolution::fixed(3, 32);
     };
     let (response, _) = of_mass(&problem, 0.03..=0.04, 2, change, &[]);
     for linear in &response.linear {

@@ -106,8 +106,8 @@ fn a_body_held_by_nothing_is_an_error_not_a_nan() {
 }
 
 #[test]
-fn a_body_that_flies_apart_is_unstable_and_says_so() {
-    // A bar held at its outer end is compressed by the rotation: it buckles.
+fn a_bar_held_at_its_outer_end_buckles_at_a_speed() {
+    // The rotation compresses it.
     let mesh = block(ElementType::TET10, [10, 1, 1], [0.5, 0.01, 0.01]);
     let body = body_with_flank(&mesh, STEEL, "x_max");
     let n = 3 * body.dofs.interior_nodes;
@@ -118,9 +118,4 @@ fn a_body_that_flies_apart_is_unstable_and_says_so() {
     };
     assert!(first(50.0) > 0.0);
     assert!(first(1000.0) < 0.0);
-    let rotation = about_z(1000.0, BodyPrestress::HeldFlanks);
-    let message = FemError::not_positive_definite(&body, Some(&rotation), 0).to_string();
-    assert!(message.contains("9549 rpm"), "{message}");
-    let still = FemError::not_positive_definite(&body, None, 0);
-    assert!(matches!(still, FemError::LooselyHeld { .. }));
 }
