@@ -59,7 +59,7 @@ pub struct Resolved<'b> {
     /// Solution that was accepted.
     pub solved: Solution<'b>,
     /// Estimated relative error, at most 1, of each observed amplitude, or of the whole vibration
-    /// where nothing is observed. Empty where the balance was not solved.
+    /// where nothing is observed. Empty where the error was not estimated.
     pub estimated_errors: Vec<f64>,
     /// True if the estimate is within the accuracy, or no accuracy is asked for.
     pub is_accurate: bool,
@@ -67,6 +67,19 @@ pub struct Resolved<'b> {
     pub level: usize,
     /// Level to begin on at a neighbouring frequency.
     pub next_level: usize,
+}
+
+impl<'b> Resolved<'b> {
+    /// Solution of a level as it is, whose error is not estimated.
+    pub fn without_estimate(level: usize, solved: Solution<'b>) -> Self {
+        Self {
+            is_accurate: solved.is_converged(),
+            solved,
+            estimated_errors: Vec::new(),
+            level,
+            next_level: level,
+        }
+    }
 }
 
 /// Harmonics, samples and eps of a balance.
@@ -169,6 +182,19 @@ impl<'a> Refinement<'a> {
         }
     }
 
+    /// Level for a motion beside one of so many harmonics and this estimated error: one lower, where
+    /// the error is far below the accuracy asked for.
+    pub fn level_beside(&self, harmonics: usize, estimated_error: Option<f64>) -> usize {
+        let level = self.level_of(harmonics);
+        let plenty = estimated_error.is_some_and(|error| self.is_plenty(error));
+        level.saturating_sub(usize::from(plenty))
+    }
+
+    /// Returns `true` if an estimated error lets a neighbouring motion do with fewer harmonics.
+    fn is_plenty(&self, estimated_error: f64) -> bool {
+        self.accuracy.is_some_and(|a| estimated_error <= PLENTY * a)
+    }
+
     /// Number of the first level with at least so many harmonics.
     pub fn level_of(&self, harmonics: usize) -> usize {
         let enough = |level: &FrequencySolver<'_>| level.setting.fourier.harmonics() >= harmonics;
@@ -185,16 +211,14 @@ impl<'a> Refinement<'a> {
         &self.levels[0]
     }
 
-    /// Solves one frequency by `solve`, beginning at level `from`, and estimates its error. Where
-    /// the estimate is above an accuracy asked for, the levels above are solved. Where they have no
-    /// solution, the one found is returned with its estimate.
-    pub fn resolve<'b>(
+    /// Solves one frequency by `solve` on level `from`, or on one of the next above it where no
+    /// solution is found. Returns the level of the solution, and the solution.
+    pub fn solve<'b>(
         &'b self,
-        frequency_hz: f64,
         from: usize,
         work: &mut Work,
         solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
-    ) -> Resolved<'b> {
+    ) -> (usize, Solution<'b>) {
         let highest = self.highest();
         let mut level = from.min(highest);
         let mut solved = solve(&self.levels[level], work);
@@ -203,7 +227,7 @@ impl<'a> Refinement<'a> {
             level += 1;
             solved = solve(&self.levels[level], work);
         }
-        self.refined(frequency_hz, level, solved, work)
+        (level, solved)
     }
 
     /// Highest level that a frequency may be solved on.
@@ -231,13 +255,7 @@ impl<'a> Refinement<'a> {
         let highest = self.highest();
         loop {
             if !solved.is_converged() {
-                return Resolved {
-                    solved,
-                    estimated_errors: Vec::new(),
-                    is_accurate: false,
-                    level,
-                    next_level: level,
-                };
+                return Resolved::without_estimate(level, solved);
             }
             let (estimated_errors, finer) = self.estimate(level, &solved, frequency_hz, work);
             let largest = estimated_errors.iter().copied().fold(0.0, f64::max);
@@ -255,8 +273,7 @@ impl<'a> Refinement<'a> {
                     continue;
                 }
             }
-            let plenty = self.accuracy.is_some_and(|a| largest <= PLENTY * a);
-            let fewer = plenty && level > 0 && !self.is_rough(level - 1, &solved);
+            let fewer = self.is_plenty(largest) && level > 0 && !self.is_rough(level - 1, &solved);
             return Resolved {
                 solved,
                 estimated_errors,

@@ -13,7 +13,7 @@ use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
-use super::point::{Neighbour, Solution, Work};
+use super::point::{FrequencySolver, Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
 use super::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -52,6 +52,9 @@ pub struct SweepSettings {
     /// Seconds after which a frequency is given up, which makes the result depend on the machine.
     /// `None`: no limit.
     pub most_seconds: Option<f64>,
+    /// True to estimate the error of each motion. Without estimates an accuracy is not judged: a
+    /// motion keeps the number of harmonics that it is begun with.
+    pub estimates: bool,
 }
 
 impl SweepSettings {
@@ -68,6 +71,7 @@ impl SweepSettings {
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
             most_seconds: None,
+            estimates: true,
         }
     }
 }
@@ -166,6 +170,7 @@ pub(super) fn in_run<T>(
             .collect(),
         slip_threshold_m,
         most_seconds: settings.most_seconds,
+        estimates: settings.estimates,
         tell,
     };
     solve(&run)
@@ -218,10 +223,41 @@ pub(super) struct Run<'a> {
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].
     pub(super) most_seconds: Option<f64>,
+    /// True if errors are estimated, as in [`SweepSettings`].
+    estimates: bool,
     /// Listener to the solution.
     pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
     /// Distance beyond which a pair counts as slipping, m.
     pub(super) slip_threshold_m: f64,
+}
+
+impl<'s> Run<'s> {
+    /// Solves one frequency by `solve`, beginning at level `from`, and judges the solution.
+    pub(super) fn resolve<'b>(
+        &'b self,
+        frequency_hz: f64,
+        from: usize,
+        work: &mut Work,
+        solve: impl Fn(&'b FrequencySolver<'s>, &mut Work) -> Solution<'b>,
+    ) -> Resolved<'b> {
+        let (level, solved) = self.refinement.solve(from, work, solve);
+        self.judged(frequency_hz, level, solved, work)
+    }
+
+    /// Judges a solution of a level by its estimated error, where errors are estimated.
+    pub(super) fn judged<'b>(
+        &'b self,
+        frequency_hz: f64,
+        level: usize,
+        solved: Solution<'b>,
+        work: &mut Work,
+    ) -> Resolved<'b> {
+        if self.estimates {
+            (self.refinement).refined(frequency_hz, level, solved, work)
+        } else {
+            Resolved::without_estimate(level, solved)
+        }
+    }
 }
 
 impl Run<'_> {
@@ -290,11 +326,9 @@ impl Run<'_> {
         work: &mut Work,
     ) -> SolvedFrequency {
         work.start_counting(self.most_seconds);
-        let resolved = self
-            .refinement
-            .resolve(frequency_hz, last.level, work, |level, work| {
-                level.solve(frequency_hz, last.neighbour.as_ref(), work)
-            });
+        let resolved = self.resolve(frequency_hz, last.level, work, |level, work| {
+            level.solve(frequency_hz, last.neighbour.as_ref(), work)
+        });
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
@@ -370,11 +404,9 @@ impl Run<'_> {
         };
         let neighbour = Neighbour::of(neighbour, None);
         work.start_counting(self.most_seconds);
-        let resolved = self
-            .refinement
-            .resolve(frequency_hz, from, work, |level, work| {
-                level.solve_from(frequency_hz, &neighbour, work)
-            });
+        let resolved = self.resolve(frequency_hz, from, work, |level, work| {
+            level.solve_from(frequency_hz, &neighbour, work)
+        });
         let mut again = self.orbit_of(resolved, (point, frequency_hz), work);
         if is_better(&again, orbit) {
             std::mem::swap(orbit, &mut again);

@@ -12,9 +12,10 @@ use super::response::{frequencies_hz, of_smooth_curve_hz, off_undamped_modes, se
 use super::session::{Session, Stage};
 use super::statics;
 use crate::description::{Scene, Subject};
-use crate::dlft::branch::{Guess, follow, peak_near};
+use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::peaks::{inside, vertex};
+use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{Orbit, StaticState, Told, demand};
 use crate::problem::Problem;
@@ -109,6 +110,7 @@ pub fn peaks<E: From<Error>>(
     meshes: Option<Meshes>,
     session: &Session<'_>,
 ) -> Result<Peaks, E> {
+    let solved = AtomicUsize::new(0);
     let mut search = Search {
         range,
         scene_at,
@@ -117,7 +119,7 @@ pub fn peaks<E: From<Error>>(
         observation: 0,
         at: None,
         missing: Vec::new(),
-        solved: AtomicUsize::new(0),
+        solved: &solved,
     };
     if let Some(first) = range.values.first() {
         let scene = (search.scene_at)(*first)?;
@@ -131,9 +133,9 @@ pub fn peaks<E: From<Error>>(
     let reached = search.reached(&mut rows)?;
     session.goes_on()?;
     changes.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let solved = search.solved.into_inner();
     let (missing, observation) = (search.missing, search.observation);
     let reduced = search.at.map(|at| at.reduced).ok_or(Error::NoPeak)?;
+    let solved = solved.into_inner();
     Ok(Peaks {
         reduced,
         observation,
@@ -167,6 +169,8 @@ struct At {
     state: StaticState,
     damping: Rayleigh,
     settings: SweepSettings,
+    /// Memory that its solution takes.
+    bytes: u64,
 }
 
 impl At {
@@ -208,8 +212,8 @@ impl At {
         let ends = ends.into_iter().flatten().copied().collect();
         let settings = settings(&scene.response, ends, resolution);
         let (problem, blocks) = (&reduced.problem, blocks(harmonics));
-        memory::ask_for(demand::bytes(problem, &settings))
-            .map_err(|source| Error::TooLittleMemory { blocks, source })?;
+        let bytes = demand::bytes(problem, &settings);
+        memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
         Ok(Self {
             value,
             scene,
@@ -217,6 +221,7 @@ impl At {
             state,
             damping,
             settings,
+            bytes,
         })
     }
 
@@ -237,6 +242,16 @@ impl At {
             problem: Problem::of_one_law(model.clone(), other.law, other.force_n),
             bodies: None,
         })
+    }
+
+    /// Row of a peak that was found.
+    fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
+        ShorterSides::of(&self.reduced.pairs).judge_orbit(&mut orbit);
+        PeakAt {
+            value: self.value,
+            orbit,
+            linear_m: self.linear_m(observation),
+        }
     }
 
     /// Largest amplitude of the linear reference.
@@ -265,18 +280,26 @@ struct Search<'a, 'o, F> {
     /// Model of the value that was solved last.
     at: Option<At>,
     missing: Vec<(f64, Error)>,
-    solved: AtomicUsize,
+    /// Number of motions that were solved for.
+    solved: &'a AtomicUsize,
 }
 
+/// Value, and the highest peak of its whole curve.
+type OfCurve = (f64, Result<PeakAt, Error>);
 /// Peaks found, and the values between which another resonance becomes the higher one.
 type Found = (Vec<PeakAt>, Vec<[f64; 2]>);
 
 impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
-    /// Makes the model of a value. All values but the first are made without a word.
+    /// Makes the model of a value, where it is not that of the value before.
     fn go_to(&mut self, value: f64, scene: Scene) -> Result<(), Error> {
-        if self.at.as_ref().is_some_and(|at| at.value == value) {
-            return Ok(());
+        if self.at.as_ref().is_none_or(|at| at.value != value) {
+            self.at = Some(self.model(value, scene)?);
         }
+        Ok(())
+    }
+
+    /// Model of a value. All models but the first are made without a word.
+    fn model(&self, value: f64, scene: Scene) -> Result<At, Error> {
         let (scene, meshes) = ((value, scene), self.meshes.as_ref());
         let made = if self.at.is_none() && self.range.start.is_none() {
             At::of(scene, meshes, None, self.session)
@@ -286,8 +309,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             At::of(scene, meshes, self.at.as_ref(), &silent)
         };
         self.session.goes_on()?;
-        self.at = Some(made?);
-        Ok(())
+        made
     }
 
     /// Place of a value, in which peaks are smooth.
@@ -307,49 +329,33 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         }
     }
 
-    /// Does `find` with the model of a value. A value that has no model or no peak is noted.
-    fn found(
+    /// Does `find` with the model of a value; an error where it has no model or no peak.
+    fn find(
         &mut self,
         value: f64,
         find: impl FnOnce(&At, &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error>,
-    ) -> Result<Option<PeakAt>, E> {
+    ) -> Result<Result<PeakAt, Error>, E> {
         self.session.goes_on()?;
-        let observation = self.observation;
         let scene = (self.scene_at)(value)?;
-        if let Err(error) = self.go_to(value, scene) {
-            self.session.goes_on()?;
-            self.missing.push((value, error));
-            return Ok(None);
-        }
-        let Some(at) = &self.at else {
-            return Ok(None);
-        };
-        let tell = |told: Told<'_>| {
-            if matches!(told, Told::Solved(_)) {
-                self.solved.fetch_add(1, Ordering::Relaxed);
-            }
-        };
-        match find(at, &tell) {
-            Ok(mut orbit) => {
-                ShorterSides::of(&at.reduced.pairs).judge_orbit(&mut orbit);
-                let linear_m = at.linear_m(observation);
-                Ok(Some(PeakAt {
-                    value,
-                    orbit,
-                    linear_m,
-                }))
-            }
-            Err(error) => {
-                self.missing.push((value, error));
-                Ok(None)
-            }
-        }
+        let made = self.go_to(value, scene);
+        self.session.goes_on()?;
+        let at = made.and_then(|()| self.at.as_ref().ok_or(Error::NoPeak));
+        let count = counting(self.solved);
+        let row = |at: &At| find(at, &count).map(|orbit| at.row(orbit, self.observation));
+        Ok(at.and_then(row))
+    }
+
+    /// A peak that was found. A value without one is noted.
+    fn noted(&mut self, value: f64, found: Result<PeakAt, Error>) -> Option<PeakAt> {
+        found
+            .map_err(|error| self.missing.push((value, error)))
+            .ok()
     }
 
     /// Highest peak of the whole curve of a value.
-    fn of_curve(&mut self, value: f64) -> Result<Option<PeakAt>, E> {
+    fn of_curve(&mut self, value: f64) -> Result<Result<PeakAt, Error>, E> {
         let observation = self.observation;
-        self.found(value, |at, tell| highest(at, observation, tell))
+        self.find(value, |at, tell| highest(at, observation, tell))
     }
 
     /// Peak of a value near those of others; that of its whole curve where none is found there.
@@ -359,15 +365,19 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             Some(guess) => guess,
             None => match self.range.start {
                 Some(start) => Guess::of(start),
-                None => return self.of_curve(value),
+                None => {
+                    let found = self.of_curve(value)?;
+                    return Ok(self.noted(value, found));
+                }
             },
         };
-        self.found(value, |at, tell| {
+        let found = self.find(value, |at, tell| {
             let problem = &at.reduced.problem;
             let near = (&guess, observation);
             let found = peak_near(problem, at.damping, &at.state, &at.settings, near, tell);
             found.map_or_else(|| highest(at, observation, tell), Ok)
-        })
+        })?;
+        Ok(self.noted(value, found))
     }
 
     /// Motion of a value on the line through the two peaks that are nearest to it.
@@ -392,30 +402,23 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     /// Peaks of all values asked for, from the first one, and back from the last one where another
     /// resonance is the higher one there.
     fn over_all(&mut self) -> Result<Found, E> {
-        let values = self.range.values;
         let observation = self.observation;
-        let steps = self.session.steps(values.len(), "peaks");
-        let mut rows: Vec<PeakAt> = Vec::new();
-        for value in values {
-            rows.extend(self.near(*value, &rows)?);
-            steps.step();
-        }
-        drop(steps);
+        let (mut rows, mut of_last) = self.from_first()?;
         let mut changes = Vec::new();
         let mut others = Vec::new();
-        while let Some(last) = rows.last().filter(|_| values.len() > 1) {
-            let (last, missing) = (last.value, self.missing.len());
-            others.extend(self.of_curve(last)?);
-            match self.missing.last() {
-                // The peak that was followed is not the highest point of the curve.
-                Some((_, Error::PeakOutside { .. })) if self.missing.len() > missing => {
-                    rows.pop();
-                }
-                _ => {
-                    self.missing.truncate(missing);
-                    break;
-                }
+        while let Some(last) = rows.last().filter(|_| self.range.values.len() > 1) {
+            let value = last.value;
+            let found = match of_last.take().filter(|(of, _)| *of == value) {
+                Some((_, found)) => found,
+                None => self.of_curve(value)?,
+            };
+            // The peak that was followed may not be the highest point of the curve.
+            if !matches!(found, Err(Error::PeakOutside { .. })) {
+                others.extend(found);
+                break;
             }
+            self.noted(value, found);
+            rows.pop();
         }
         let is_higher = |other: &PeakAt, row: &PeakAt| {
             other.amplitude_m(observation) > (1.0 + OTHER) * row.amplitude_m(observation)
@@ -437,6 +440,38 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             *row = higher;
         }
         Ok((rows, changes))
+    }
+
+    /// Peaks of all values asked for, each from those before, and, found at the same time, that of
+    /// the whole curve of the last value.
+    fn from_first(&mut self) -> Result<(Vec<PeakAt>, Option<OfCurve>), E> {
+        let (session, values, observation) = (self.session, self.range.values, self.observation);
+        let steps = session.steps(values.len(), "peaks");
+        let last = match values {
+            [_, .., last] => self.model(*last, (self.scene_at)(*last)?).ok(),
+            _ => None,
+        };
+        session.goes_on()?;
+        // Both at the same time take twice the memory; else the whole curve comes last.
+        let last = last.filter(|at| memory::ask_for(2 * at.bytes).is_ok());
+        let count = counting(self.solved);
+        let mut of_last = None;
+        let rows = rayon::in_place_scope(|scope| {
+            if let Some(at) = last {
+                let of_last = &mut of_last;
+                scope.spawn(move |_| {
+                    let top = highest(&at, observation, &count);
+                    *of_last = Some((at.value, top.map(|top| at.row(top, observation))));
+                });
+            }
+            let mut rows: Vec<PeakAt> = Vec::new();
+            for value in values {
+                rows.extend(self.near(*value, &rows)?);
+                steps.step();
+            }
+            Ok::<_, E>(rows)
+        })?;
+        Ok((rows, of_last))
     }
 
     /// Adds values near the least peak, where it is inside of the range. Returns its value.
@@ -508,17 +543,33 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     }
 }
 
-/// Highest peak of the whole curve.
+/// Listener that counts the motions that are solved for.
+fn counting(solved: &AtomicUsize) -> impl Fn(Told<'_>) + Sync + Copy {
+    move |told: Told<'_>| {
+        if matches!(told, Told::Solved(_)) {
+            solved.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Highest peak of the whole curve. Of a given number of harmonics it alone has an estimate of its
+/// error; an accuracy chooses the harmonics of each motion by its estimate.
 fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error> {
     let problem = &at.reduced.problem;
-    let mut curve = follow(problem, at.damping, &at.state, &at.settings, &[], tell);
+    let mut settings = at.settings.clone();
+    settings.estimates = matches!(settings.resolution, Resolution::Accuracy(_));
+    let mut curve = follow(problem, at.damping, &at.state, &settings, &[], tell);
     let top = peak(&curve, observation).ok_or(Error::NoPeak)?;
     let is_end = |c: Range<usize>| top.index == c.start || top.index + 1 == c.end;
     if (curve.curves().into_iter()).any(|c| c.contains(&top.index) && is_end(c)) {
         let frequency_hz = top.frequency_hz;
         return Err(Error::PeakOutside { frequency_hz });
     }
-    Ok(curve.orbits.swap_remove(top.index))
+    let top = curve.orbits.swap_remove(top.index);
+    if settings.estimates {
+        return Ok(top);
+    }
+    Ok(estimated(problem, at.damping, &at.state, &settings, &top))
 }
 
 /// Puts a row in its place among those that ascend in value.

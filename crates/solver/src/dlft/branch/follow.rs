@@ -250,14 +250,18 @@ impl<'b, 's> Follower<'b, 's> {
         }
     }
 
-    /// Follows the branch from a motion near it to a peak of an observed amplitude: towards larger
-    /// amplitudes, until the amplitude has fallen on the other side of the peak. `None` where the
-    /// branch leaves the range or is lost before.
-    fn climb(&mut self, guess: &Guess, observation: usize) -> Option<Orbit> {
+    /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
+    /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
+    /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
+    fn climb(
+        &mut self,
+        (near, level): (&Neighbour, usize),
+        observation: usize,
+    ) -> Option<(Orbit, usize)> {
         let Course { from_hz, to_hz } = self.course;
-        self.next_hz = guess.neighbour.frequency_hz.clamp(from_hz, to_hz);
-        self.level = self.run.refinement.level_of(guess.harmonics);
-        self.guess = Some(guess.neighbour.clone());
+        self.next_hz = near.frequency_hz.clamp(from_hz, to_hz);
+        self.level = level;
+        self.guess = Some(near.clone());
         self.begin();
         let tracer = self.tracer.as_mut()?;
         tracer.set_step(CLIMBING_STEP);
@@ -278,7 +282,7 @@ impl<'b, 's> Follower<'b, 's> {
             }
             if highest > 0 {
                 let found = self.branch.points.swap_remove(highest).orbit;
-                return found.outcome.has_motion().then_some(found);
+                return found.outcome.has_motion().then_some((found, self.level));
             }
             // The first point was behind the peak, and the branch runs away from it.
             if std::mem::replace(&mut has_turned, true) {
@@ -302,11 +306,9 @@ impl<'b, 's> Follower<'b, 's> {
         let neighbour = last.or_else(|| self.guess.take());
         let at_hz = self.next_hz;
         self.work.start_counting(run.most_seconds);
-        let found = run
-            .refinement
-            .resolve(at_hz, self.level, &mut self.work, |level, work| {
-                level.solve(at_hz, neighbour.as_ref(), work)
-            });
+        let found = run.resolve(at_hz, self.level, &mut self.work, |level, work| {
+            level.solve(at_hz, neighbour.as_ref(), work)
+        });
         self.level = found.level;
         if found.solved.is_converged() && self.course.range_hz() > 0.0 {
             let solver = run.refinement.level(found.level);
@@ -342,9 +344,7 @@ impl<'b, 's> Follower<'b, 's> {
             } = found;
             let work = &mut self.work;
             if let Some(solution) = solver.on_curve(frequency_hz, solution, work) {
-                let resolved = run
-                    .refinement
-                    .refined(frequency_hz, self.level, solution, work);
+                let resolved = run.judged(frequency_hz, self.level, solution, work);
                 self.record(resolved, frequency_hz, length, Part::Passed);
             }
             self.work.start_counting(run.most_seconds);
@@ -365,9 +365,7 @@ impl<'b, 's> Follower<'b, 's> {
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
-        let resolved = run
-            .refinement
-            .refined(at_hz, self.level, solved, &mut self.work);
+        let resolved = run.judged(at_hz, self.level, solved, &mut self.work);
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
@@ -444,7 +442,7 @@ impl<'b, 's> Follower<'b, 's> {
         let solver = run.refinement.level(self.level);
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
-        let resolved = run.refinement.refined(at_hz, self.level, solution, work);
+        let resolved = run.judged(at_hz, self.level, solution, work);
         let amplitudes = self.record(resolved, at_hz, length, Part::Added);
         Some((point, amplitudes[observation]))
     }
@@ -670,14 +668,44 @@ impl Run<'_> {
         vec![rising, falling]
     }
 
-    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found.
+    /// Peak of an observed amplitude on the branch near a motion; `None` where none is found. Its
+    /// error is estimated: where it needs more harmonics, its peak with these is looked for from
+    /// there.
     pub(super) fn peak_near(
         &self,
         course: Course,
         guess: &Guess,
         observation: usize,
     ) -> Option<Orbit> {
-        Follower::new(self, course, &[], false).climb(guess, observation)
+        let Guess {
+            harmonics,
+            estimated_error,
+            neighbour,
+        } = guess;
+        let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
+        let mut near = neighbour.clone();
+        loop {
+            let mut follower = Follower::new(self, course, &[], false);
+            let (peak, of_peak) = follower.climb((&near, level), observation)?;
+            let estimated = self.estimated(&peak, of_peak);
+            if estimated.1 == of_peak {
+                return estimated.0.outcome.has_motion().then_some(estimated.0);
+            }
+            near = Neighbour::of(&estimated.0, None);
+            level = estimated.1;
+        }
+    }
+
+    /// A motion with the estimate of its error, and its level: a higher one where an accuracy asks
+    /// for it.
+    pub(super) fn estimated(&self, orbit: &Orbit, level: usize) -> (Orbit, usize) {
+        let (at_hz, mut work) = (orbit.frequency_hz, Work::default());
+        work.start_counting(self.most_seconds);
+        let from = Neighbour::of(orbit, None);
+        let solved = (self.refinement.level(level)).solve_from(at_hz, &from, &mut work);
+        let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
+        let level = resolved.level;
+        (self.orbit_of(resolved, (orbit.point, at_hz), &work), level)
     }
 
     /// Returns `true` if two motions at one frequency have the same vibration: that of what is

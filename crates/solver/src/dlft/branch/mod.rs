@@ -19,7 +19,7 @@ mod several;
 mod trace;
 
 pub use follow::so_far;
-pub use peak::{Guess, peak_near};
+pub use peak::{Guess, estimated, peak_near};
 
 use super::sweep::{Run, SweepSettings, in_run};
 use super::{Response, SolvedFrequency, StaticState, Told};

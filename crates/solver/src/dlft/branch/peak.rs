@@ -12,6 +12,8 @@ use crate::reduction::damping::Rayleigh;
 #[derive(Debug, Clone)]
 pub struct Guess {
     pub(super) harmonics: usize,
+    /// Estimated error of the peak that it comes from.
+    pub(super) estimated_error: Option<f64>,
     /// The motion, as one from which the solution of its frequency starts.
     pub(super) neighbour: Neighbour,
 }
@@ -21,6 +23,7 @@ impl Guess {
     pub fn of(peak: &Orbit) -> Self {
         Self {
             harmonics: peak.harmonics,
+            estimated_error: peak.estimated_error,
             neighbour: Neighbour::of(peak, None),
         }
     }
@@ -46,8 +49,9 @@ impl Guess {
 
 /// Finds the peak of an observed amplitude near a motion: the curve through it is followed towards
 /// larger amplitudes, until they fall again, and points are added at the peak as
-/// [`follow`](super::follow) adds them. The settings have the two ends of the range. `None` where
-/// the curve leaves the range before a peak, or cannot be followed.
+/// [`follow`](super::follow) adds them. The settings have the two ends of the range. The error of the
+/// peak is estimated, and those of the points on the way are not. `None` where the curve leaves the
+/// range before a peak, or cannot be followed.
 pub fn peak_near(
     problem: &Problem,
     damping: Rayleigh,
@@ -60,8 +64,35 @@ pub fn peak_near(
     if course.from_hz >= course.to_hz {
         return None;
     }
+    let settings = SweepSettings {
+        estimates: false,
+        ..settings.clone()
+    };
     let solve = |run: &Run<'_>| run.peak_near(course, guess, observation);
-    in_run(problem, damping, static_state, settings, &[], tell, solve)
+    in_run(problem, damping, static_state, &settings, &[], tell, solve)
+}
+
+/// A motion of a response whose errors were not estimated, with the estimate of its error.
+pub fn estimated(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    orbit: &Orbit,
+) -> Orbit {
+    let solve = |run: &Run<'_>| {
+        let level = run.refinement.level_of(orbit.harmonics);
+        run.estimated(orbit, level).0
+    };
+    in_run(
+        problem,
+        damping,
+        static_state,
+        settings,
+        &[],
+        &|_| (),
+        solve,
+    )
 }
 
 #[cfg(test)]
