@@ -7,6 +7,7 @@ use std::path::Path;
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
 use super::table::Columns;
+use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::Model;
@@ -22,7 +23,7 @@ use dovetail_solver::run::{Crossing, Family, PeakAt, Peaks};
 pub const ASSEMBLY: &str = "assembly";
 
 /// Writes response.csv: one row per point, in the order in which each branch runs. `branch` counts
-/// from 1. `point` is the number of the point, which is also in the name of its file of the flanks.
+/// from 1. `stable` is empty on a grid. `point` is the number of the point, which is also in the name of its file of the flanks.
 /// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
 /// reference. A point that did not converge keeps its outcome, iterations, residual and linear
@@ -32,12 +33,21 @@ pub const ASSEMBLY: &str = "assembly";
 pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
-    let branches: HashMap<usize, usize> = (response.orbits.iter().enumerate())
-        .map(|(row, orbit)| (orbit.point, response.branch_of(row) + 1))
+    let stable = response.is_followed().then(|| stable(response));
+    let places: HashMap<usize, (usize, Option<bool>)> = (response.orbits.iter().enumerate())
+        .map(|(row, orbit)| {
+            let stable = stable.as_ref().map(|stable| stable[row]);
+            (orbit.point, (response.branch_of(row) + 1, stable))
+        })
         .collect();
+    let places = &places;
     let mut table: Columns<'_, Orbit> = Columns::default();
     table.add("point", |o| o.point);
-    table.add("branch", move |o| branches.get(&o.point).copied());
+    table.add("branch", |o| Some(places.get(&o.point)?.0));
+    table.add(
+        "stable",
+        of_motion(|o| Some(places.get(&o.point)?.1?.to_string())),
+    );
     table.add("frequency_hz", |o| o.frequency_hz);
     table.add("outcome", |o| o.outcome.to_string());
     for (i, name) in names.iter().enumerate() {

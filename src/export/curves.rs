@@ -1,9 +1,12 @@
 //! Curves over frequency: what their picture and the chart of the report show.
 
+use std::ops::Range;
+
 use serde::{Serialize, Serializer};
 
 use super::colours::{CurveKind, STATES};
 use crate::words::{counted, figure, quantity_beside, seven_digits, supported_digits};
+use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
 
@@ -74,9 +77,24 @@ pub struct Point {
     pub error: Option<f64>,
     /// False if the requested accuracy was not reached.
     pub is_accurate: bool,
+    /// False if the motion is unstable.
+    pub is_stable: bool,
 }
 
 impl Point {
+    /// Returns `true` if this point, which has no value, ends the part of a curve whose last point
+    /// is `last`.
+    fn ends(&self, last: &Self) -> bool {
+        self.value.is_none() && self.frequency_hz == last.frequency_hz
+    }
+
+    /// Points of a curve that did not converge.
+    pub(super) fn lost(points: &[Self]) -> impl Iterator<Item = &Self> {
+        let is_end = |i: usize| i > 0 && points[i].ends(&points[i - 1]);
+        let points = points.iter().enumerate();
+        points.filter_map(move |(i, p)| (p.value.is_none() && !is_end(i)).then_some(p))
+    }
+
     /// Returns `true` if there is a value whose requested accuracy was not reached.
     pub(super) fn is_inaccurate(&self) -> bool {
         self.value.is_some() && !self.is_accurate
@@ -98,6 +116,7 @@ impl Point {
             value,
             error: None,
             is_accurate: true,
+            is_stable: true,
         }
     }
 }
@@ -200,7 +219,10 @@ impl Sweep<'_> {
     ) -> Curves {
         let compared = self.compared.map(|r| of_response(CurveKind::Compared, r));
         let own = of_response(CurveKind::Response, self.response);
-        let curves = linear.into_iter().chain(compared).chain([own]);
+        let of_responses = compared.into_iter().chain([own]);
+        let curves = linear
+            .into_iter()
+            .chain(of_responses.flat_map(with_unstable_apart));
         Curves::of(quantity, unit, curves.collect())
     }
 
@@ -245,6 +267,53 @@ impl Sweep<'_> {
     }
 }
 
+/// A curve in two parts where some of its motions are unstable: these, dashed, and then the others.
+fn with_unstable_apart(mut curve: Curve) -> Vec<Curve> {
+    let mut parts: [Vec<Point>; 2] = Default::default();
+    let mut last: Option<Point> = None;
+    for point in std::mem::take(&mut curve.points) {
+        let [unstable, stable] = &mut parts;
+        if last.is_some_and(|last| point.ends(&last)) {
+            last = None;
+            part_from(unstable);
+            part_from(stable);
+            continue;
+        }
+        match last.filter(|last| last.is_stable != point.is_stable) {
+            // A fold, which belongs to both parts, counts as stable.
+            Some(fold) if fold.is_stable => {
+                part_from(unstable);
+                unstable.extend([fold, point]);
+            }
+            Some(_) => {
+                unstable.push(point);
+                part_from(stable);
+                stable.push(point);
+            }
+            None if point.is_stable => stable.push(point),
+            None => unstable.push(point),
+        }
+        last = Some(point);
+    }
+    let [unstable, stable] = parts;
+    let apart = (!unstable.is_empty()).then(|| Curve {
+        label: format!("{}, unstable", curve.label),
+        kind: curve.kind,
+        dashed: true,
+        points: unstable,
+        peak: None,
+    });
+    curve.points = stable;
+    apart.into_iter().chain([curve]).collect()
+}
+
+/// Ends the part of a curve that was added last, unless a point without a value does.
+fn part_from(points: &mut Vec<Point>) {
+    let last = points.last().filter(|last| last.value.is_some());
+    let end = last.map(|last| Point::exact(last.frequency_hz, None));
+    points.extend(end);
+}
+
 /// Curve through the orbits of a response.
 fn curve(
     label: String,
@@ -266,18 +335,26 @@ fn curve(
 /// they are counts.
 fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Point) -> Vec<Point> {
     let mut points: Vec<Point> = Vec::with_capacity(response.orbits.len());
+    let stable = stable(response);
+    let mut stable_after = vec![true; response.orbits.len()];
+    for section in sections(response).iter().filter(|s| !s.is_stable) {
+        let Range { start, end } = section.points;
+        stable_after[start..end - 1].fill(false);
+    }
     for curve in response.curves() {
-        points.extend(
-            points
-                .last()
-                .map(|last| Point::exact(last.frequency_hz, None)),
-        );
+        part_from(&mut points);
         let branch = &response.branches[response.branch_of(curve.start)];
         let lengths = branch.lengths.get(curve.start - branch.points.start..);
         let lengths = lengths.and_then(|lengths| lengths.get(..curve.len()));
-        let own: Vec<Point> = response.orbits[curve].iter().map(&point).collect();
+        let stable_after = &stable_after[curve.clone()];
+        let own = response.orbits[curve.clone()].iter().zip(&stable[curve]);
+        let own = own.map(|(orbit, stable)| Point {
+            is_stable: *stable,
+            ..point(orbit)
+        });
+        let own: Vec<Point> = own.collect();
         match lengths {
-            Some(lengths) if is_smooth => points.extend(rounded(&own, lengths)),
+            Some(lengths) if is_smooth => points.extend(rounded(&own, lengths, stable_after)),
             _ => points.extend(own),
         }
     }
@@ -289,8 +366,9 @@ const PARTS: usize = 8;
 /// Change of a phase between two points, in degrees, beyond which it has come round.
 const ROUND: f64 = 180.0;
 
-/// Points with others between them, on the cubics over the length of the curve.
-fn rounded(points: &[Point], lengths: &[f64]) -> Vec<Point> {
+/// Points with others between them, on the cubics over the length of the curve. `stable_after` tells
+/// of each point whether the motions between it and the next one are stable.
+fn rounded(points: &[Point], lengths: &[f64], stable_after: &[bool]) -> Vec<Point> {
     let frequency = slopes(points, lengths, |p| Some(p.frequency_hz));
     let value = slopes(points, lengths, |p| p.value);
     let mut all = Vec::with_capacity(PARTS * points.len());
@@ -313,6 +391,7 @@ fn rounded(points: &[Point], lengths: &[f64]) -> Vec<Point> {
                 value: Some(cubic([a, b], slopes(&value), t)),
                 error: errors.map(|(a, b)| a + t * (b - a)),
                 is_accurate: from.is_accurate && to.is_accurate,
+                is_stable: stable_after[i],
             });
         }
     }
@@ -422,7 +501,8 @@ mod tests {
             ..Point::exact(10.0 + l.sin(), Some(2.0 + l.cos()))
         };
         let points: Vec<Point> = lengths.iter().map(at).collect();
-        let drawn = rounded(&points, &lengths);
+        let stable = [true; 5];
+        let drawn = rounded(&points, &lengths, &stable);
         assert_eq!(drawn.len(), 4 * PARTS + 1);
         for (i, p) in drawn.iter().enumerate() {
             let radius = (p.frequency_hz - 10.0).hypot(p.value.unwrap() - 2.0);
@@ -432,12 +512,81 @@ mod tests {
         }
         let phase = |l: &f64| Point::exact(10.0 + l, Some(if *l < 1.0 { 170.0 } else { -170.0 }));
         let points: Vec<Point> = lengths.iter().map(phase).collect();
-        let drawn = rounded(&points, &lengths);
+        let drawn = rounded(&points, &lengths, &stable);
         assert_eq!(drawn.len(), 3 * PARTS + 2);
         assert!(drawn.iter().all(|p| p.value.unwrap().abs() == 170.0));
         let mut points = points;
         points[2].value = None;
-        assert_eq!(rounded(&points, &lengths).len(), 2 * PARTS + 3);
+        assert_eq!(rounded(&points, &lengths, &stable).len(), 2 * PARTS + 3);
+    }
+
+    /// A curve that folds at its third and fifth point, with no point between two further folds.
+    #[test]
+    fn unstable_motions_are_a_dashed_curve_of_their_own() {
+        let point = |i: usize| Point {
+            is_stable: ![3, 6].contains(&i),
+            ..Point::exact(i as f64, Some(1.0))
+        };
+        let curve = Curve {
+            label: "with 3 harmonics".to_owned(),
+            kind: CurveKind::Response,
+            dashed: false,
+            points: (0..8).map(point).collect(),
+            peak: None,
+        };
+        let [apart, own] = &with_unstable_apart(curve.clone())[..] else {
+            panic!("two parts");
+        };
+        let drawn = |curve: &Curve| -> Vec<(usize, bool)> {
+            let points = curve.points.iter();
+            points
+                .map(|p| (p.frequency_hz as usize, p.value.is_some()))
+                .collect()
+        };
+        assert_eq!(
+            (&apart.label[..], apart.dashed),
+            ("with 3 harmonics, unstable", true)
+        );
+        let [there, end] = [true, false];
+        let expected = [
+            (2, there),
+            (3, there),
+            (4, there),
+            (4, end),
+            (5, there),
+            (6, there),
+            (7, there),
+        ];
+        assert_eq!(drawn(apart), expected);
+        let expected = [
+            (0, there),
+            (1, there),
+            (2, there),
+            (2, end),
+            (4, there),
+            (5, there),
+            (5, end),
+            (7, there),
+        ];
+        assert_eq!(drawn(own), expected);
+        assert!(!own.dashed);
+        assert_eq!(Point::lost(&own.points).count(), 0);
+        // The next curve begins where no line leads to.
+        let mut two = curve.clone();
+        two.points.truncate(4);
+        two.points
+            .extend([Point::exact(3.0, None), Point::exact(9.0, Some(1.0))]);
+        let [apart, own] = &with_unstable_apart(two)[..] else {
+            panic!("two parts");
+        };
+        assert_eq!(drawn(apart), [(2, there), (3, there), (3, end)]);
+        let expected = [(0, there), (1, there), (2, there), (2, end), (9, there)];
+        assert_eq!(drawn(own), expected);
+        let mut stable = curve;
+        stable.points.iter_mut().for_each(|p| p.is_stable = true);
+        stable.points[4].value = None;
+        assert_eq!(with_unstable_apart(stable.clone()), [stable.clone()]);
+        assert_eq!(Point::lost(&stable.points).count(), 1);
     }
 
     #[test]

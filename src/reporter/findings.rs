@@ -5,6 +5,7 @@ use crate::motions::retained_words;
 use crate::warning::{LARGE_ERROR, Warning, Weight};
 use crate::words::{counted, percent, quantity};
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
@@ -334,10 +335,15 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
         warnings.extend(truncation(response));
     }
     let names = reduced.observations();
+    let unstable = if folds(response).is_empty() {
+        ""
+    } else {
+        ", and those on the dashed part of the curve are unstable (column stable of response.csv)"
+    };
     for several in &response.second_motions {
         warnings.push(doubt(format!(
             "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} in the largest and {} in the \
-             smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached",
+             smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{unstable}",
             several.from_hz,
             several.to_hz,
             several.frequency_hz,

@@ -152,6 +152,29 @@ fn a_fold_is_told_wherever_results_are_read() {
     let words = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
     has(&stderr, &words);
     assert!(!stderr.contains("jumps between"), "{stderr}");
+    has(
+        &stderr,
+        "those on the dashed part of the curve are unstable",
+    );
+    // Both folds end the range of several motions, and the rows between them are unstable.
+    let folds = found["response"]["folds"].as_array().unwrap();
+    let row = |fold: &serde_json::Value| fold["row"].as_u64().unwrap() as usize;
+    let ends: Vec<f64> = folds
+        .iter()
+        .map(|f| f["frequency_hz"].as_f64().unwrap())
+        .collect();
+    assert_eq!(ends, [to_hz, from_hz]);
+    let table = rows(&folder.join("followed/response.csv"));
+    for (at, found) in table.iter().enumerate() {
+        let is_between = at > row(&folds[0]) && at < row(&folds[1]);
+        assert_eq!(found["stable"], (!is_between).to_string(), "row {at}");
+    }
+    let amplitude: f64 = table[row(&folds[0])]["tip_amplitude_m"].parse().unwrap();
+    assert_eq!(folds[0]["amplitude_m"], amplitude);
+    has(
+        &folder.text("followed/plots/response.svg"),
+        "with 7 harmonics, unstable",
+    );
     let report = folder.text("followed/report.html");
     let line = report
         .split("<li")
@@ -165,6 +188,9 @@ fn a_fold_is_told_wherever_results_are_read() {
     assert!(!stderr.contains("several motions"), "{stderr}");
     let found = summary(&folder.join("grid"));
     assert_eq!(found["response"]["second_motion"], serde_json::json!([]));
+    assert_eq!(found["response"]["folds"], serde_json::json!([]));
+    let table = rows(&folder.join("grid/response.csv"));
+    assert!(table.iter().all(|row| row["stable"].is_empty()));
 }
 
 /// The steady load closes 1 m of the clearance. The mass is then on its own spring.

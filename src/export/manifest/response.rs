@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
+use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, SecondMotion};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
@@ -38,6 +39,9 @@ pub struct ResponseSummary {
     pub peak_rise: Option<f64>,
     /// Ranges in which another motion was found beside that of response.csv, rising.
     pub second_motion: Vec<SecondMotion>,
+    /// Folds of the curve, in its order: between two of them the motions are unstable.
+    #[serde(default)]
+    pub folds: Vec<FoldSummary>,
     /// All local maxima inside the range, rising in frequency.
     pub peaks: Vec<PeakSummary>,
     /// Peak of the linear reference, exact.
@@ -110,6 +114,16 @@ pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
     contacts.map(of_contact).collect()
 }
 
+/// Fold of a curve, where its frequency turns back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoldSummary {
+    /// Row of response.csv, 0 = first.
+    pub row: usize,
+    pub frequency_hz: f64,
+    /// Amplitude of the first observation.
+    pub amplitude_m: Option<f64>,
+}
+
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PeakSummary {
     pub row: usize,
@@ -169,6 +183,11 @@ pub fn response_summary(
         });
     let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
     let inaccurate = response.orbits.iter().filter(inaccurate);
+    let fold = |row: usize| FoldSummary {
+        row,
+        frequency_hz: response.orbits[row].frequency_hz,
+        amplitude_m: response.orbits[row].observed_amplitude_m.first().copied(),
+    };
     ResponseSummary {
         points: response.orbits.len(),
         converged_points: response
@@ -187,6 +206,7 @@ pub fn response_summary(
         peak_at_end_of_range: peak_is_at_an_end(response, 0),
         peak_rise: peak_rise(response, 0),
         second_motion: response.second_motions.clone(),
+        folds: folds(response).into_iter().map(fold).collect(),
         peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),

@@ -136,7 +136,8 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
             let words = format!("{label}: accuracy not reached at {}", points(inaccurate));
             legend.add(Mark::Ring(curve.colour()), words);
         }
-        if let Some(lost) = count(|p| p.value.is_none()) {
+        let lost = Point::lost(&curve.points).count();
+        if lost > 0 {
             let words = format!("{label}: {} did not converge", points(lost));
             legend.add(Mark::Cross(curve.colour()), words);
         }
@@ -160,13 +161,15 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
             if let Some(at) = ring.and_then(|v| chart.at((point.frequency_hz, v))) {
                 chart.ring(at, curve.colour())?;
             }
-            let lost = point
-                .value
-                .is_none()
-                .then_some((point.frequency_hz, bottom));
-            if let Some(at) = lost.and_then(|at| chart.at(at)) {
-                chart.cross(at, curve.colour())?;
-            }
+        }
+    }
+    for (curve, point) in curves
+        .curves
+        .iter()
+        .flat_map(|c| Point::lost(&c.points).map(move |p| (c, p)))
+    {
+        if let Some(at) = chart.at((point.frequency_hz, bottom)) {
+            chart.cross(at, curve.colour())?;
         }
     }
     let marked = |chart: &Chart, curve: &Curve| {
@@ -271,6 +274,7 @@ mod tests {
             value: *value,
             error: None,
             is_accurate: true,
+            is_stable: true,
         };
         values.iter().zip(1..).map(at).collect()
     }

@@ -403,7 +403,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     /// resonance is the higher one there.
     fn over_all(&mut self) -> Result<Found, E> {
         let observation = self.observation;
-        let (mut rows, mut of_last) = self.from_first()?;
+        let (mut rows, mut of_last) = self.ascending()?;
         let mut changes = Vec::new();
         let mut others = Vec::new();
         while let Some(last) = rows.last().filter(|_| self.range.values.len() > 1) {
@@ -444,7 +444,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
 
     /// Peaks of all values asked for, each from those before, and, found at the same time, that of
     /// the whole curve of the last value.
-    fn from_first(&mut self) -> Result<(Vec<PeakAt>, Option<OfCurve>), E> {
+    fn ascending(&mut self) -> Result<(Vec<PeakAt>, Option<OfCurve>), E> {
         let (session, values, observation) = (self.session, self.range.values, self.observation);
         let steps = session.steps(values.len(), "peaks");
         let last = match values {

@@ -2,7 +2,7 @@
 //! are named where the curve is followed, and a grid tells of a jump.
 
 use dovetail_solver::contact::PairLaw;
-use dovetail_solver::dlft::branch::follow;
+use dovetail_solver::dlft::branch::{follow, stable};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -181,9 +181,13 @@ fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
     assert_eq!(response.curves().len(), 1, "{:?}", response.branches);
     assert!(response.orbits.len() < 60);
     both_motions(&response);
+    let stable = stable(&response);
     for hz in asked_hz {
-        let at = response.orbits.iter().filter(|o| o.frequency_hz == hz);
-        let found: Vec<f64> = at.map(|o| half_range(&o.observed[0])).collect();
+        let at = (response.orbits.iter().zip(&stable)).filter(|(o, _)| o.frequency_hz == hz);
+        let (found, stable): (Vec<f64>, Vec<bool>) = at
+            .map(|(o, stable)| (half_range(&o.observed[0]), stable))
+            .unzip();
+        assert_eq!(stable, [true, false, true], "{hz} Hz");
         let by_time = [0.14, 0.28].map(|from_hz| reached(from_hz, hz));
         println!("{hz} Hz: {found:.4?}, in time {by_time:.4?} m");
         let [large, between, small] = found[..] else {

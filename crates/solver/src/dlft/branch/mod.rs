@@ -5,19 +5,22 @@
 //! next point are solved for together (`bordered`), which is possible where the curve turns back and
 //! no motion lies at a higher frequency. The length of a step is measured on what is observed
 //! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
-//! branches, one from each end of the range, are followed to where they meet (`follow`). Near a
-//! motion that is known, the curve is followed to its peak alone (`peak`).
+//! branches, one from each end of the range, are followed to where they meet (`follow`). Between two
+//! folds of a branch motions are unstable (`folds`). Near a motion that is known, the curve is
+//! followed to its peak alone (`peak`).
 //!
 //! H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in:
 //! Applications of bifurcation theory, 1977 (pseudo-arclength continuation).
 
 mod bordered;
+mod folds;
 mod follow;
 mod gauge;
 mod peak;
 mod several;
 mod trace;
 
+pub use folds::{Section, folds, sections, stable};
 pub use follow::so_far;
 pub use peak::{Guess, estimated, peak_near};
 
