@@ -195,9 +195,14 @@ fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
         (counts.open > 0 && counts.open == counts.pairs()).then(|| Warning {
             weight: Weight::Remark,
             text: format!(
-                "all {} of contact `{name}` are open at rest: small vibrations do not feel it; where it is meant to touch, check the \
+                "{} of contact `{name}` {} open at rest: small vibrations do not feel it; where it is meant to touch, check the \
                  steady load, gap_m and where the bodies stand",
-                counted(counts.pairs(), "pair", "pairs")
+                if counts.open == 1 {
+                    "the pair".to_owned()
+                } else {
+                    format!("all {} pairs", counts.open)
+                },
+                if counts.open == 1 { "is" } else { "are" },
             ),
         })
     });
@@ -283,10 +288,11 @@ fn held(found: &ResponseResult) -> Option<Warning> {
         format!("no motion was found in which friction alone holds {what}")
     };
     Some(doubt(format!(
-        "at {} of {} frequencies {why}: the mean position was held there, as a lock plate does, with up to {most_n:.3} N (column \
+        "at {} of {} frequencies {why}: the mean position was held there, as a lock plate does, with up to {} (column \
          retention_n of response.csv)",
         held.len(),
         response.orbits.len(),
+        quantity(most_n, "N", 4),
     )))
 }
 

@@ -5,6 +5,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
+use dovetail_solver::reduction::ObservedDisplacement;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -19,7 +20,10 @@ fn model() -> &'static Problem {
 
 /// Response from where few pairs slip, across the peak, where some open.
 fn respond(resolution: Resolution) -> Response {
-    let model = model();
+    respond_of(model(), resolution)
+}
+
+fn respond_of(model: &Problem, resolution: Resolution) -> Response {
     let first_hz = model.reduced.omega2[0].sqrt() / TAU;
     let settings = SweepSettings::new(
         (0..7)
@@ -97,4 +101,58 @@ fn the_estimate_is_of_the_size_of_the_error() {
         .collect();
     let near = ratios.iter().filter(|r| (0.4..4.0).contains(*r)).count();
     assert!(ratios.len() >= 6 && near + 1 >= ratios.len(), "{ratios:?}");
+}
+
+/// Where most pairs slip, a linear step tells little of how far further harmonics move a motion of
+/// one harmonic: its estimate is within 25 %, and it is not accepted all the same.
+#[test]
+fn one_harmonic_is_not_accepted_where_most_pairs_slip() {
+    let accuracy = 0.25;
+    let fixed = respond(Resolution::fixed(1, 128));
+    let adapted = respond(Resolution::Accuracy(accuracy));
+    let mut judged = [0, 0];
+    for (one, orbit) in fixed.orbits.iter().zip(&adapted.orbits) {
+        let mostly_slips = 2 * one.counts().stuck < one.cycles.len();
+        let within = one.estimated_error.unwrap() <= accuracy;
+        let hz = one.frequency_hz;
+        println!(
+            "{hz} Hz: {mostly_slips} {:?} {}",
+            one.estimated_error, orbit.harmonics
+        );
+        if mostly_slips && within {
+            judged[0] += 1;
+            assert!(orbit.harmonics > 1, "{hz} Hz");
+        } else if within && !mostly_slips {
+            judged[1] += usize::from(orbit.harmonics == 1);
+        }
+    }
+    assert!(judged[0] > 0 && judged[1] > 0, "{judged:?}");
+}
+
+/// The slip of a pair needs more harmonics than the tip of the blade, and is judged, too.
+#[test]
+fn every_observed_point_keeps_the_accuracy() {
+    let accuracy = 0.03;
+    let alone = respond(Resolution::Accuracy(accuracy));
+    let mut model = model().clone();
+    let (pairs, modes) = (model.reduced.pairs(), model.reduced.omega2.len());
+    let mut slip = vec![0.0; 3 * pairs];
+    slip[1] = 1.0;
+    let observed = ObservedDisplacement::new("slip", slip, vec![0.0; modes]);
+    model.reduced.observations.push(observed);
+    let both = respond_of(&model, Resolution::Accuracy(accuracy));
+    let mut more = 0;
+    for (alone, both) in alone.orbits.iter().zip(&both.orbits) {
+        assert!(both.outcome.is_converged());
+        let errors = &both.observed_error;
+        let hz = both.frequency_hz;
+        println!("{hz} Hz: {} {} {errors:?}", alone.harmonics, both.harmonics);
+        assert_eq!(errors.len(), 2);
+        assert!(
+            errors.iter().all(|error| *error <= accuracy),
+            "{hz} Hz: {errors:?}"
+        );
+        more += usize::from(both.harmonics > alone.harmonics);
+    }
+    assert!(more > 0);
 }
