@@ -228,7 +228,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         .to_owned();
     assert!(
         header.starts_with(
-            "point,branch,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
+            "point,branch,stable,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_"
         ),
         "{header}"
     );
@@ -238,6 +238,8 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         let kept = [
             "point",
             "branch",
+            // Empty on a grid.
+            "stable",
             "newton_iterations",
             "krylov_iterations",
             "frequency_hz",

@@ -172,7 +172,7 @@ fn a_fold_is_told_wherever_results_are_read() {
     let amplitude: f64 = table[row(&folds[0])]["tip_amplitude_m"].parse().unwrap();
     assert_eq!(folds[0]["amplitude_m"], amplitude);
     has(
-        &folder.text("followed/plots/response.svg"),
+        &folder.text("followed/plots/response_tip.svg"),
         "with 7 harmonics, unstable",
     );
     let report = folder.text("followed/report.html");
