@@ -396,7 +396,36 @@ fn rounded(points: &[Point], lengths: &[f64], stable_after: &[bool]) -> Vec<Poin
         }
     }
     all.extend(points.last());
+    unstable_between_turns(&mut all);
     all
+}
+
+/// Moves the ends of unstable parts from the points that were solved to those at which the drawn
+/// curve turns back.
+fn unstable_between_turns(points: &mut [Point]) {
+    // A fold counts as stable.
+    let changes = points.windows(2).enumerate();
+    let changes = changes.filter(|(_, two)| two[0].is_stable != two[1].is_stable);
+    let folds: Vec<(usize, bool)> = changes
+        .map(|(at, two)| (at + usize::from(two[1].is_stable), two[0].is_stable))
+        .collect();
+    for (i, &(fold, before)) in folds.iter().enumerate() {
+        let beside = |i: usize| folds.get(i).map(|fold| fold.0);
+        let last = i.checked_sub(1).and_then(beside).unwrap_or(0);
+        let next = beside(i + 1).unwrap_or(points.len() - 1);
+        let [from, to] = [last.max(fold.saturating_sub(PARTS)), next.min(fold + PARTS)];
+        let hz = |at: &usize| points[*at].frequency_hz;
+        let direction = (hz(&fold) - hz(&from)).signum();
+        let farther = |a: &usize, b: &usize| (direction * hz(a)).total_cmp(&(direction * hz(b)));
+        let turn = (from..=to).max_by(farther).unwrap_or(fold);
+        for point in points.iter_mut().take(turn).skip(fold) {
+            point.is_stable = before;
+        }
+        for point in points.iter_mut().take(fold + 1).skip(turn + 1) {
+            point.is_stable = !before;
+        }
+        points[turn].is_stable = true;
+    }
 }
 
 /// Value at `t` of the cubic with these values and slopes at 0 and 1.
@@ -518,6 +547,30 @@ mod tests {
         let mut points = points;
         points[2].value = None;
         assert_eq!(rounded(&points, &lengths, &stable).len(), 2 * PARTS + 3);
+    }
+
+    /// The drawn curve turns back one point before or behind the point that was solved.
+    #[test]
+    fn unstable_parts_end_where_the_drawn_curve_turns_back() {
+        let drawn = |hz: &[f64], unstable: Range<usize>| -> Vec<usize> {
+            let point = |(i, hz): (usize, &f64)| Point {
+                is_stable: !unstable.contains(&i),
+                ..Point::exact(*hz, Some(1.0))
+            };
+            let mut points: Vec<Point> = hz.iter().enumerate().map(point).collect();
+            unstable_between_turns(&mut points);
+            (0..points.len())
+                .filter(|i| !points[*i].is_stable)
+                .collect()
+        };
+        let rising = [1.0, 2.0, 3.0, 3.1, 2.9, 2.0, 1.9, 2.0, 3.0, 4.0];
+        assert_eq!(drawn(&rising, 3..5), [4, 5]);
+        assert_eq!(drawn(&rising, 4..6), [4, 5]);
+        assert_eq!(drawn(&rising, 5..7), [4, 5]);
+        let falling = rising.map(|hz| 10.0 - hz);
+        assert_eq!(drawn(&falling, 3..5), [4, 5]);
+        assert_eq!(drawn(&falling, 5..7), [4, 5]);
+        assert_eq!(drawn(&rising, 0..0), [0; 0]);
     }
 
     /// A curve that folds at its third and fifth point, with no point between two further folds.

@@ -176,6 +176,10 @@ fn a_fold_is_told_wherever_results_are_read() {
         "with 7 harmonics, unstable",
     );
     let report = folder.text("followed/report.html");
+    has(
+        &report,
+        "Between two folds motions are unstable, and that part is dashed",
+    );
     let line = report
         .split("<li")
         .find(|item| item.contains("there are several motions"));

@@ -25,6 +25,9 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
                 "Amplitude is the largest departure from the mean in a period. The linear curve is without slip and separation. "
                 "The others add up so many harmonics (multiples of the frequency of the excitation)"
                 @if contents.has_pairs() { "; the band is the estimated error for those left out. " } @else { ". " }
+                @if !summary.folds.is_empty() {
+                    "Between two folds motions are unstable, and that part is dashed: nothing keeps to them. "
+                }
                 "The legends read the values at the pointer, and else at the peak. "
                 "Drag over a stretch to zoom, double-click to see all."
             }
