@@ -26,7 +26,7 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
                 "The others add up so many harmonics (multiples of the frequency of the excitation)"
                 @if contents.has_pairs() { "; the band is the estimated error for those left out. " } @else { ". " }
                 @if !summary.folds.is_empty() {
-                    "Between two folds motions are unstable, and that part is dashed: nothing keeps to them. "
+                    "Between two folds, where the curve is dashed, motions are unstable. "
                 }
                 "The legends read the values at the pointer, and else at the peak. "
                 "Drag over a stretch to zoom, double-click to see all."
