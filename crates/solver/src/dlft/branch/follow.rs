@@ -34,7 +34,7 @@ const SAME: f64 = 1e-4;
 /// First step from a motion near a peak.
 const CLIMBING_STEP: f64 = 0.15;
 /// A peak is behind the last point where the amplitude is this fraction below the largest one.
-const FALLEN: f64 = 0.02;
+const FALLEN: f64 = 0.005;
 /// Most points on the way to a peak.
 const MOST_CLIMBED: usize = 200;
 
@@ -268,9 +268,14 @@ impl<'b, 's> Follower<'b, 's> {
         if tracer.growth(observation) < 0.0 {
             tracer.turn();
         }
-        let mut has_turned = false;
+        let mut start = Some(tracer.clone());
+        // The first two points.
+        let mut beside = Vec::new();
         while self.tracer.is_some() && !self.has_left && self.solved < MOST_CLIMBED {
             self.step(None);
+            if beside.is_empty() {
+                beside.clone_from(&self.recent);
+            }
             let amplitude =
                 |p: &SolvedFrequency| p.orbit.observed_amplitude_m.get(observation).copied();
             let amplitudes: Option<Vec<f64>> = self.branch.points.iter().map(amplitude).collect();
@@ -284,14 +289,21 @@ impl<'b, 's> Follower<'b, 's> {
                 let found = self.branch.points.swap_remove(highest).orbit;
                 return found.outcome.has_motion().then_some((found, self.level));
             }
-            // The first point was behind the peak, and the branch runs away from it.
-            if std::mem::replace(&mut has_turned, true) {
-                return None;
-            }
-            self.tracer.as_mut()?.turn();
-            self.branch.points = self.branch.points.split_off(amplitudes.len() - 1);
-            self.branch.lengths = self.branch.lengths.split_off(amplitudes.len() - 1);
+            // The first point is at the peak, or behind it: the branch is followed from there in
+            // the other direction.
+            let mut start = start.take()?;
+            self.branch = std::mem::take(&mut self.branch).reversed();
+            let length = *self.branch.lengths.last()?;
+            start.turn();
+            start.begin_at(length);
+            start.set_step(CLIMBING_STEP);
+            self.tracer = Some(start);
             self.recent.clear();
+            if let [(_, _), (next, amplitudes)] = &mut beside[..] {
+                next.turn();
+                next.length = length - next.length;
+                self.recent.push((next.clone(), std::mem::take(amplitudes)));
+            }
             self.remember();
         }
         None

@@ -96,6 +96,7 @@ impl Course {
 }
 
 /// Follower of one curve.
+#[derive(Clone)]
 pub struct Tracer<'b, 's> {
     solver: &'b FrequencySolver<'s>,
     course: Course,
@@ -237,16 +238,7 @@ impl<'b, 's> Tracer<'b, 's> {
 
     /// Turns round at the last point. The length of the curve grows on from there.
     pub fn turn(&mut self) {
-        let Point {
-            direction,
-            motion_along,
-            across,
-            ..
-        } = &mut self.last;
-        let all = direction.u.iter_mut().chain(motion_along);
-        all.chain(&mut across.0).for_each(|v| *v = -*v);
-        direction.frequency_hz = -direction.frequency_hz;
-        across.1 = -across.1;
+        self.last.turn();
         self.before = None;
     }
 
@@ -572,6 +564,14 @@ impl<'b, 's> Tracer<'b, 's> {
 }
 
 impl Point {
+    /// Turns the direction of the curve round.
+    pub fn turn(&mut self) {
+        let along = self.direction.u.iter_mut().chain(&mut self.motion_along);
+        along.chain(&mut self.across.0).for_each(|v| *v = -*v);
+        self.direction.frequency_hz = -self.direction.frequency_hz;
+        self.across.1 = -self.across.1;
+    }
+
     /// U and the frequency so far along the direction of the point.
     fn ahead(&self, length: f64) -> (Vec<f64>, f64) {
         let mut u = self.u.clone();
