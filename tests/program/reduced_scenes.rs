@@ -178,7 +178,7 @@ fn a_fold_is_told_wherever_results_are_read() {
     let report = folder.text("followed/report.html");
     has(
         &report,
-        "Between two folds motions are unstable, and that part is dashed",
+        "Between two folds, where the curve is dashed, motions are unstable.",
     );
     let line = report
         .split("<li")
