@@ -340,14 +340,14 @@ impl Response {
     }
 
     /// Positions in `orbits` of each curve without a gap: of each branch, or of its parts between
-    /// gaps.
+    /// gaps. A branch that has no point yet has no curve.
     pub fn curves(&self) -> Vec<Range<usize>> {
         let of_branch = |branch: &Branch| {
             let Range { start, end } = branch.points;
             let starts = std::iter::once(start).chain(branch.gaps.iter().copied());
             let ends = branch.gaps.iter().copied().chain([end]);
             let parts = starts.zip(ends).map(|(from, to)| from..to);
-            parts.collect::<Vec<_>>()
+            parts.filter(|part| !part.is_empty()).collect::<Vec<_>>()
         };
         self.branches.iter().flat_map(of_branch).collect()
     }

@@ -136,6 +136,9 @@ mod tests {
         assert_eq!(unstable(&[&straight]), (vec![], vec![]));
         assert_eq!(unstable(&[&[Some(1.0)]]), (vec![], vec![]));
         assert_eq!(unstable(&[]), (vec![], vec![]));
+        // Of a branch that is being followed, the other one may have no point yet.
+        assert_eq!(unstable(&[&straight, &[]]), (vec![], vec![]));
+        assert_eq!(unstable(&[&[], &first]), (vec![1], vec![2]));
     }
 
     /// A branch that is lost on its way back goes on beyond the fold, in its own direction.
