@@ -79,6 +79,10 @@ fn folder(name: &str) -> Folder {
 }
 
 fn over_forces(folder: &Path, values: &[f64], amplitude_m: Option<f64>) -> Peaks {
+    over(values, amplitude_m, |force_n| scene(folder, force_n))
+}
+
+fn over(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) -> Peaks {
     let range = PeakRange {
         values,
         logarithmic: true,
@@ -88,17 +92,19 @@ fn over_forces(folder: &Path, values: &[f64], amplitude_m: Option<f64>) -> Peaks
     };
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    let scene_at = |force_n: f64| Ok::<_, Error>(scene(folder, force_n));
-    peaks_over(&range, scene_at, None, &session).unwrap()
+    peaks_over(&range, |value| Ok::<_, Error>(scene(value)), None, &session).unwrap()
 }
 
 /// Highest peak of the whole curve: frequency and amplitude.
 fn of_curve(folder: &Path, force_n: f64) -> [f64; 2] {
+    of_scene(&scene(folder, force_n))
+}
+
+fn of_scene(scene: &Scene) -> [f64; 2] {
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
     let meshes: Option<Meshes> = None;
-    let scene = scene(folder, force_n);
-    let run = run::solve(&scene, meshes, Options::default(), &session).unwrap();
+    let run = run::solve(scene, meshes, Options::default(), &session).unwrap();
     let top = peak(&run.response.unwrap().response, 0).unwrap();
     [top.frequency_hz, top.amplitude_m]
 }
@@ -125,6 +131,36 @@ fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told
     let between = [values[taken_over - 1], values[taken_over]];
     assert_eq!(found.changes, [between]);
     assert_eq!(found.least, None);
+}
+
+/// The stop asks for more harmonics where the mass meets it.
+#[test]
+fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
+    let folder = folder("accurate_peaks");
+    let accuracy = 0.005;
+    let with = |force_n: f64, resolution: Resolution| {
+        let mut scene = scene(&folder, force_n);
+        scene.response.resolution = resolution;
+        scene
+    };
+    let accurate = |force_n: f64| with(force_n, Resolution::Accuracy(accuracy));
+    let found = over(&[0.02, 0.04, 0.1], None, accurate);
+    assert_eq!(found.rows.len(), 3);
+    for row in &found.rows {
+        let (force_n, orbit) = (row.value, &row.orbit);
+        let estimated = orbit.estimated_error.unwrap();
+        println!(
+            "{force_n} N: {} harmonics, {estimated:.1e}",
+            orbit.harmonics
+        );
+        assert!(orbit.outcome.is_converged(), "{force_n} N");
+        assert!(estimated <= accuracy, "{force_n} N: {estimated}");
+        let [_, amplitude_m] = of_scene(&with(force_n, Resolution::fixed(15, 256)));
+        let off = row.amplitude_m(0) / amplitude_m - 1.0;
+        assert!(off.abs() <= accuracy, "{force_n} N: {off:e}");
+    }
+    let [least, .., most] = [0, 1, 2].map(|i| found.rows[i].orbit.harmonics);
+    assert!(least < most, "{least} {most}");
 }
 
 #[test]
