@@ -101,8 +101,8 @@ fn the_estimate_is_of_the_size_of_the_error() {
     assert!(ratios.len() >= 6 && near + 1 >= ratios.len(), "{ratios:?}");
 }
 
-/// Where most pairs slip, a linear step tells little of how far further harmonics move a motion of
-/// one harmonic: its estimate is within 7 %, and it is not accepted all the same.
+/// Motions of one harmonic whose estimate is within 7 %: they are not accepted where most pairs
+/// slip, because a linear step tells little of how far further harmonics move them.
 #[test]
 fn one_harmonic_is_not_accepted_where_most_pairs_slip() {
     let accuracy = 0.07;

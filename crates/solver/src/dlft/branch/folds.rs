@@ -63,23 +63,25 @@ pub fn sections(response: &Response) -> Vec<Section> {
 
 /// Positions of the folds in the orbits of a response, ascending.
 pub fn folds(response: &Response) -> Vec<usize> {
-    let sections = sections(response);
-    let joined = sections
-        .windows(2)
-        .map(|two| [&two[0].points, &two[1].points]);
+    between(&sections(response)).collect()
+}
+
+/// Positions of the folds between sections.
+fn between(sections: &[Section]) -> impl Iterator<Item = usize> {
+    let two = sections.windows(2);
+    let joined = two.map(|two| [&two[0].points, &two[1].points]);
     let folds = joined.filter(|[a, b]| a.end == b.start + 1);
-    folds.map(|[_, after]| after.start).collect()
+    folds.map(|[_, after]| after.start)
 }
 
 /// Whether each motion of a response is stable. A fold counts as stable.
 pub fn stable(response: &Response) -> Vec<bool> {
     let mut stable = vec![true; response.orbits.len()];
-    for Section { points, is_stable } in sections(response) {
-        if !is_stable {
-            stable[points].fill(false);
-        }
+    let sections = sections(response);
+    for section in sections.iter().filter(|section| !section.is_stable) {
+        stable[section.points.clone()].fill(false);
     }
-    for fold in folds(response) {
+    for fold in between(&sections) {
         stable[fold] = true;
     }
     stable

@@ -299,7 +299,7 @@ impl<'b, 's> Follower<'b, 's> {
             start.set_step(CLIMBING_STEP);
             self.tracer = Some(start);
             self.recent.clear();
-            if let [(_, _), (next, amplitudes)] = &mut beside[..] {
+            if let [_, (next, amplitudes)] = &mut beside[..] {
                 next.turn();
                 next.length = length - next.length;
                 self.recent.push((next.clone(), std::mem::take(amplitudes)));
