@@ -58,9 +58,11 @@ def condensed(example):
     return files
 
 
-def scene(example, level, omegas, harmonics, eps_scale):
+def scene(example, level, omegas, harmonics, eps_scale, grid=True):
+    """Scene over these frequencies: a grid, or the curve that is followed."""
     a, b = example.damping
     hertz = [w / (2 * np.pi) for w in (omegas[0], omegas[-1])]
+    points = f"points = {len(omegas)}" if grid else ""
     return f"""name = "{example.name}"
 
 [reduced_model]
@@ -77,12 +79,28 @@ mass_per_s = {b!r}
 
 [response]
 frequency_hz = {hertz}
-points = {len(omegas)}
+{points}
 harmonics = {harmonics}
 samples = {SAMPLES}
 tolerance = 1e-10
 eps_scale = {eps_scale}
 """
+
+
+def compute(dovetail, path, results):
+    command = [dovetail, "run", path, "--threads", "1", "--quiet", "--out", results]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{path}: {done.stdout}{done.stderr}")
+
+
+def folds(dovetail, work, example, harmonics, eps_scale):
+    """Frequencies at which the curve turns back, rad/s."""
+    path, results = work / f"{example.name}_followed.toml", work / "output" / f"{example.name}_followed"
+    path.write_text(scene(example, 1.0, example.followed, harmonics, eps_scale, grid=False))
+    compute(dovetail, path, results)
+    summary = json.loads((results / "summary.json").read_text())
+    return [2 * np.pi * fold["frequency_hz"] for fold in summary["response"]["folds"]]
 
 
 def run(dovetail, work, example, harmonics, eps_scale):
@@ -98,10 +116,7 @@ def run(dovetail, work, example, harmonics, eps_scale):
     for level, omegas in groups.items():
         path, results = work / f"{example.name}.toml", work / "output" / example.name
         path.write_text(scene(example, level, omegas, harmonics, eps_scale))
-        command = [dovetail, "run", path, "--threads", "1", "--quiet", "--out", results]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            sys.exit(f"{example.name}, level {level}, eps_scale {eps_scale}: {done.stdout}{done.stderr}")
+        compute(dovetail, path, results)
         with open(results / "response.csv") as file:
             for row in csv.DictReader(file):
                 if float(row["retention_n"]) != 0.0:
@@ -123,6 +138,11 @@ def main():
     found = {}
     for name, (harmonics, eps_scale) in RUNS.items():
         found[name] = {e.name: run(dovetail, Path(work), e, harmonics or e.harmonics, eps_scale) for e in EXAMPLES}
+    followed = [example for example in EXAMPLES if example.followed]
+    found["dovetail's folds"] = {
+        name: {e.name: folds(dovetail, Path(work), e, harmonics or e.harmonics, eps_scale) for e in followed}
+        for name, (harmonics, eps_scale) in RUNS.items()
+    }
     Path(out).write_text(json.dumps(found))
 
 

@@ -38,6 +38,8 @@ class Example:
     kt: float = 1.0
     mu: float = 0.0
     published: dict = field(default_factory=dict)
+    # Range of w in which the curve is followed round its folds.
+    followed: tuple | None = None
 
     @property
     def C(self):
@@ -77,8 +79,9 @@ GAP = Example(
     force=np.array([100.0]),
     observed=0,
     harmonics=7,
-    # The curve folds from 7.00 to 8.57 rad/s.
+    # The curve folds from 7.00 to 8.57 rad/s: one motion for each frequency of the cases, and the rest is followed.
     cases=even(1.0, 5.6, 6.9, 14),
+    followed=(5.6, 9.5),
     normal=0,
     gap=10.0,
     kn=1000.0,

@@ -49,7 +49,8 @@ def matrices(example, C):
     return pad(example.M), pad(C), pad(example.K), change.T @ np.pad(example.force, (0, 1)), 3
 
 
-def respond(example, samples, level, omegas, C):
+def study_of(example, samples, level, C, length_m=1.0, **analysis):
+    """A frequency response of pyHarm with these options, in units of a length; its M, K, force and observed coordinate."""
     M, C, K, force, node = matrices(example, C)
     observed = 1 if example is FRICTION else example.observed
     loads = {
@@ -58,7 +59,7 @@ def respond(example, samples, level, omegas, C):
         if value
     }
     description = dict(
-        system=dict(type="Base", nh=example.harmonics, nti=samples),
+        system=dict(type="Base", nh=example.harmonics, nti=samples, adim=dict(status=True, lc=length_m, wc=1.0)),
         substructures=dict(body=dict(matrix=dict(M=M, C=C, K=K, G=0 * M), ndofs=node)),
         connectors=loads | dict(contact=contact(example)),
         analysis=dict(
@@ -66,20 +67,23 @@ def respond(example, samples, level, omegas, C):
                 study="frf",
                 solver="scipyroot",
                 solver_options=dict(root=dict(method="hybr", options=dict(xtol=1e-10, maxfev=2000))),
-                predictor="previous",
-                predictor_options=dict(bifurcation_detect=False),
-                corrector="nocontinuation",
                 reductors=[dict(type="noreductor")],
-                stepsizer="constant",
-                puls_inf=min(omegas),
-                puls_sup=max(omegas) + 1.0,
-                puls_start=omegas[0],
-                ds0=1.0,
                 verbose=False,
             )
+            | analysis
         ),
     )
-    study = Maestro(description).nls["frf"]
+    return Maestro(description).nls["frf"], M, K, force, observed
+
+
+def respond(example, samples, level, omegas, C):
+    """Motions at given frequencies, each from that of the one before."""
+    study, M, K, force, observed = study_of(
+        example, samples, level, C, predictor="previous", corrector="nocontinuation", stepsizer="constant",
+        predictor_options=dict(bifurcation_detect=False),
+        puls_inf=min(omegas), puls_sup=max(omegas) + 1.0, puls_start=omegas[0], ds0=1.0,
+    )
+    C = matrices(example, C)[1]
     n, m = len(K), 2 * example.harmonics + 1
     accepted, rows = None, []
     for w in omegas:
@@ -104,6 +108,23 @@ def respond(example, samples, level, omegas, C):
     return rows
 
 
+def folds(example, samples, step):
+    """Frequencies at which the curve turns back, by its continuation along the length in steps of `step` at most.
+
+    Both are those of single points: step by step, the frequency changes by less than 1e-3 there.
+    """
+    first, last = example.followed
+    # Its unit of length, and the predictor that sees a fold, are those of the published example.
+    study, *_ = study_of(
+        example, samples, 1.0, example.C, length_m=example.gap, predictor="tangent", corrector="arc_length",
+        stepsizer="acceptance", puls_inf=first, puls_sup=last, puls_start=first, ds0=step, ds_max=step,
+    )
+    study.Solve("null")
+    w = np.array([solution.x[-1] for solution in study.SolList if solution.flag_accepted])
+    highest = int(np.argmax(w[: np.flatnonzero(np.diff(w) < -0.1 * step)[-1] + 1]))
+    return [float(w[highest]), float(w[highest:].min())]
+
+
 def of(example, samples, C=None, cases=None):
     groups, rows = {}, []
     for level, w in cases or example.cases:
@@ -124,6 +145,7 @@ def main():
         steps = sorted({*np.arange(first, last, 0.05), *example.published})
         rows = of(example, 1024, C=C, cases=[(1.0, float(w)) for w in steps])
         found["published"][example.name] = [row for row in rows if row["w"] in example.published]
+    found["folds"] = {GAP.name: folds(GAP, SAMPLES[-1], 0.01)}
     with open(sys.argv[1], "w") as file:
         json.dump(found, file)
 

@@ -18,6 +18,9 @@ AS_PUBLISHED = 1e-3
 # From published curves (pyHarm), which are polylines: their points lie between those that were solved.
 AS_DRAWN = 2e-3
 
+# Frequency of a fold, relative.
+SAME_FOLD = 1e-3
+
 # Cases whose amplitudes are printed: of each example every so many.
 EVERY = {"jenkins": 1, "gap": 4, "two_masses": 2, "friction": 2}
 
@@ -102,6 +105,18 @@ def main():
             )
             if not abs(difference) < AS_DRAWN:
                 failures.append(f"published {example.name}, {row['w']} rad/s: {difference:.1e}")
+
+    print("\n| followed | fold, rad/s | pyHarm | dovetail | difference | own eps | H = 31 |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for name, by_peer in found["folds"].items():
+        ours, own, many = (folds[name] for folds in found["dovetail's folds"].values())
+        if not len(by_peer) == len(ours) == len(own) == len(many):
+            failures.append(f"{name}: {len(by_peer)} folds by pyHarm, {len(ours)}, {len(own)} and {len(many)} by dovetail")
+        for i, (peer, w) in enumerate(zip(by_peer, ours, strict=False)):
+            difference = w / peer - 1
+            print(f"| {name} | {i + 1} | {peer:.5f} | {w:.5f} | {number(difference)} | {own[i]:.5f} | {many[i]:.5f} |")
+            if not abs(difference) < SAME_FOLD:
+                failures.append(f"{name}, fold {i + 1}: {difference:.1e}")
 
     most = [name for name in peers if str(SAMPLES[-1]) in name]
     names = " | ".join(name.split(",")[0] for name in most)

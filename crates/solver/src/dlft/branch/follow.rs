@@ -21,11 +21,14 @@ const MOST_POINTS: usize = 5000;
 const GAP: f64 = 0.005;
 /// The same distance where no motion was found over a longer range, as a fraction of that range.
 const GROWTH: f64 = 0.5;
-/// Most points that are added at a peak.
+/// Most points that are added at a peak or a fold.
 const MOST_ADDED: usize = 8;
 /// A peak is found where the parabola through the highest point and those beside it rises by no
 /// more than this fraction above it.
 const PEAK_ERROR: f64 = 1e-4;
+/// A fold is found where the tangents of the points on both sides of it meet no farther beyond them
+/// than this fraction of the range.
+const FOLD_ERROR: f64 = 2e-4;
 /// Parts of the range at whose ends the linear reference is known in any case.
 const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
@@ -391,6 +394,7 @@ impl<'b, 's> Follower<'b, 's> {
         }
         self.record(resolved, at_hz, length, Part::Reached);
         self.remember();
+        self.refine_fold();
         self.refine_peaks();
         stops
     }
@@ -410,42 +414,56 @@ impl<'b, 's> Follower<'b, 's> {
     fn refine_peaks(&mut self) {
         let observed = self.recent.first().map_or(0, |(_, a)| a.len());
         for observation in 0..observed {
-            let places = self.recent.iter().map(|(p, a)| (p.length, a[observation]));
-            if top_of(&places.collect::<Vec<_>>()).is_none() {
-                continue;
-            }
-            let mut around: Vec<(Point, f64)> = (self.recent.iter())
-                .map(|(point, amplitudes)| (point.clone(), amplitudes[observation]))
-                .collect();
+            let mut around = self.recent.clone();
             for _ in 0..MOST_ADDED {
-                let places = around.iter().map(|(p, a)| (p.length, *a));
+                let places = around.iter().map(|(p, a)| (p.length, a[observation]));
                 let Some(top) = top_of(&places.collect::<Vec<_>>()) else {
                     break;
                 };
-                let Some((point, amplitude)) = self.add(&around, top, observation) else {
+                let Some(after) = around.iter().position(|(p, _)| p.length > top) else {
                     break;
                 };
-                let at = around.partition_point(|(p, _)| p.length < point.length);
-                around.insert(at, (point, amplitude));
+                let Some(added) = self.add([&around[after - 1].0, &around[after].0], top) else {
+                    break;
+                };
+                around.insert(after, added);
+                let amplitude = |i: &usize| around[*i].1[observation];
                 let highest = (1..around.len() - 1)
-                    .max_by(|a, b| around[*a].1.total_cmp(&around[*b].1))
+                    .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))
                     .unwrap_or(1);
                 around = around[highest - 1..=highest + 1].to_vec();
             }
         }
     }
 
-    /// Solves for the point of the curve at a length between those given.
-    fn add(
-        &mut self,
-        around: &[(Point, f64)],
-        length: f64,
-        observation: usize,
-    ) -> Option<(Point, f64)> {
+    /// Adds points where the curve folds between the last two points, until the tangents of those
+    /// on both sides of the fold meet little beyond them.
+    fn refine_fold(&mut self) {
+        let [.., (before, _), (after, _)] = &self.recent[..] else {
+            return;
+        };
+        let mut beside = [before.clone(), after.clone()];
+        for _ in 0..MOST_ADDED {
+            let error_hz = FOLD_ERROR * self.course.range_hz();
+            let places = beside.each_ref().map(|p| {
+                let slope = p.direction.frequency_hz;
+                (p.length, p.frequency_hz, slope)
+            });
+            let Some(length) = fold_between(places, error_hz) else {
+                return;
+            };
+            let Some((added, _)) = self.add(beside.each_ref(), length) else {
+                return;
+            };
+            let is_after = added.direction.frequency_hz * places[0].2 < 0.0;
+            beside[usize::from(is_after)] = added;
+        }
+    }
+
+    /// Solves for the point of the curve at a length between two points.
+    fn add(&mut self, [first, second]: [&Point; 2], length: f64) -> Option<(Point, Vec<f64>)> {
         let run = self.run;
         let tracer = self.tracer.as_ref()?;
-        let after = around.iter().position(|(p, _)| p.length > length)?;
-        let [first, second] = [&around[after - 1].0, &around[after].0];
         let fraction = (length - first.length) / (second.length - first.length);
         self.work.start_counting(run.most_seconds);
         let work = &mut self.work;
@@ -455,8 +473,7 @@ impl<'b, 's> Follower<'b, 's> {
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
         let resolved = run.judged(at_hz, self.level, solution, work);
-        let amplitudes = self.record(resolved, at_hz, length, Part::Added);
-        Some((point, amplitudes[observation]))
+        Some((point, self.record(resolved, at_hz, length, Part::Added)))
     }
 
     /// Looks for the next motion behind a gap after a frequency.
@@ -590,6 +607,23 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
         return None;
     }
     Some(highest + inside(shift, [before, highest, after]))
+}
+
+/// Length at which the tangents of two places meet, of a length, a frequency in Hz and its slope
+/// each; `None` where the curve does not fold between them, or by no more than the error beyond
+/// them. The fold may be a corner, at which no parabola comes near it.
+fn fold_between(places: [(f64, f64, f64); 2], error_hz: f64) -> Option<f64> {
+    let [(first, first_hz, rises), (second, second_hz, falls)] = places;
+    if rises * falls >= 0.0 {
+        return None;
+    }
+    let span = second - first;
+    let there = (second_hz - first_hz - falls * span) / (rises - falls);
+    let sign = rises.signum();
+    let extreme_hz = (sign * first_hz).max(sign * second_hz);
+    let beyond_hz = sign * (first_hz + rises * there) - extreme_hz;
+    let inside = there.clamp(0.1 * span, 0.9 * span);
+    (beyond_hz > error_hz && inside.is_finite()).then_some(first + inside)
 }
 
 /// Response that consists of these branches.

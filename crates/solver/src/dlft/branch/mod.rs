@@ -32,7 +32,7 @@ use crate::reduction::damping::Rayleigh;
 /// Follows the response from the first to the last frequency of the settings, and from the last to
 /// the first. One branch comes of it where both meet, and two where they do not. Each of the
 /// frequencies of the settings is solved for wherever a branch passes it. Points are added until
-/// the peak of each observed amplitude is found.
+/// the peak of each observed amplitude, and each fold, is found.
 ///
 /// Branches that begin at neither end are not found.
 ///
