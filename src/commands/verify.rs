@@ -15,9 +15,14 @@ fn table(comparison: &Comparison) -> String {
     } else {
         "not steady"
     };
+    let unstable = if comparison.is_stable {
+        ""
+    } else {
+        ", an unstable motion, which the integration leaves"
+    };
     let mut lines = vec![
         format!(
-            "{:.4} Hz, {} harmonics; {} periods, {steady}, {:.1e} of the transient left",
+            "{:.4} Hz, {} harmonics{unstable}; {} periods, {steady}, {:.1e} of the transient left",
             comparison.frequency_hz,
             comparison.harmonics,
             comparison.periods,

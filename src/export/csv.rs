@@ -481,6 +481,9 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
         }
     });
     table.add("harmonics", |r| (!r.integrated).then_some(r.of.harmonics));
+    table.add("stable", |r| {
+        (!r.integrated).then(|| r.of.is_stable.to_string())
+    });
     table.add("periods", |r| r.integrated.then_some(r.of.periods));
     table.add("steady", |r| {
         r.integrated

@@ -7,7 +7,7 @@ use crate::shared_runs::{manifest, number, numbers, rows, summary};
 use dovetail::export::manifest::RunState;
 use dovetail_testkit::folder::root;
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const JENKINS: &str = "scenes/verification/jenkins.toml";
 const DEN_HARTOG: &str = "scenes/verification/den_hartog.toml";
@@ -102,25 +102,48 @@ fn a_range_without_the_linear_peak_is_warned_of() {
     assert!(!wide.contains("largest linear amplitude"), "{wide}");
 }
 
+/// Scene of a mass before a stop.
+const STOP: &str = r#"
+name = "stop"
+[reduced_model]
+folder = "stop"
+friction = 0
+gap_m = 1
+force_n = 0.1
+[damping]
+mass_per_s = 0.03
+[response]
+frequency_hz = [0.12, 0.32]
+harmonics = 7
+"#;
+
 /// Writes 1 kg on a spring of 1 N/m, with a stop on a spring of 5 N/m behind a clearance, as a
 /// reduced model. X opens the pair of both; with X = 0 both springs carry the mass.
 fn write_stop(folder: &Path) {
     let (of_x, both_n_m) = (-5.0 / 6.0, 6.0);
     let along = || vec![of_x, 0.0, 0.0];
     let diagonal = |first: f64| vec![first, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    write_model(
+        folder,
+        &[
+            ("xyz", 3, vec![0.0; 3]),
+            ("K", 3, diagonal(-of_x)),
+            ("M", 3, diagonal(of_x * of_x)),
+            ("p", 1, along()),
+            ("w2", 1, vec![both_n_m]),
+            ("f_static", 1, vec![0.0; 3]),
+            ("f_excitation", 1, along()),
+            ("fm_excitation", 1, vec![1.0]),
+            ("tip_x", 1, along()),
+            ("tip_modes", 1, vec![1.0]),
+        ],
+    );
+}
+
+/// Writes the arrays of a reduced model: the name of each, its columns and its entries.
+fn write_model(folder: &Path, arrays: &[(&str, usize, Vec<f64>)]) {
     std::fs::create_dir(folder).unwrap();
-    for (file, columns, entries) in [
-        ("xyz", 3, vec![0.0; 3]),
-        ("K", 3, diagonal(-of_x)),
-        ("M", 3, diagonal(of_x * of_x)),
-        ("p", 1, along()),
-        ("w2", 1, vec![both_n_m]),
-        ("f_static", 1, vec![0.0; 3]),
-        ("f_excitation", 1, along()),
-        ("fm_excitation", 1, vec![1.0]),
-        ("tip_x", 1, along()),
-        ("tip_modes", 1, vec![1.0]),
-    ] {
+    for (file, columns, entries) in arrays {
         let rows = entries.len() / columns;
         let lines: String = entries.iter().map(|entry| format!("{entry:?}\n")).collect();
         let text = format!("%%MatrixMarket matrix array real general\n{rows} {columns}\n{lines}");
@@ -128,17 +151,76 @@ fn write_stop(folder: &Path) {
     }
 }
 
+/// Scene of [`write_stop`] in a folder.
+fn stop_scene(folder: &Folder) -> PathBuf {
+    write_stop(&folder.join("stop"));
+    folder.write("scene.toml", STOP)
+}
+
+/// From 5 % more than the motion between both folds, steps in time go over to one of the others,
+/// and from 5 % more than those they come back. The stop has no mass, and is the spring of the
+/// contact here.
+#[test]
+fn steps_in_time_leave_the_motion_that_is_unstable_and_return_to_the_others() {
+    let folder = Folder::new("verified-fold");
+    let stop = folder.join("stop");
+    let diagonal = || vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    write_model(
+        &stop,
+        &[
+            ("xyz", 3, vec![0.0; 3]),
+            ("K", 3, diagonal()),
+            ("M", 3, diagonal()),
+            ("f_static", 1, vec![0.0; 3]),
+            ("f_excitation", 1, vec![1.0, 0.0, 0.0]),
+            ("tip_x", 1, vec![1.0, 0.0, 0.0]),
+        ],
+    );
+    let springs = "normal_stiffness_n_m = 5\ntangential_stiffness_n_m = 5\n";
+    let text = STOP.replace("gap_m", &format!("{springs}gap_m"));
+    let scene = folder.write("scene.toml", text);
+    let out = folder.join("out");
+    let mut command = on_scene("verify", &scene, &out, &["response.harmonics=21"]);
+    command.args(["--at", "0.185", "--perturb", "0.05"]);
+    let printed = printed(&ended(command, 0));
+    has(
+        &printed,
+        ", an unstable motion, which the integration leaves",
+    );
+    let table = rows(&out.join("verify.csv"));
+    let cells = |method: &str, column: &str| -> Vec<String> {
+        let rows = table.iter().filter(|row| row["method"] == method);
+        rows.map(|row| row[column].clone()).collect()
+    };
+    assert_eq!(cells("balance", "stable"), ["true", "false", "true"]);
+    let amplitudes = |method: &str| -> Vec<f64> {
+        let cells = cells(method, "amplitude_m");
+        cells.iter().map(|cell| cell.parse().unwrap()).collect()
+    };
+    let (balance, by_time) = (amplitudes("balance"), amplitudes("integration"));
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.01;
+    assert!(is_near(by_time[0], balance[0]) && is_near(by_time[2], balance[2]));
+    assert!([0, 2].iter().any(|i| is_near(by_time[1], balance[*i])));
+    let verified = &summary(&out)["verification"];
+    assert_eq!(verified["points"][1]["stable"], false);
+    assert!(verified["worst_difference"].as_f64().unwrap() < 0.01);
+}
+
+/// The stop has no mass of its own: the motion in time rings ever more.
+#[test]
+fn a_motion_in_time_that_grows_without_bound_is_an_error() {
+    let folder = Folder::new("grows");
+    let scene = stop_scene(&folder);
+    let mut command = on_scene("verify", &scene, &folder.join("out"), &[]);
+    command.args(["--at", "0.185"]);
+    has(&told(command, 1), "the motion grew without bound in period");
+}
+
 /// Two motions from 0.17 to 0.2 Hz. A grid knows of the jump alone.
 #[test]
 fn a_fold_is_told_wherever_results_are_read() {
     let folder = Folder::new("fold");
-    write_stop(&folder.join("stop"));
-    let scene = folder.write(
-        "scene.toml",
-        "name = \"stop\"\n[reduced_model]\nfolder = \"stop\"\n\
-         friction = 0\ngap_m = 1\nforce_n = 0.1\n\
-         [damping]\nmass_per_s = 0.03\n[response]\nfrequency_hz = [0.12, 0.32]\nharmonics = 7\n",
-    );
+    let scene = stop_scene(&folder);
     let stderr = told(on_scene("run", &scene, &folder.join("followed"), &[]), 0);
     let found = summary(&folder.join("followed"));
     let [two] = &found["response"]["second_motion"].as_array().unwrap()[..] else {
@@ -146,8 +228,9 @@ fn a_fold_is_told_wherever_results_are_read() {
     };
     let figure = |key: &str| two[key].as_f64().unwrap();
     let [from_hz, to_hz] = ["from_hz", "to_hz"].map(figure);
-    assert!((from_hz - 0.170).abs() < 3e-3, "{two}");
-    assert!((to_hz - 0.200).abs() < 3e-3, "{two}");
+    // The small motion ends where it reaches the stop: (1 - w^2)^2 + (0.03 w)^2 = 0.1^2.
+    assert!((from_hz - 0.166_539).abs() < 5e-5, "{two}");
+    assert!((to_hz - 0.2016).abs() < 5e-4, "{two}");
     assert!(figure("amplitude_m") > 1.5 * figure("other_amplitude_m"));
     let words = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
     has(&stderr, &words);

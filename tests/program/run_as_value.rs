@@ -145,6 +145,7 @@ fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
         most_periods: 2,
         steady: 1e-3,
         from_rest: false,
+        perturbation: 0.0,
         tolerance: 0.1,
     };
     let error = work(&at_rest).verify(&asked).unwrap_err().to_string();

@@ -58,7 +58,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
         &model,
         damping,
         &response.orbits[0],
-        Start::Orbit,
+        Start::Orbit { larger_by: 0.0 },
         steps_per_period,
         until,
         response.slip_threshold_m,

@@ -21,6 +21,8 @@ pub struct VerificationSummary {
 pub struct VerifiedPoint {
     pub frequency_hz: f64,
     pub harmonics: usize,
+    /// False for a motion that the folds of its curve call unstable.
+    pub stable: bool,
     pub periods: usize,
     pub steady: bool,
     /// Estimated rest of the transient, relative to the amplitude.
@@ -67,6 +69,7 @@ pub fn verification_summary(
         VerifiedPoint {
             frequency_hz: c.frequency_hz,
             harmonics: c.harmonics,
+            stable: c.is_stable,
             periods: c.periods,
             steady: c.steady,
             transient_left: finite(c.transient_left),
@@ -84,6 +87,7 @@ pub fn verification_summary(
         tolerance,
         worst_difference: comparisons
             .iter()
+            .filter(|c| c.is_stable)
             .map(Comparison::worst)
             .reduce(f64::max)
             .and_then(finite),

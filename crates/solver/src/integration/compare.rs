@@ -34,6 +34,9 @@ pub struct Comparison {
     pub frequency_hz: f64,
     /// Harmonics of the balance.
     pub harmonics: usize,
+    /// False where the motion of the balance lies between two folds of its curve: the integration
+    /// is then expected to leave it.
+    pub is_stable: bool,
     /// Results of harmonic balance.
     pub balance: Figures,
     /// Results of the integration in time.
@@ -54,7 +57,12 @@ impl Comparison {
     /// work and input work (the works relative to the input work); `None` where there is nothing to
     /// compare.
     pub fn differences(&self) -> [Option<f64>; 4] {
-        let (b, i) = (&self.balance, &self.integration);
+        self.differences_from(&self.integration)
+    }
+
+    /// Differences as those of [`Comparison::differences`], from another integration.
+    fn differences_from(&self, i: &Figures) -> [Option<f64>; 4] {
+        let b = &self.balance;
         let relative = |ours: Option<f64>, theirs: Option<f64>| {
             let (ours, theirs) = (ours?, theirs?);
             (theirs != 0.0).then(|| (ours - theirs) / theirs.abs())
@@ -72,7 +80,12 @@ impl Comparison {
 
     /// The largest of [`Comparison::differences`] by size.
     pub fn worst(&self) -> f64 {
-        self.differences()
+        self.worst_from(&self.integration)
+    }
+
+    /// Largest difference by size of harmonic balance from another integration.
+    pub fn worst_from(&self, other: &Figures) -> f64 {
+        self.differences_from(other)
             .into_iter()
             .flatten()
             .fold(0.0, |m, d| m.max(d.abs()))
@@ -82,8 +95,11 @@ impl Comparison {
 /// Initial state of the integration.
 #[derive(Debug, Clone, Copy)]
 pub enum Start<'a> {
-    /// Motion found by harmonic balance.
-    Orbit,
+    /// Motion found by harmonic balance, with its departure from the mean larger by a fraction.
+    Orbit {
+        /// Fraction by which displacements and velocities are larger.
+        larger_by: f64,
+    },
     /// Static state.
     Rest(&'a StaticState),
 }
@@ -106,13 +122,14 @@ pub fn compare(
     let problem = retained.as_ref().unwrap_or(problem);
     let mut stepper = Stepper::new(problem, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
-        Start::Orbit => on_orbit(problem, orbit),
+        Start::Orbit { larger_by } => beside(problem, orbit, larger_by),
         Start::Rest(rest) => State::at_rest(problem, &rest.x, &rest.lambda),
     };
     let settled = integrate(&mut stepper, &mut state, until)?;
     Ok(Comparison {
         frequency_hz: orbit.frequency_hz,
         harmonics: orbit.harmonics,
+        is_stable: true,
         balance: of_orbit(orbit),
         integration: of_integration(&settled, orbit, slip_threshold_m),
         periods: settled.periods,
@@ -163,6 +180,32 @@ pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
         q_rate,
         lambda,
     }
+}
+
+/// State of an orbit at t = 0 with its departure from the mean larger by a fraction. No rigid pair
+/// overlaps.
+fn beside(problem: &Problem, orbit: &Orbit, larger_by: f64) -> State {
+    let mut state = on_orbit(problem, orbit);
+    if larger_by == 0.0 {
+        return state;
+    }
+    let (x_mean, q_mean) = (&orbit.x[..state.x.len()], &orbit.modal[..state.q.len()]);
+    let pairs = [(&mut state.x, x_mean), (&mut state.q, q_mean)];
+    for (place, mean) in pairs {
+        for (at, mean) in place.iter_mut().zip(mean) {
+            *at += larger_by * (*at - mean);
+        }
+    }
+    for rate in state.v.iter_mut().chain(&mut state.q_rate) {
+        *rate *= 1.0 + larger_by;
+    }
+    for (pair, law) in problem.laws.iter().enumerate() {
+        if law.stiffness.is_none() {
+            state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
+        }
+    }
+    state.touching = touching(problem, &state.x, &state.lambda);
+    state
 }
 
 fn of_orbit(orbit: &Orbit) -> Figures {

@@ -12,6 +12,9 @@ pub const MOST_PERIODS: usize = 1_000_000;
 pub const MOST_STEPS_IN_ALL: usize = 2_000_000_000;
 /// Number of successive periods whose estimate must be below the tolerance.
 const IN_A_ROW: usize = 3;
+/// A motion whose amplitude is so many times that of its first period grows without bound. From
+/// rest a resonance grows by its quality factor.
+const GROWN: f64 = 1e6;
 /// Number of changes from period to period that the estimate is made from.
 const WINDOW: usize = 8;
 
@@ -83,7 +86,7 @@ pub struct Settled {
 /// the last periods, rest = |dz_k r / (1 - r)|.
 ///
 /// # Errors
-/// Contact forces not found, a motion that is not finite.
+/// Contact forces not found, a motion that grows without bound.
 pub fn integrate(
     stepper: &mut Stepper<'_>,
     state: &mut State,
@@ -93,9 +96,21 @@ pub fn integrate(
     let mut history = History::default();
     let mut in_a_row = 0;
     let mut period = 0;
+    let mut bound_m = f64::INFINITY;
     loop {
         period += 1;
         let cycle = one_period(stepper, state, period)?;
+        let amplitudes = cycle.observed.iter().map(|o| o.amplitude_m);
+        let amplitude_m = amplitudes.fold(0.0, f64::max);
+        if period == 1 && amplitude_m > 0.0 {
+            bound_m = GROWN * amplitude_m;
+        }
+        if !state.is_finite() || amplitude_m > bound_m {
+            return Err(IntegrationError::NotFinite {
+                frequency_hz: stepper.frequency_hz(),
+                period,
+            });
+        }
         history.push(cycle.observed.iter().map(|o| o.first_harmonic_m).collect());
         let transient_left = history.transient_left();
         in_a_row = if transient_left < until.tolerance {
@@ -204,12 +219,6 @@ fn one_period(
                 slid_m[pair] += moved(1).hypot(moved(2));
             }
         }
-    }
-    if !state.is_finite() {
-        return Err(IntegrationError::NotFinite {
-            frequency_hz,
-            period,
-        });
     }
     Ok(Cycle {
         observed: signals.iter().map(|s| observe(s)).collect(),

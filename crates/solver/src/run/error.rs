@@ -164,6 +164,14 @@ pub enum Error {
         /// Largest difference allowed, %.
         tolerance_percent: f64,
     },
+    /// An integration in time stays on a motion between two folds, which are called unstable.
+    #[error(
+        "{frequency_hz:.4} Hz: the integration in time stays on a motion that the folds of its curve call unstable"
+    )]
+    Stays {
+        /// Frequency of the excitation, Hz.
+        frequency_hz: f64,
+    },
     /// The memory does not suffice, which is reported before the first frequency.
     #[error("a frequency of the response, in {blocks} blocks of harmonics, does not fit in memory")]
     TooLittleMemory {

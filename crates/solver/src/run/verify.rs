@@ -8,7 +8,8 @@ use super::outcome::{ResponseResult, Run, StaticResult};
 use super::reduced::Reduced;
 use super::response::{Responses, frequencies_hz as frequencies_of};
 use super::session::{Session, Stage};
-use crate::description::{ResponseSpec, Scene, Subject};
+use crate::description::{Scene, Subject};
+use crate::dlft::branch::stable;
 use crate::dlft::{Orbit, Response};
 use crate::integration::compare::{Comparison, Start, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
@@ -24,7 +25,8 @@ const FLANK: f64 = 0.75;
 /// Frequencies and settings of an integration in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
-    /// Frequencies, Hz. Empty: the peak of a response over the scene's range, and its two flanks.
+    /// Frequencies, Hz. Every motion at each of them is compared that the response has. Empty: the
+    /// peak of a response over the scene's range, and its two flanks.
     pub frequencies_hz: Vec<f64>,
     /// Number of steps of one period.
     pub steps_per_period: usize,
@@ -36,6 +38,9 @@ pub struct Verification {
     pub steady: f64,
     /// True to start from the static state instead of the motion of harmonic balance.
     pub from_rest: bool,
+    /// Fraction by which the departure of the motion of harmonic balance from its mean is made
+    /// larger to start from.
+    pub perturbation: f64,
     /// Largest relative difference that passes.
     pub tolerance: f64,
 }
@@ -100,15 +105,7 @@ pub fn verify(
     let damping = rayleigh(&scene.damping, reduced.linear_omega2(&statics.state))?;
     let (found, chosen) = orbits(scene, &reduced, damping, &statics, asked, session)?;
     let response = &found.response;
-    let failed = chosen
-        .iter()
-        .filter(|i| !response.orbits[**i].outcome.has_motion());
-    if let (unconverged @ 1.., points) = (failed.count(), chosen.len()) {
-        return Err(Error::NotConverged {
-            unconverged,
-            points,
-        });
-    }
+    let stable = stable(response);
     let comparisons = {
         let _stage = session.stage(Stage::TimeIntegration);
         let steps = session.steps(chosen.len(), "frequencies");
@@ -124,7 +121,9 @@ pub fn verify(
             let start = if asked.from_rest {
                 Start::Rest(&statics.state)
             } else {
-                Start::Orbit
+                Start::Orbit {
+                    larger_by: asked.perturbation,
+                }
             };
             let done = compare(
                 problem,
@@ -136,7 +135,10 @@ pub fn verify(
                 response.slip_threshold_m,
             );
             steps.step();
-            done
+            done.map(|done| Comparison {
+                is_stable: stable[*i],
+                ..done
+            })
         };
         chosen
             .par_iter()
@@ -169,7 +171,11 @@ fn with_modes_of_harmonics(scene: &Scene) -> Scene {
     scene
 }
 
-/// Response, and the positions in it of the orbits to compare.
+/// Response, and the positions in it of the orbits to compare. Where the scene has no grid, its
+/// curve is followed past the frequencies that are asked for.
+///
+/// # Errors
+/// [`Error::NotConverged`] where a frequency that is asked for has no motion.
 fn orbits(
     scene: &Scene,
     reduced: &Reduced,
@@ -179,23 +185,17 @@ fn orbits(
     session: &Session<'_>,
 ) -> Result<(ResponseResult, Vec<usize>), Error> {
     let state = &statics.state;
-    let mut frequencies_hz = asked.frequencies_hz.clone();
-    frequencies_hz.sort_by(f64::total_cmp);
-    frequencies_hz.dedup();
-    let given = !frequencies_hz.is_empty();
-    if !given {
-        let mut spec = scene.response.clone();
-        spec.points = spec.points.map(|points| points.min(MOST_POINTS));
-        frequencies_hz = frequencies_of(&spec, reduced.linear_omega2(state))?;
+    let mut asked_hz = asked.frequencies_hz.clone();
+    asked_hz.sort_by(f64::total_cmp);
+    asked_hz.dedup();
+    let mut spec = scene.response.clone();
+    spec.points = spec.points.map(|points| points.min(MOST_POINTS));
+    let mut frequencies_hz = asked_hz.clone();
+    if asked_hz.is_empty() || spec.points.is_none() {
+        frequencies_hz.extend(frequencies_of(&spec, reduced.linear_omega2(state))?);
+        frequencies_hz.sort_by(f64::total_cmp);
+        frequencies_hz.dedup();
     }
-    // The frequencies compared are asked for by the caller, or found on the curve.
-    let spec = ResponseSpec {
-        points: scene
-            .response
-            .points
-            .or(given.then_some(frequencies_hz.len())),
-        ..scene.response.clone()
-    };
     let responses = Responses {
         spec: &spec,
         reduced,
@@ -205,10 +205,10 @@ fn orbits(
         session,
     };
     let (response, slide) = responses.response(None)?;
-    let chosen = if given {
-        (0..response.orbits.len()).collect()
-    } else {
+    let chosen = if asked_hz.is_empty() {
         peak_and_flanks(&response)
+    } else {
+        motions_at(&asked_hz, &response)?
     };
     let found = ResponseResult {
         response,
@@ -221,11 +221,31 @@ fn orbits(
     Ok((found, chosen))
 }
 
+/// Positions of all motions at these frequencies.
+///
+/// # Errors
+/// [`Error::NotConverged`] where one of them has no motion.
+fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error> {
+    let hz = |i: usize| response.orbits[i].frequency_hz;
+    let found: Vec<usize> = (0..response.orbits.len())
+        .filter(|i| response.orbits[*i].outcome.has_motion() && asked_hz.contains(&hz(*i)))
+        .collect();
+    let is_missing = |asked: &&f64| found.iter().all(|i| hz(*i) != **asked);
+    match asked_hz.iter().filter(is_missing).count() {
+        0 => Ok(found),
+        unconverged => Err(Error::NotConverged {
+            unconverged,
+            points: asked_hz.len(),
+        }),
+    }
+}
+
 /// Positions of the peak, and of the first frequency with a motion on each side below [`FLANK`] of
-/// it; all positions where nothing is observed or has a motion.
+/// it; all motions where nothing is observed.
 fn peak_and_flanks(response: &Response) -> Vec<usize> {
     let Some(top) = peak(response, 0) else {
-        return (0..response.orbits.len()).collect();
+        let has_motion = |i: &usize| response.orbits[*i].outcome.has_motion();
+        return (0..response.orbits.len()).filter(has_motion).collect();
     };
     let below = |i: &usize| {
         let orbit: &Orbit = &response.orbits[*i];
@@ -246,13 +266,28 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
             left: moving.transient_left,
         });
     }
-    let worst = comparisons
-        .iter()
-        .max_by(|a, b| a.worst().total_cmp(&b.worst()));
+    let unstable = || comparisons.iter().filter(|c| !c.is_stable);
+    if let Some(stays) = unstable().find(|c| c.worst() <= asked.tolerance) {
+        let frequency_hz = stays.frequency_hz;
+        return Err(Error::Stays { frequency_hz });
+    }
+    let stable = || comparisons.iter().filter(|c| c.is_stable);
+    let of_stable = stable().map(|c| (c.frequency_hz, c.worst()));
+    // An unstable motion goes over to one of the stable ones at its frequency.
+    let of_unstable = unstable().filter_map(|from| {
+        let ends = stable().filter(|c| c.frequency_hz == from.frequency_hz);
+        let nearest = ends
+            .map(|c| c.worst_from(&from.integration))
+            .reduce(f64::min);
+        Some((from.frequency_hz, nearest?))
+    });
+    let worst = of_stable
+        .chain(of_unstable)
+        .max_by(|a, b| a.1.total_cmp(&b.1));
     match worst {
-        Some(worst) if worst.worst() > asked.tolerance => Err(Error::Disagreement {
-            frequency_hz: worst.frequency_hz,
-            percent: 100.0 * worst.worst(),
+        Some((frequency_hz, worst)) if worst > asked.tolerance => Err(Error::Disagreement {
+            frequency_hz,
+            percent: 100.0 * worst,
             tolerance_percent: 100.0 * asked.tolerance,
         }),
         _ => Ok(()),
@@ -263,7 +298,7 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
 mod tests {
     use super::*;
     use crate::contact::PairLaw;
-    use crate::description::{FrequencyRange, ReducedModelSpec, StaticSpec};
+    use crate::description::{FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec};
     use crate::dlft::settings::Resolution;
     use crate::reduction::damping::DampingSpec;
 

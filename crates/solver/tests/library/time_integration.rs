@@ -269,7 +269,7 @@ fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Unti
         model,
         damping_of(model),
         &response.orbits[0],
-        Start::Orbit,
+        Start::Orbit { larger_by: 0.0 },
         steps,
         until,
         response.slip_threshold_m,
