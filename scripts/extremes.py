@@ -415,6 +415,18 @@ def main():
     for name in ["den_hartog", "jenkins"]:
         table.cell("one pair", name, os.path.join(ROOT, f"scenes/verification/{name}.toml"))
 
+    # Without a grid: the curve is followed along its length.
+    friction, force = "reduced_model.friction", "reduced_model.force_n"
+    followed = [(f"{friction}={mu}", CONVERGED if float(mu) < 10 else EITHER) for mu in ["0", "1e-6", "0.01", "1", "10", "1e6"]]
+    followed += [(f"{force}={newton}", CONVERGED) for newton in ["0", "1e-9", "0.01", "20", "100"]]
+    followed += [(f"{force}=1000", "would come apart"), ("damping.ratio=0", EITHER), ("response.samples=16", CONVERGED)]
+    followed += [(f"reduced_model.gap_m={gap}", CONVERGED) for gap in ["1e-6", "1e-5", "1e-4"]]
+    for key, expect in followed:
+        reduced("the curve followed", key, "response.points=", key, expect=expect)
+    for rpm, newton, expect in [("10", "2", "would come apart"), ("500", "0.02", CONVERGED)]:
+        sets = ["response.points=", f"rotation.speed_rpm={rpm}", f"excitation.*.force_n={newton}"]
+        meshed("the curve followed", f"rotation.speed_rpm={rpm}, {newton} N", *sets, expect=expect)
+
     cubes = os.path.join(ROOT, "meshes/blocks_order1.msh")
     table.cell("nine pairs", "two cubes", write(os.path.join(out, "blocks.toml"), BLOCKS_SCENE.format(mesh=cubes)))
     if shutil.which("gmsh"):

@@ -9,10 +9,12 @@ use crate::export::journal::Inputs;
 use crate::files::SharedFiles;
 use crate::fingerprint::fingerprint;
 use crate::reporter::Reporter;
-use dovetail_solver::dlft::SolvedFrequency;
+use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
-use dovetail_solver::run::{KeptReduction, Key, ReductionInputs, ResponseInputs, Store};
+use dovetail_solver::run::{
+    KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, Store,
+};
 
 /// Store of a run: its cache and its files.
 #[derive(Debug)]
@@ -90,13 +92,8 @@ impl Store for RunStore<'_, '_> {
         let Some(files) = &self.files else {
             return ControlFlow::Continue(Vec::new());
         };
-        let earlier = match files.locked().solved(hash_of(inputs)) {
-            Ok(earlier) => earlier,
-            Err(error) => {
-                self.reporter.fail(error);
-                return ControlFlow::Break(());
-            }
-        };
+        let earlier = files.locked().solved(hash_of(inputs));
+        let earlier = self.reporter.unless_failed(earlier)?;
         if !earlier.is_empty() {
             let before = earlier.len();
             self.reporter.note(&match inputs.points {
@@ -105,6 +102,30 @@ impl Store for RunStore<'_, '_> {
             });
         }
         ControlFlow::Continue(earlier)
+    }
+
+    fn peak_key(&mut self, inputs: &PeakInputs<'_>) -> Option<Key> {
+        self.files.as_ref()?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&hash_of(&inputs.response));
+        let (near, observation) = (inputs.near, inputs.observation);
+        hasher.update(format!("{near:?}{observation}").as_bytes());
+        Some(*hasher.finalize().as_bytes())
+    }
+
+    fn peak(&mut self, key: &Key) -> ControlFlow<(), Option<Orbit>> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(None);
+        };
+        self.reporter.unless_failed(files.locked().kept_peak(key))
+    }
+
+    fn keep_peak(&mut self, key: &Key, peak: &Orbit) -> ControlFlow<()> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(());
+        };
+        self.reporter
+            .unless_failed(files.locked().keep_peak(key, peak))
     }
 }
 

@@ -23,7 +23,7 @@ Exit codes:
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
   3  done, but some frequencies or cases of a study did not converge
-  130  ended by Ctrl-C or SIGTERM; `dovetail run` goes on with --resume";
+  130  ended by Ctrl-C or SIGTERM; `dovetail run` and `dovetail peaks` go on with --resume";
 
 const RUN_HELP: &str = "\
 Keys of the scene are set with --set KEY=VALUE, as if the file said so:
@@ -347,6 +347,10 @@ pub(super) struct PeaksArguments {
     /// Find the values at which the peak has this amplitude, too
     #[arg(long, value_name = "M", value_parser = positive)]
     amplitude: Option<f64>,
+
+    /// Go on with a search that was broken off: its peaks are not looked for again
+    #[arg(long)]
+    resume: bool,
 }
 
 impl PeaksArguments {
@@ -361,6 +365,7 @@ impl PeaksArguments {
             at_each,
             observation: self.observe.clone(),
             amplitude_m: self.amplitude,
+            resume: self.resume,
         })
     }
 }
@@ -393,6 +398,10 @@ pub(super) struct VerifyArguments {
     /// Start from the static state, not from the motion of harmonic balance
     #[arg(long)]
     from_rest: bool,
+
+    /// Start from the motion of harmonic balance made larger by this fraction
+    #[arg(long, value_name = "FRACTION", conflicts_with = "from_rest", value_parser = positive)]
+    perturb: Option<f64>,
 
     /// Largest difference that passes, of the integrated value
     #[arg(long, value_name = "FRACTION", default_value_t = 0.02, value_parser = positive)]
@@ -449,6 +458,7 @@ impl VerifyArguments {
             most_periods: self.most_periods,
             steady: self.steady,
             from_rest: self.from_rest,
+            perturbation: self.perturb.unwrap_or(0.0),
             tolerance: self.tolerance,
         }
     }

@@ -139,6 +139,8 @@ pub struct PeakQuestion {
     pub observation: Option<String>,
     /// Amplitude whose values are looked for, m.
     pub amplitude_m: Option<f64>,
+    /// True to go on with a search that was interrupted.
+    pub resume: bool,
 }
 
 impl Work<'_> {
@@ -152,6 +154,13 @@ impl Work<'_> {
         question: &PeakQuestion,
         scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
     ) -> Result<(String, Result<(), RunError>), E> {
+        if let Some(files) = &self.files {
+            let before = files.locked().begin_peaks(question.resume)?;
+            if before > 0 {
+                self.reporter
+                    .note(&format!("{before} peaks were found before"));
+            }
+        }
         let meshes = self.meshes()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],

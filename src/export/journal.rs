@@ -17,6 +17,9 @@ use dovetail_solver::dlft::SolvedFrequency;
 /// Name of the journal in the folder of a run, where it remains until the run ends.
 pub const JOURNAL: &str = "response.journal";
 
+/// Name of the journal of `dovetail peaks`, whose frequencies are those of peaks.
+pub const PEAKS_JOURNAL: &str = "peaks.journal";
+
 const MARK: &[u8; 18] = b"dovetail journal 3";
 const HASH: usize = 32;
 
@@ -73,6 +76,11 @@ impl Journal {
             journal.read(|_, _| ())?;
         }
         Ok(journal)
+    }
+
+    /// Number of recorded frequencies.
+    pub fn count(&self) -> usize {
+        self.known.len()
     }
 
     /// Returns `true` if the journal has no frequency.

@@ -22,7 +22,7 @@ use crate::export::fields::Separation;
 use crate::export::flank::FlankSeries;
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{self, OtherScene, OutputFolder};
-use crate::export::journal::{Inputs, JOURNAL, Journal};
+use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL};
 use crate::export::manifest::{self, MeshOrigin, RunState, Summary};
 use crate::export::plots::{
     CampbellFamily, EngineOrders, Heading, Operation, Scale, write_campbell, write_curves,
@@ -101,6 +101,8 @@ pub struct Files {
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
+    /// Journal of the peaks that were found, of `dovetail peaks`.
+    peaks_journal: Option<Journal>,
     /// Responses that have begun, the scene's own first.
     solving: Vec<Solving>,
     /// Warnings so far.
@@ -152,6 +154,7 @@ impl Files {
             begun: Instant::now(),
             beginning,
             journal,
+            peaks_journal: None,
             solving: Vec::new(),
             warnings: Vec::new(),
             rows: Vec::new(),
@@ -313,6 +316,43 @@ impl Files {
         Ok(write_campbell(&path, heading, families, orders, operation)?)
     }
 
+    /// Begins the search for peaks. Returns the number of those that are not looked for again,
+    /// which is 0 unless an interrupted search is to be resumed.
+    ///
+    /// # Errors
+    /// A journal that is none, or that another process has open; a file that cannot be written.
+    pub fn begin_peaks(&mut self, resume: bool) -> Result<usize, RunError> {
+        let mut journal = Journal::open(&self.out.file(PEAKS_JOURNAL)?)?;
+        if !resume {
+            journal.clear()?;
+        }
+        Ok(self.peaks_journal.insert(journal).count())
+    }
+
+    /// Peak with these inputs that was found before the search was interrupted.
+    ///
+    /// # Errors
+    /// A journal that cannot be read.
+    pub fn kept_peak(&mut self, inputs: &Inputs) -> Result<Option<Orbit>, RunError> {
+        let Some(journal) = &mut self.peaks_journal else {
+            return Ok(None);
+        };
+        let found = journal.solved(inputs)?.pop();
+        Ok(found.map(|found| found.orbit))
+    }
+
+    /// Records a peak.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep_peak(&mut self, inputs: &Inputs, peak: &Orbit) -> Result<(), RunError> {
+        let Some(journal) = &mut self.peaks_journal else {
+            return Ok(());
+        };
+        journal.append(inputs, &SolvedFrequency::alone(peak.clone()))?;
+        Ok(journal.sync()?)
+    }
+
     /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the
     /// key of the value of each line, if there is one, and the key of the values along it. Where
     /// there are several lines, the amplitudes are drawn as a map, too.
@@ -378,6 +418,9 @@ impl Files {
             self.journal.clear()?;
         }
         self.remove_empty_journal()?;
+        if let Some(journal) = &self.peaks_journal {
+            journal.remove()?;
+        }
         let (state, why) = ended(verdict);
         Ok(self.out.write_summary(self.with_warnings(), state, why)?)
     }
@@ -464,6 +507,14 @@ impl Files {
     /// A file that cannot be written.
     pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
         let folder = self.out.path().display().to_string();
+        if let Some(journal) = &self.peaks_journal {
+            let why = format!("{signal} after {} peaks", journal.count());
+            self.remove_empty_journal()?;
+            self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+            return Ok(format!(
+                "ended by {why}. The same command with --resume does not look for them again"
+            ));
+        }
         let Some(solving) = self.solving.last() else {
             self.remove_empty_journal()?;
             let why = format!("{signal} before the first frequency");

@@ -141,9 +141,15 @@ impl<'c> Reporter<'c> {
         })
     }
 
-    /// Sets the error by which the run ends.
-    pub fn fail(&self, error: RunError) {
-        self.inner().failure = Some(error);
+    /// Result of what the run asks for; an error ends the run.
+    pub fn unless_failed<T>(&self, result: Result<T, RunError>) -> ControlFlow<(), T> {
+        match result {
+            Ok(answer) => ControlFlow::Continue(answer),
+            Err(error) => {
+                self.inner().failure = Some(error);
+                ControlFlow::Break(())
+            }
+        }
     }
 }
 

@@ -28,17 +28,17 @@ fn command(out: &Path, words: &[&str]) -> Command {
 
 /// Run under way, once its journal has this many bytes.
 fn under_way(out: &Path, words: &[&str], bytes: u64) -> Child {
-    started(command(out, words), out, bytes)
+    started(command(out, words), &out.join("response.journal"), bytes)
 }
 
-fn started(mut command: Command, out: &Path, bytes: u64) -> Child {
+fn started(mut command: Command, journal: &Path, bytes: u64) -> Child {
     let child = command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     let mut child = child.spawn().unwrap();
     let begin = Instant::now();
-    let size = || std::fs::metadata(out.join("response.journal")).map_or(0, |m| m.len());
+    let size = || std::fs::metadata(journal).map_or(0, |m| m.len());
     while size() < bytes {
         assert_eq!(child.try_wait().unwrap(), None, "it ended before");
         assert!(begin.elapsed() < Duration::from_secs(300));
@@ -143,7 +143,8 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     ended(column(&whole, &[]), 0);
     let out = Folder::new("column-broken");
     // More than 40 of the 56: a stretch of one half at least is complete.
-    let mut broken = started(column(&out, &[]), &out, 190_000);
+    let journal = out.join("response.journal");
+    let mut broken = started(column(&out, &[]), &journal, 190_000);
     send("-INT", &broken);
     assert_eq!(broken.wait().unwrap().code(), Some(130));
     assert_eq!(manifest(&out).state, RunState::Interrupted);
@@ -154,6 +155,37 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let words = "of 56 frequencies were solved before & prestress, pass 2";
     has(&resumed, words);
     assert_same(&contents(&out), &contents(&whole));
+}
+
+/// A peak of one harmonic takes some 30 kB of the journal.
+#[test]
+fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
+    let peaks = |out: &Path, words: &[&str]| {
+        let set = [
+            "response.points=",
+            "response.harmonics=1",
+            "response.times_first_linear_mode=[0.96, 1.01]",
+        ];
+        let mut program = on_scene("peaks", "benches/peers/scene.toml", out, &set);
+        program.args(["--over", "reduced_model.force_n=0.3:1:12"]);
+        program.args(words);
+        program
+    };
+    let whole = Folder::new("peaks-unbroken");
+    ended(peaks(&whole, &[]), 0);
+    let out = Folder::new("peaks-broken");
+    let journal = out.join("peaks.journal");
+    let broken = started(peaks(&out, &[]), &journal, 100_000);
+    send("-INT", &broken);
+    let output = broken.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
+    assert_eq!(manifest(&out).state, RunState::Interrupted);
+    assert!(!out.join("peaks.csv").exists() && journal.exists());
+    let resumed = told(peaks(&out, &["--resume"]), 0);
+    has(&resumed, "peaks were found before");
+    assert_eq!(out.text("peaks.csv"), whole.text("peaks.csv"));
+    assert!(!journal.exists());
 }
 
 #[test]

@@ -318,6 +318,21 @@ pub struct Heading {
 }
 
 impl SolvedFrequency {
+    /// Record of a motion by itself, without what the next frequency would go on from.
+    pub fn alone(orbit: Orbit) -> Self {
+        Self {
+            linear: LinearPoint {
+                frequency_hz: orbit.frequency_hz,
+                observed_amplitude_m: Vec::new(),
+            },
+            orbit,
+            mean: retention::Mean::Free,
+            next_level: 0,
+            again: false,
+            along: None,
+        }
+    }
+
     /// Key of this frequency in its response: its number, and whether it comes from the second
     /// attempt. A curve may have several solutions at one frequency.
     pub fn place(&self) -> (usize, bool) {

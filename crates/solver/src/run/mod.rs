@@ -25,7 +25,7 @@ pub use error::Error;
 pub use kept::{
     Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
 };
-pub use outcome::{Compared, ResponseInputs, ResponseResult, Run, StaticResult};
+pub use outcome::{Compared, PeakInputs, ResponseInputs, ResponseResult, Run, StaticResult};
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Reduced, stuck_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};

@@ -2,6 +2,7 @@
 
 use super::error::Error;
 use super::reduced::Reduced;
+use crate::dlft::branch::Guess;
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{Outcome, Response, StaticState};
 use crate::problem::Problem;
@@ -128,6 +129,18 @@ pub struct ResponseInputs<'a> {
     pub settings: &'a SweepSettings,
     /// Number of frequencies of the grid; `None` where the curve is followed.
     pub points: Option<usize>,
+}
+
+/// Inputs of a peak that is looked for.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct PeakInputs<'a> {
+    /// Model, static state and settings.
+    pub response: ResponseInputs<'a>,
+    /// Motion near which the peak is looked for first; `None`: the whole curve is followed.
+    pub near: Option<&'a Guess>,
+    /// Number of the observed displacement.
+    pub observation: usize,
 }
 
 /// Error where something moves by more than its body is long.

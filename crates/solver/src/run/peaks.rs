@@ -7,6 +7,7 @@
 
 use super::bodies::Meshes;
 use super::error::Error;
+use super::outcome::{PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::{frequencies_hz, of_smooth_curve_hz, off_undamped_modes, settings};
 use super::session::{Session, Stage};
@@ -25,7 +26,7 @@ use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A peak of the whole curve is another one where it is higher by more than this fraction.
@@ -244,6 +245,49 @@ impl At {
         })
     }
 
+    /// Peak near a motion, or that of the whole curve where none is given, or none found near it.
+    /// It is not looked for again where the store has it.
+    fn find(
+        &self,
+        near: Option<&Guess>,
+        observation: usize,
+        session: &Session<'_>,
+        tell: &(dyn Fn(Told<'_>) + Sync),
+    ) -> Result<Orbit, Error> {
+        let key = session.store().peak_key(&PeakInputs {
+            response: ResponseInputs {
+                problem: &self.reduced.problem,
+                damping: self.damping,
+                state: &self.state,
+                settings: &self.settings,
+                points: None,
+            },
+            near,
+            observation,
+        });
+        let kept = key.map(|key| goes_on(session.store().peak(&key)));
+        if let Some(kept) = kept.transpose()?.flatten() {
+            return Ok(kept);
+        }
+        let near = near.and_then(|guess| {
+            let near = (guess, observation);
+            let problem = &self.reduced.problem;
+            peak_near(
+                problem,
+                self.damping,
+                &self.state,
+                &self.settings,
+                near,
+                tell,
+            )
+        });
+        let found = near.map_or_else(|| highest(self, observation, tell), Ok)?;
+        if let Some(key) = key {
+            goes_on(session.store().keep_peak(&key, &found))?;
+        }
+        Ok(found)
+    }
+
     /// Row of a peak that was found.
     fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
         ShorterSides::of(&self.reduced.pairs).judge_orbit(&mut orbit);
@@ -329,20 +373,23 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         }
     }
 
-    /// Does `find` with the model of a value; an error where it has no model or no peak.
-    fn find(
-        &mut self,
-        value: f64,
-        find: impl FnOnce(&At, &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error>,
-    ) -> Result<Result<PeakAt, Error>, E> {
+    /// Peak of a value, as [`At::find`] finds it; an error where it has no model or no peak.
+    fn find(&mut self, value: f64, near: Option<&Guess>) -> Result<Result<PeakAt, Error>, E> {
         self.session.goes_on()?;
         let scene = (self.scene_at)(value)?;
         let made = self.go_to(value, scene);
         self.session.goes_on()?;
         let at = made.and_then(|()| self.at.as_ref().ok_or(Error::NoPeak));
-        let count = counting(self.solved);
-        let row = |at: &At| find(at, &count).map(|orbit| at.row(orbit, self.observation));
-        Ok(at.and_then(row))
+        let (observation, count) = (self.observation, counting(self.solved));
+        let found = at.and_then(|at| {
+            let orbit = at.find(near, observation, self.session, &count)?;
+            Ok(at.row(orbit, observation))
+        });
+        self.session.goes_on()?;
+        match found {
+            Err(Error::Stopped) => Err(Error::Stopped.into()),
+            found => Ok(found),
+        }
     }
 
     /// A peak that was found. A value without one is noted.
@@ -352,31 +399,10 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             .ok()
     }
 
-    /// Highest peak of the whole curve of a value.
-    fn of_curve(&mut self, value: f64) -> Result<Result<PeakAt, Error>, E> {
-        let observation = self.observation;
-        self.find(value, |at, tell| highest(at, observation, tell))
-    }
-
     /// Peak of a value near those of others; that of its whole curve where none is found there.
     fn near(&mut self, value: f64, known: &[PeakAt]) -> Result<Option<PeakAt>, E> {
-        let observation = self.observation;
-        let guess = match self.guess(value, known) {
-            Some(guess) => guess,
-            None => match self.range.start {
-                Some(start) => Guess::of(start),
-                None => {
-                    let found = self.of_curve(value)?;
-                    return Ok(self.noted(value, found));
-                }
-            },
-        };
-        let found = self.find(value, |at, tell| {
-            let problem = &at.reduced.problem;
-            let near = (&guess, observation);
-            let found = peak_near(problem, at.damping, &at.state, &at.settings, near, tell);
-            found.map_or_else(|| highest(at, observation, tell), Ok)
-        })?;
+        let guess = (self.guess(value, known)).or_else(|| self.range.start.map(Guess::of));
+        let found = self.find(value, guess.as_ref())?;
         Ok(self.noted(value, found))
     }
 
@@ -410,7 +436,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             let value = last.value;
             let found = match of_last.take().filter(|(of, _)| *of == value) {
                 Some((_, found)) => found,
-                None => self.of_curve(value)?,
+                None => self.find(value, None)?,
             };
             // The peak that was followed may not be the highest point of the curve.
             if !matches!(found, Err(Error::PeakOutside { .. })) {
@@ -460,7 +486,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             if let Some(at) = last {
                 let of_last = &mut of_last;
                 scope.spawn(move |_| {
-                    let top = highest(&at, observation, &count);
+                    let top = at.find(None, observation, session, &count);
                     *of_last = Some((at.value, top.map(|top| at.row(top, observation))));
                 });
             }
@@ -471,7 +497,10 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             }
             Ok::<_, E>(rows)
         })?;
-        Ok((rows, of_last))
+        match of_last {
+            Some((_, Err(Error::Stopped))) => Err(Error::Stopped.into()),
+            of_last => Ok((rows, of_last)),
+        }
     }
 
     /// Adds values near the least peak, where it is inside of the range. Returns its value.
@@ -540,6 +569,17 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             }
         }
         Ok(reached)
+    }
+}
+
+/// What a store answers.
+///
+/// # Errors
+/// [`Error::Stopped`] where it ends the run.
+fn goes_on<T>(answer: ControlFlow<(), T>) -> Result<T, Error> {
+    match answer {
+        ControlFlow::Continue(answer) => Ok(answer),
+        ControlFlow::Break(()) => Err(Error::Stopped),
     }
 }
 

@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::bodies::Bound;
 use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
-use super::outcome::{ResponseInputs, Run, StaticResult};
+use super::outcome::{PeakInputs, ResponseInputs, Run, StaticResult};
 use super::reduced::Reduced;
-use crate::dlft::{Attempt, SolvedFrequency};
+use crate::dlft::{Attempt, Orbit, SolvedFrequency};
 use crate::model::Assembly;
 use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
@@ -237,6 +237,19 @@ pub trait Store: Send {
     /// [`ControlFlow::Break`] ends the run.
     fn solved(&mut self, _inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
         ControlFlow::Continue(Vec::new())
+    }
+    /// Key of a peak that is looked for; `None` where nothing is kept.
+    fn peak_key(&mut self, _inputs: &PeakInputs<'_>) -> Option<Key> {
+        None
+    }
+    /// Peak that an earlier run found before it was interrupted. [`ControlFlow::Break`] ends the
+    /// run.
+    fn peak(&mut self, _key: &Key) -> ControlFlow<(), Option<Orbit>> {
+        ControlFlow::Continue(None)
+    }
+    /// Stores a peak. [`ControlFlow::Break`] ends the run.
+    fn keep_peak(&mut self, _key: &Key, _peak: &Orbit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 }
 
