@@ -12,14 +12,11 @@ use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 use crate::shared_folder::Folder;
 use crate::shared_program::{SMALL, ended, on_scene};
 use crate::shared_runs::{number, rows};
-use dovetail::mesh_files;
-use dovetail::scene;
+use crate::shared_work::paper;
 use dovetail_numerics::space::{norm, sub};
 use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
-use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{Model, NodeMotion, bind};
+use dovetail_solver::model::{Model, NodeMotion};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
-use dovetail_testkit::folder::root;
 
 /// Speed, rpm, and the first frequencies, Hz, by CalculiX and by scipy.
 const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
@@ -35,18 +32,9 @@ const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
     ),
 ];
 
-/// The paper's scene on a ready mesh.
+/// The paper's model on a ready mesh.
 fn model(mesh: &str, overrides: &[String]) -> Model {
-    let mesh = [format!("mesh.file=../meshes/{mesh}")];
-    let scene = root().join("scenes/paper.toml");
-    let scene = scene::load(&scene, &[&mesh[..], overrides].concat()).unwrap();
-    let assembly = scene.assembly().unwrap();
-    let source = assembly.mesh.as_ref().unwrap();
-    let MeshKind::File { path } = &source.kind else {
-        panic!("the ready mesh was asked for");
-    };
-    let mesh = mesh_files::read(path, source.units).unwrap();
-    bind(assembly, &mesh, None).unwrap()
+    paper(mesh, overrides).1
 }
 
 #[test]

@@ -4,8 +4,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::sync::OnceLock;
 
-use dovetail::mesh_files;
-use dovetail::scene;
+use crate::shared_work::paper;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::eps::Eps;
@@ -14,12 +13,10 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{Model, bind};
+use dovetail_solver::model::Model;
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
 
@@ -43,16 +40,7 @@ struct Joint {
 fn joint() -> &'static Joint {
     static JOINT: OnceLock<Joint> = OnceLock::new();
     JOINT.get_or_init(|| {
-        let scene = root().join("scenes/paper.toml");
-        let overrides = ["mesh.file=../meshes/dovetail.msh".to_string()];
-        let scene = scene::load(&scene, &overrides).unwrap();
-        let assembly = scene.assembly().unwrap();
-        let source = assembly.mesh.as_ref().unwrap();
-        let MeshKind::File { path } = &source.kind else {
-            panic!("the ready mesh was asked for");
-        };
-        let mesh = mesh_files::read(path, source.units).unwrap();
-        let model = bind(assembly, &mesh, None).unwrap();
+        let (scene, model) = paper("dovetail.msh", &[]);
         let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];
         for (i, f) in structure.bodies[0].load_n.iter().enumerate() {

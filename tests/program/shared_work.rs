@@ -1,4 +1,4 @@
-//! Scene with its files in a folder, without a command line.
+//! Scene with its files in a folder, and the model of the paper's scene, without a command line.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,8 +7,27 @@ use dovetail::cache::Cache;
 use dovetail::commands::Work;
 use dovetail::export::folder::OtherScene;
 use dovetail::files::{Beginning, Files, Output, SharedFiles};
+use dovetail::mesh_files;
 use dovetail::reporter::Reporter;
+use dovetail::scene;
 use dovetail_solver::description::Scene;
+use dovetail_solver::model::{MeshKind, Model, bind};
+use dovetail_testkit::folder::root;
+
+/// The paper's scene on a ready mesh, and its model.
+pub fn paper(mesh: &str, overrides: &[String]) -> (Scene, Model) {
+    let mesh = [format!("mesh.file=../meshes/{mesh}")];
+    let scene = root().join("scenes/paper.toml");
+    let scene = scene::load(&scene, &[&mesh[..], overrides].concat()).unwrap();
+    let assembly = scene.assembly().unwrap();
+    let source = assembly.mesh.as_ref().unwrap();
+    let MeshKind::File { path } = &source.kind else {
+        panic!("the ready mesh was asked for");
+    };
+    let mesh = mesh_files::read(path, source.units).unwrap();
+    let model = bind(assembly, &mesh, None).unwrap();
+    (scene, model)
+}
 
 /// Work on a scene that writes its files into `folder`, with fields, and has no cache.
 pub fn in_folder<'a>(

@@ -68,6 +68,19 @@ fn frequencies_rad_s(model: &Model, count: usize) -> Vec<f64> {
     omega2.iter().map(|w2| w2.sqrt()).collect()
 }
 
+/// Place between two others up to which the condition holds.
+fn bisected([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
 fn assert_has(found: &[f64], expected: f64, tolerance: f64, what: &str) {
     let nearest = found.iter().map(|w| (w / expected - 1.0).abs());
     let error = nearest.fold(f64::INFINITY, f64::min);
@@ -259,22 +272,10 @@ fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     for share in [0.1, 1.0, 10.0] {
         let springs = vec![spring("foot", "x_min", None, share * axial)];
         let model = bind(&on_springs(&["volume"], material, springs), &mesh, None).unwrap();
-        let (mut low, mut high) = (0.0, 0.5 * PI);
-        for _ in 0..100 {
-            let x = 0.5 * (low + high);
-            if x * f64::tan(x) < share {
-                low = x;
-            } else {
-                high = x;
-            }
-        }
+        let x = bisected([0.0, 0.5 * PI], |x| x * x.tan() < share);
         let speed = (material.young_pa / material.density_kg_m3).sqrt();
-        assert_has(
-            &frequencies_rad_s(&model, 24),
-            low * speed / length,
-            1e-5,
-            "axial",
-        );
+        let found = frequencies_rad_s(&model, 24);
+        assert_has(&found, x * speed / length, 1e-5, "axial");
     }
 }
 
@@ -383,17 +384,9 @@ fn beam_column_hz(rigidity_n_m2: f64, mass_kg_m: f64, load_n: f64, strut_m: f64)
         let shear = [0, 1].map(|i| third[i] + p * slope[i]);
         moment[0] * shear[1] - moment[1] * shear[0]
     };
-    let (mut low, mut high) = (1.0, 260.0);
+    let [low, high] = [1.0, 260.0];
     let sign = determinant(low).signum();
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if determinant(middle).signum() == sign {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low / TAU
+    bisected([low, high], |omega| determinant(omega).signum() == sign) / TAU
 }
 
 /// scenes/verification/column.toml: the axial force comes through the contact alone, so that only

@@ -72,6 +72,12 @@ impl Group {
     }
 }
 
+/// Sorts numbers and drops those that stand there twice.
+fn sort_once(numbers: &mut Vec<u32>) {
+    numbers.sort_unstable();
+    numbers.dedup();
+}
+
 /// Mesh of solid elements. The order of the nodes of an element is that of [`element`]. Indices are
 /// positions in `nodes_m`; the tags of the file are kept for messages only.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Group, Mesh, MeshMaterial};
+use super::{Group, Mesh, MeshMaterial, sort_once};
 use dovetail_numerics::space::{cross, dot, norm};
 
 /// Placement of a part: a rotation about an axis, then a translation.
@@ -66,8 +66,7 @@ impl Mesh {
                     .copied()
                     .collect(),
             };
-            nodes.sort_unstable();
-            nodes.dedup();
+            sort_once(&mut nodes);
             if !nodes.is_empty() {
                 let group = Group {
                     dimension: group.dimension,
@@ -81,17 +80,10 @@ impl Mesh {
             elements: renumbered(&material.elements, &element),
             ..material.clone()
         });
+        let kept = || whole.nodes.iter().map(|&n| n as usize);
         Some(Self {
-            nodes_m: whole
-                .nodes
-                .iter()
-                .map(|&n| self.nodes_m[n as usize])
-                .collect(),
-            node_tags: whole
-                .nodes
-                .iter()
-                .map(|&n| self.node_tags[n as usize])
-                .collect(),
+            nodes_m: kept().map(|n| self.nodes_m[n]).collect(),
+            node_tags: kept().map(|n| self.node_tags[n]).collect(),
             elements,
             facets,
             groups,

@@ -19,51 +19,31 @@ pub struct Rule {
 impl Rule {
     /// One point, degree 1.
     pub fn degree_1() -> Self {
-        Self::of(&[(&[[0.25; 4]], 1.0 / 6.0)])
+        Self::of(&[(vec![[0.25; 4]], 1.0 / 6.0)])
     }
 
     /// Four points, degree 2.
     pub fn degree_2() -> Self {
-        Self::of(&[(&corner_orbit((5.0 - 5.0_f64.sqrt()) / 20.0), 1.0 / 24.0)])
+        Self::of(&[corner_orbit((5.0 - 5.0_f64.sqrt()) / 20.0, 1.0 / 24.0)])
     }
 
     /// Fourteen points, degree 5.
     pub fn degree_5() -> Self {
         Self::of(&[
-            (
-                &corner_orbit(0.310_885_919_263_300_6),
-                0.112_687_925_718_015_85 / 6.0,
-            ),
-            (
-                &corner_orbit(0.092_735_250_310_891_23),
-                0.073_493_043_116_361_95 / 6.0,
-            ),
-            (
-                &edge_orbit(0.045_503_704_125_649_65),
-                0.042_546_020_777_081_47 / 6.0,
-            ),
+            corner_orbit(0.310_885_919_263_300_6, 0.112_687_925_718_015_85 / 6.0),
+            corner_orbit(0.092_735_250_310_891_23, 0.073_493_043_116_361_95 / 6.0),
+            edge_orbit(0.045_503_704_125_649_65, 0.042_546_020_777_081_47 / 6.0),
         ])
     }
 
     /// Twenty-four points, degree 6.
     pub fn degree_6() -> Self {
+        let (a, b) = (0.063_661_001_875_017_53, 0.269_672_331_458_315_9);
         Self::of(&[
-            (
-                &corner_orbit(0.214_602_871_259_151_68),
-                0.006_653_791_709_694_646,
-            ),
-            (
-                &corner_orbit(0.040_673_958_534_611_34),
-                0.001_679_535_175_886_776_2,
-            ),
-            (
-                &corner_orbit(0.322_337_890_142_275_65),
-                0.009_226_196_923_942_398,
-            ),
-            (
-                &pair_orbit(0.063_661_001_875_017_53, 0.269_672_331_458_315_9),
-                0.008_035_714_285_714_282,
-            ),
+            corner_orbit(0.214_602_871_259_151_68, 0.006_653_791_709_694_646),
+            corner_orbit(0.040_673_958_534_611_34, 0.001_679_535_175_886_776_2),
+            corner_orbit(0.322_337_890_142_275_65, 0.009_226_196_923_942_398),
+            pair_orbit(a, b, 0.008_035_714_285_714_282),
         ])
     }
 
@@ -102,52 +82,49 @@ impl Rule {
         }
     }
 
-    /// Rule of orbits of barycentric points, each with the weight of one of its points.
-    fn of(orbits: &[(&[[f64; 4]], f64)]) -> Self {
-        let all = || {
-            orbits
-                .iter()
-                .flat_map(|(points, w)| points.iter().map(move |l| (l, *w)))
+    /// Rule of the points of orbits.
+    fn of(orbits: &[Orbit]) -> Self {
+        let weighted = |(points, weight): &Orbit| {
+            let points = points.iter().map(|l| ([l[1], l[2], l[3]], *weight));
+            points.collect::<Vec<_>>()
         };
-        Self {
-            points: all().map(|(l, _)| [l[1], l[2], l[3]]).collect(),
-            weights: all().map(|(_, w)| w).collect(),
-        }
+        let (points, weights) = orbits.iter().flat_map(weighted).unzip();
+        Self { points, weights }
     }
 }
+
+/// Barycentric points that permutations of the corners take into one another, and the weight of
+/// each of them.
+type Orbit = (Vec<[f64; 4]>, f64);
+
 /// Orbit with three barycentric coordinates `a`.
-fn corner_orbit(a: f64) -> Vec<[f64; 4]> {
-    (0..4)
-        .map(|corner| {
-            let mut l = [a; 4];
-            l[corner] = 1.0 - 3.0 * a;
-            l
-        })
-        .collect()
+fn corner_orbit(a: f64, weight: f64) -> Orbit {
+    let point = |corner: usize| {
+        let mut l = [a; 4];
+        l[corner] = 1.0 - 3.0 * a;
+        l
+    };
+    ((0..4).map(point).collect(), weight)
 }
 
 /// Orbit with two coordinates `a`, and two 1/2 - a.
-fn edge_orbit(a: f64) -> Vec<[f64; 4]> {
-    pairs()
-        .map(|(i, j)| {
-            let mut l = [a; 4];
-            (l[i], l[j]) = (0.5 - a, 0.5 - a);
-            l
-        })
-        .collect()
+fn edge_orbit(a: f64, weight: f64) -> Orbit {
+    let point = |(i, j)| with_two([a; 4], (i, 0.5 - a), (j, 0.5 - a));
+    (pairs().map(point).collect(), weight)
 }
 
 /// Orbit with two coordinates `a`, one `b`, and the fourth as the rest.
-fn pair_orbit(a: f64, b: f64) -> Vec<[f64; 4]> {
+fn pair_orbit(a: f64, b: f64, weight: f64) -> Orbit {
     let c = 1.0 - 2.0 * a - b;
-    pairs()
-        .flat_map(|(i, j)| [(i, j), (j, i)])
-        .map(|(i, j)| {
-            let mut l = [a; 4];
-            (l[i], l[j]) = (b, c);
-            l
-        })
-        .collect()
+    let both = pairs().flat_map(|(i, j)| [(i, j), (j, i)]);
+    let point = |(i, j)| with_two([a; 4], (i, b), (j, c));
+    (both.map(point).collect(), weight)
+}
+
+/// Point with two coordinates replaced.
+fn with_two(mut l: [f64; 4], (i, b): (usize, f64), (j, c): (usize, f64)) -> [f64; 4] {
+    (l[i], l[j]) = (b, c);
+    l
 }
 
 fn pairs() -> impl Iterator<Item = (usize, usize)> {

@@ -1,6 +1,6 @@
 //! Fixtures that the tests of several packages share: meshes of boxes ([`block`]), lattices of
-//! springs ([`lattice`]), derivatives by differences ([`differences`]), folders ([`folder`]) and
-//! thread pools ([`threads`]).
+//! springs ([`lattice`]), derivatives by differences ([`differences`]), folders ([`folder`]),
+//! thread pools ([`threads`]), and tables of cases with the words of messages ([`words`]).
 //! Packages name it under `[dev-dependencies]` alone.
 //!
 //! The numbers of a fixture are part of the tests: tolerances count on them.
@@ -10,3 +10,4 @@ pub mod differences;
 pub mod folder;
 pub mod lattice;
 pub mod threads;
+pub mod words;

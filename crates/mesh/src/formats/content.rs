@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::element::Connectivity;
 use crate::text;
 use crate::units::Units;
-use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
+use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial, sort_once};
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -105,8 +105,7 @@ impl Content {
             *node = new_index[*node as usize];
         }
         for group in self.groups.values_mut() {
-            group.nodes.sort_unstable();
-            group.nodes.dedup();
+            sort_once(&mut group.nodes);
         }
         Ok(Mesh {
             nodes_m,
@@ -117,6 +116,17 @@ impl Content {
             materials: self.materials.into_iter().map(|m| m.in_si(units)).collect(),
             remarks: self.remarks,
         })
+    }
+
+    /// Adds a group.
+    ///
+    /// # Errors
+    /// Its name is taken.
+    pub(super) fn add_group(&mut self, name: String, group: Group) -> Result<(), MeshError> {
+        match self.groups.insert(name.clone(), group) {
+            Some(_) => Err(MeshError::GroupNameTwice { name }),
+            None => Ok(()),
+        }
     }
 
     /// Group of all solids.
@@ -145,10 +155,8 @@ impl Content {
         self.keep_facets(&on_solid);
         let (mut fewer, mut empty) = (Vec::new(), Vec::new());
         for (name, group) in &mut self.groups {
-            for list in [&mut group.nodes, &mut group.elements] {
-                list.sort_unstable();
-                list.dedup();
-            }
+            sort_once(&mut group.nodes);
+            sort_once(&mut group.elements);
             let before = group.nodes.len();
             group.nodes.retain(|node| on_solid[*node as usize]);
             let left_out = before - group.nodes.len();

@@ -110,13 +110,9 @@ impl Other {
 
     /// Error that says which program converts the file `name`.
     fn error(self, name: &str) -> MeshError {
-        let file = Path::new(name)
-            .file_name()
-            .map_or("mesh".into(), |n| n.to_string_lossy());
-        let stem = Path::new(name)
-            .file_stem()
-            .map_or("mesh".into(), |n| n.to_string_lossy());
-        let meshio = || format!("convert it: `meshio convert {file} {stem}.vtu`");
+        let path = Path::new(name);
+        let [file, stem] = [path.file_name(), path.file_stem()]
+            .map(|part| part.map_or("mesh".into(), |n| n.to_string_lossy()));
         let remedy = match self {
             Self::OldMsh => format!("convert it: `gmsh -0 {file} -format msh41 -o {stem}_41.msh`"),
             Self::GmshScript => format!(
@@ -143,12 +139,10 @@ impl Other {
             | Self::Xdmf
             | Self::Cgns
             | Self::Medit
-            | Self::Hdf => meshio(),
+            | Self::Hdf => format!("convert it: `meshio convert {file} {stem}.vtu`"),
         };
-        MeshError::OtherFormat {
-            what: self.what(),
-            remedy,
-        }
+        let what = self.what();
+        MeshError::OtherFormat { what, remedy }
     }
 }
 
@@ -159,10 +153,7 @@ fn by_content(bytes: &[u8], head: &str) -> Option<Other> {
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Some(Other::Hdf);
     }
-    if bytes.starts_with(b"CDF\x01")
-        || bytes.starts_with(b"CDF\x02")
-        || bytes.starts_with(b"CDF\x05")
-    {
+    if matches!(bytes, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
         return Some(Other::Exodus);
     }
     if begins(&["ISO-10303-21", "DBRep_DrawableShape", "CASCADE Topology"]) || is_iges(bytes) {
@@ -231,14 +222,10 @@ fn by_name(name: &str) -> Option<Other> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::{GROUPS, elements};
     use super::super::{Content, parse};
     use super::*;
-
-    macro_rules! elements {
-        ($file:literal) => {
-            include_bytes!(concat!("../../../../meshes/elements/", $file))
-        };
-    }
+    use dovetail_testkit::words::{cases, has};
 
     fn none(name: &str) -> Result<Vec<u8>, MeshError> {
         panic!("{name} is included");
@@ -292,20 +279,9 @@ mod tests {
                 files.map(|(bytes, name)| (parse(bytes, name, &mut none).unwrap(), name));
             let (first, _) = &contents[0];
             for (other, name) in &contents[1..] {
-                for group in [
-                    "hexahedra",
-                    "wedges",
-                    "mixed",
-                    "base",
-                    "top",
-                    "side",
-                    "edge",
-                ] {
-                    assert_eq!(
-                        described(first, group),
-                        described(other, group),
-                        "{name}, {group}"
-                    );
+                for group in GROUPS.into_iter().chain(["edge"]) {
+                    let expected = described(first, group);
+                    assert_eq!(described(other, group), expected, "{name}, {group}");
                 }
             }
         }
@@ -341,134 +317,70 @@ mod tests {
         (group.dimension, elements, nodes)
     }
 
+    #[track_caller]
+    fn is_named(bytes: &[u8], name: &str, what: &str, remedy: &str) {
+        let found = message(bytes, name);
+        assert!(
+            found.starts_with(&format!("this is {what}")),
+            "{name}: {found}"
+        );
+        has(&found, remedy);
+    }
+
     #[test]
     fn other_formats_are_named_with_their_remedy() {
-        let iges = [b"comment".as_slice(), &[b' '; 65], b"S      1\n"].concat();
-        let cases: [(&[u8], &str, &str, &str); 30] = [
-            (
-                b"CEND\nBEGIN BULK\nGRID,1\n",
-                "a/wheel.inp",
-                "a Nastran deck",
-                "`gmsh -0 wheel.inp -o wheel.inp`",
-            ),
-            (
-                b"$ comment\nGRID    1\n",
-                "wheel.bdf",
-                "a Nastran deck",
-                "`gmsh -0 wheel.bdf -o wheel.inp`",
-            ),
-            (
-                b"unknown",
-                "wheel.NAS",
-                "a Nastran deck",
-                "write a deck of Abaqus",
-            ),
-            (b"unknown", "wheel.dat", "a Nastran deck", "gmsh"),
-            (
-                b"/COM,ANSYS\n/PREP7\n",
-                "b.txt",
-                "an archive of Ansys",
-                "`mapdl_archive.Archive(\"b.txt\").grid.save(\"b.vtu\")`",
-            ),
-            (
-                b"!\nNBLOCK,6,SOLID\n",
-                "b.cdb",
-                "an archive of Ansys",
-                "mapdl-archive",
-            ),
-            (b"unknown", "b.cdb", "an archive of Ansys", "mapdl-archive"),
-            (
-                b"    -1\n  2411\n",
-                "c",
-                "an I-DEAS universal file",
-                "`gmsh -0 c -o c.inp`",
-            ),
-            (b"unknown", "c.unv", "an I-DEAS universal file", "gmsh"),
-            (
-                b"\x89HDF\r\n\x1a\n",
-                "d.med",
-                "a MED file",
-                "`meshio convert d.med d.vtu`",
-            ),
-            (b"\x89HDF\r\n\x1a\n", "d.cgns", "a CGNS file", "meshio"),
-            (b"\x89HDF\r\n\x1a\n", "d.h5", "an HDF5 file", "meshio"),
-            (b"CDF\x01", "e.e", "an Exodus file", "meshio"),
-            (b"CDF\x02", "e.nc", "an Exodus file", "meshio"),
-            (b"unknown", "e.exo", "an Exodus file", "meshio"),
-            (
-                b"ISO-10303-21;\n",
-                "f.step",
-                "a geometry (STEP, IGES or BREP) and no mesh",
-                "Merge \"f.step\"; Physical Volume(\"part\") = Volume{:};`",
-            ),
-            (
-                b"\nCASCADE Topology V3",
-                "f.txt",
-                "a geometry",
-                "OpenCASCADE",
-            ),
-            (&iges, "f.txt", "a geometry", "OpenCASCADE"),
-            (b"unknown", "f.IGS", "a geometry", "OpenCASCADE"),
-            (
-                b"solid a\nfacet normal 0 0 1\n",
-                "g.txt",
-                "a surface of triangles (STL) without a volume",
-                "Surface Loop(1) = Surface{:}; Volume(1) = {1};",
-            ),
-            (
-                b"\0\0\0\0",
-                "g.stl",
-                "a surface of triangles",
-                "Merge \"g.stl\"",
-            ),
-            (
-                b"# vtk DataFile Version 3.0\n",
-                "h.vtk",
-                "a legacy VTK file",
-                "`meshio convert h.vtk h.vtu`",
-            ),
-            (
-                b"<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">",
-                "i",
-                "an XDMF file",
-                "meshio",
-            ),
-            (b"MeshVersionFormatted 2\n", "j", "a Medit mesh", "meshio"),
-            (
-                b"$ made by\n*KEYWORD\n*NODE\n",
-                "k.k",
-                "a deck of LS-DYNA",
-                "`lsdyna_mesh_reader.Deck(\"k.k\").to_grid().save(\"k.vtu\")`",
-            ),
-            (
-                b"*KEYWORD MEMORY=20\n*NODE\n",
-                "k",
-                "a deck of LS-DYNA",
-                "lsdyna",
-            ),
-            (
-                b"$NOD\n3\n",
-                "l.msh",
-                "a Gmsh mesh of version 1",
-                "`gmsh -0 l.msh -format msh41 -o l_41.msh`",
-            ),
-            (
-                b"Point(1) = {0, 0, 0};\n",
-                "m.geo",
-                "a Gmsh script",
-                "mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`",
-            ),
-            (b"unknown", "m.mesh", "a Medit mesh", "meshio"),
-            (b"unknown", "m.key", "a deck of LS-DYNA", "lsdyna"),
-        ];
-        for (bytes, name, what, remedy) in cases {
-            let found = message(bytes, name);
-            let expected = format!("this is {what}");
-            assert!(
-                found.starts_with(&expected) && found.contains(remedy),
-                "{name}: {found}"
-            );
+        let table = r#"
+            CEND\nBEGIN BULK\nGRID,1\n => a/wheel.inp => a Nastran deck
+            => `gmsh -0 wheel.inp -o wheel.inp`
+            $ comment\nGRID    1\n => wheel.bdf => a Nastran deck
+            => `gmsh -0 wheel.bdf -o wheel.inp`
+            unknown => wheel.NAS => a Nastran deck => write a deck of Abaqus
+            unknown => wheel.dat => a Nastran deck => gmsh
+            /COM,ANSYS\n/PREP7\n => b.txt => an archive of Ansys
+            => `mapdl_archive.Archive("b.txt").grid.save("b.vtu")`
+            !\nNBLOCK,6,SOLID\n => b.cdb => an archive of Ansys => mapdl-archive
+            unknown => b.cdb => an archive of Ansys => mapdl-archive
+            unknown => c.unv => an I-DEAS universal file => gmsh
+            unknown => e.exo => an Exodus file => meshio
+            ISO-10303-21;\n => f.step => a geometry (STEP, IGES or BREP) and no mesh
+            => Merge "f.step"; Physical Volume("part") = Volume{:};`
+            \nCASCADE Topology V3 => f.txt => a geometry => OpenCASCADE
+            unknown => f.IGS => a geometry => OpenCASCADE
+            solid a\nfacet normal 0 0 1\n => g.txt => a surface of triangles (STL) without a volume
+            => Surface Loop(1) = Surface{:}; Volume(1) = {1};
+            # vtk DataFile Version 3.0\n => h.vtk => a legacy VTK file
+            => `meshio convert h.vtk h.vtu`
+            <?xml version="1.0"?>\n<Xdmf Version="3.0"> => i => an XDMF file => meshio
+            MeshVersionFormatted 2\n => j => a Medit mesh => meshio
+            $ made by\n*KEYWORD\n*NODE\n => k.k => a deck of LS-DYNA
+            => `lsdyna_mesh_reader.Deck("k.k").to_grid().save("k.vtu")`
+            *KEYWORD MEMORY=20\n*NODE\n => k => a deck of LS-DYNA => lsdyna
+            $NOD\n3\n => l.msh => a Gmsh mesh of version 1
+            => `gmsh -0 l.msh -format msh41 -o l_41.msh`
+            Point(1) = {0, 0, 0};\n => m.geo => a Gmsh script
+            => mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`
+            unknown => m.mesh => a Medit mesh => meshio
+            unknown => m.key => a deck of LS-DYNA => lsdyna
+            "#;
+        for [bytes, name, what, remedy] in cases(table) {
+            is_named(bytes.as_bytes(), &name, &what, &remedy);
         }
+        let iges = [b"comment".as_slice(), &[b' '; 65], b"S      1\n"].concat();
+        let hdf = b"\x89HDF\r\n\x1a\n";
+        let universal = "an I-DEAS universal file";
+        is_named(b"    -1\n  2411\n", "c", universal, "`gmsh -0 c -o c.inp`");
+        is_named(hdf, "d.med", "a MED file", "`meshio convert d.med d.vtu`");
+        is_named(hdf, "d.cgns", "a CGNS file", "meshio");
+        is_named(hdf, "d.h5", "an HDF5 file", "meshio");
+        is_named(b"CDF\x01", "e.e", "an Exodus file", "meshio");
+        is_named(b"CDF\x02", "e.nc", "an Exodus file", "meshio");
+        is_named(&iges, "f.txt", "a geometry", "OpenCASCADE");
+        is_named(
+            b"\0\0\0\0",
+            "g.stl",
+            "a surface of triangles",
+            "Merge \"g.stl\"",
+        );
         assert!(
             message(b"unknown", "mesh.xyz")
                 .starts_with("the format of the mesh is not known: read are")

@@ -60,53 +60,9 @@ pub fn from_gmsh(element: ElementType) -> &'static [usize] {
     }
 }
 
-/// Checks the nodes of an element of a mesh of gmsh with straight edges: each middle lies halfway
-/// between its corners.
-#[cfg(test)]
-pub(super) fn assert_middles(shape: crate::element::Shape, nodes: &[[f64; 3]]) {
-    for (middle, [a, b]) in nodes[shape.corners()..].iter().zip(shape.edges()) {
-        for axis in 0..3 {
-            let between = 0.5 * (nodes[*a][axis] + nodes[*b][axis]);
-            assert!((middle[axis] - between).abs() < 1e-9, "{shape:?} {a} {b}");
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::{BTreeMap, BTreeSet};
-
-    /// Rows of numbers of a section of an ASCII file in MSH 2.2, after its count.
-    fn rows<'a>(text: &'a str, section: &str) -> impl Iterator<Item = Vec<f64>> + 'a {
-        let (_, from) = text.split_once(&format!("${section}\n")).unwrap();
-        let (rows, _) = from.split_once("$End").unwrap();
-        rows.lines()
-            .skip(1)
-            .map(|row| row.split(' ').map(|word| word.parse().unwrap()).collect())
-    }
-
-    #[test]
-    fn middles_lie_between_the_corners_of_their_edges() {
-        let text = include_str!("../../../../meshes/elements/order2_msh2.msh");
-        let nodes: BTreeMap<u64, [f64; 3]> = rows(text, "Nodes")
-            .map(|row| (row[0] as u64, [row[1], row[2], row[3]]))
-            .collect();
-        let mut seen = BTreeSet::new();
-        for row in rows(text, "Elements") {
-            let nodes: Vec<[f64; 3]> = row[3 + row[2] as usize..]
-                .iter()
-                .map(|tag| nodes[&(*tag as u64)])
-                .collect();
-            let solid = ElementType::with_nodes(nodes.len())
-                .filter(|_| [11.0, 17.0, 18.0, 19.0].contains(&row[1]));
-            let Some(element) = solid else { continue };
-            seen.insert(element);
-            let at: Vec<_> = from_gmsh(element).iter().map(|i| nodes[*i]).collect();
-            assert_middles(element.shape, &at);
-        }
-        assert_eq!(seen.len(), 4, "{seen:?}");
-    }
 
     #[test]
     fn every_node_has_one_place() {

@@ -13,6 +13,8 @@ mod content;
 pub mod deck;
 mod detect;
 mod error;
+#[cfg(test)]
+mod fixtures;
 pub mod gmsh_order;
 pub mod msh;
 pub mod msh2;

@@ -13,7 +13,7 @@ use super::content::Content;
 use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
 use super::sections::{Encoding, Names, content, encoding, physical_names, sections};
 use crate::element::ElementType;
-use crate::{Group, MeshError};
+use crate::{Group, MeshError, sort_once};
 
 /// Parses the bytes of a mesh file. Lengths are those of the file.
 ///
@@ -191,16 +191,12 @@ impl<'a> Reader<'a> {
         let mut left = count;
         while left > 0 {
             // A binary file has the type once for several elements.
-            let first_tag = if ascii {
-                Some(numbers.natural("an element's tag")?)
+            let (first_tag, kind, in_block) = if ascii {
+                let tag = numbers.natural("an element's tag")?;
+                (Some(tag), numbers.natural("a type")?, 1)
             } else {
-                None
-            };
-            let kind = numbers.natural("a type")?;
-            let in_block = if ascii {
-                1
-            } else {
-                numbers.natural("a number of elements")?
+                let kind = numbers.natural("a type")?;
+                (None, kind, numbers.natural("a number of elements")?)
             };
             let tags = numbers.natural("a number of tags")?;
             if in_block == 0 || in_block > left as u64 {
@@ -296,14 +292,10 @@ impl<'a> Reader<'a> {
 
     fn finish(mut self) -> Result<Content, MeshError> {
         for ((dimension, tag), mut group) in self.groups {
-            for list in [&mut group.nodes, &mut group.elements] {
-                list.sort_unstable();
-                list.dedup();
-            }
+            sort_once(&mut group.nodes);
+            sort_once(&mut group.elements);
             let name = group_name(self.names, dimension, tag);
-            if self.content.groups.insert(name.clone(), group).is_some() {
-                return Err(MeshError::GroupNameTwice { name });
-            }
+            self.content.add_group(name, group)?;
         }
         Ok(self.content)
     }
@@ -319,14 +311,15 @@ fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gmsh_order::assert_middles;
+    use super::super::fixtures::{assert_middles, assert_near, elements, quadratic};
     use super::*;
     use crate::element::Shape;
+    use dovetail_testkit::words::{cases, has};
     use std::collections::BTreeSet;
 
-    const ASCII: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2.msh");
-    const BINARY: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2_binary.msh");
-    const LINEAR: &[u8] = include_bytes!("../../../../meshes/elements/order1_msh2.msh");
+    const ASCII: &[u8] = elements!("order2_msh2.msh");
+    const BINARY: &[u8] = elements!("order2_msh2_binary.msh");
+    const LINEAR: &[u8] = elements!("order1_msh2.msh");
 
     /// A tetrahedron with a face, from the text after `change`.
     fn one(change: impl Fn(&str) -> String) -> Result<Content, MeshError> {
@@ -377,10 +370,9 @@ mod tests {
 
     #[test]
     fn middles_lie_between_the_corners_of_their_edges() {
-        let content = parse(BINARY).unwrap();
-        for nodes in content.elements.iter() {
-            let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
-            assert_middles(ElementType::with_nodes(at.len()).unwrap().shape, &at);
+        for bytes in [ASCII, BINARY] {
+            let types = assert_middles(&parse(bytes).unwrap());
+            assert_eq!(types, quadratic(&Shape::ALL));
         }
     }
 
@@ -388,21 +380,9 @@ mod tests {
     #[test]
     fn text_and_both_byte_orders_say_the_same() {
         let (text, binary) = (parse(ASCII).unwrap(), parse(BINARY).unwrap());
-        for (a, b) in text
-            .nodes
-            .as_flattened()
-            .iter()
-            .zip(binary.nodes.as_flattened())
-        {
-            assert!((a - b).abs() < 1e-14, "{a} {b}");
-        }
-        assert_eq!(
-            Content {
-                nodes: binary.nodes.clone(),
-                ..text
-            },
-            binary
-        );
+        assert_near(&text.nodes, &binary.nodes, 1e-14);
+        let nodes = binary.nodes.clone();
+        assert_eq!(Content { nodes, ..text }, binary);
         assert_eq!(parse(&swapped(BINARY)).unwrap(), binary);
     }
 
@@ -464,68 +444,28 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        let cases = [
-            ("20 1 0 0", "10 1 0 0", "node tag 10 occurs twice"),
-            ("6 2 2 9", "5 2 2 9", "element tag 5 occurs twice"),
-            (
-                "20 30 40",
-                "20 30 50",
-                "element 5 names node 50, which the file does not have",
-            ),
-            ("20 30 40", "20 30 20", "element 5 names node 20 twice"),
-            (
-                "6 2 2 9",
-                "6 20 2 9",
-                "element 6 is of Gmsh's type 20, which is not read: mesh with Mesh.ElementOrder 1",
-            ),
-            (
-                "6 2 2 9 1 10 30 20",
-                "6 2 2 9 1 10 30",
-                "section $Elements): it breaks off",
-            ),
-            (
-                "$Nodes\n4",
-                "$Nodes\n3",
-                "it has more than the 3 items that it announces",
-            ),
-            (
-                "$Nodes\n4",
-                "$Nodes\n123456789",
-                "it announces 123456789 items and is shorter",
-            ),
-            ("$Elements\n2", "$Elements\n0", "the mesh has no elements"),
-            ("20 1 0 0", "20 1 x 0", "expected a number"),
-            ("20 1 0 0", "-20 1 0 0", "a node's tag is -20"),
-            (
-                "6 2 2 9 1",
-                "6 2 2 99999999999 1",
-                "a physical group has the tag 99999999999",
-            ),
-            ("6 2 2 9 1", "6 2 -2 9 1", "a number of tags is -2"),
-            (
-                "\"blade\"",
-                "\"surface 9\"",
-                "two groups are called `surface 9`",
-            ),
-            (
-                "$Nodes\n",
-                "$ParametricNodes\n",
-                "it has no $EndParametricNodes",
-            ),
-            (
-                "2.2 0 8",
-                "2.1 0 8",
-                "MSH version 2.1 is not read, only 4.1 and 2.2",
-            ),
-            (
-                "2.2 0 8",
-                "2.2 0 4",
-                "the $MeshFormat line `2.2 0 4` is not understood",
-            ),
-        ];
-        for (from, to, expected) in cases {
-            let found = message(from, to);
-            assert!(found.contains(expected), "{to}: {found}");
+        let table = r#"
+            20 1 0 0 => 10 1 0 0 => node tag 10 occurs twice
+            6 2 2 9 => 5 2 2 9 => element tag 5 occurs twice
+            20 30 40 => 20 30 50 => element 5 names node 50, which the file does not have
+            20 30 40 => 20 30 20 => element 5 names node 20 twice
+            6 2 2 9 => 6 20 2 9
+            => element 6 is of Gmsh's type 20, which is not read: mesh with Mesh.ElementOrder 1
+            6 2 2 9 1 10 30 20 => 6 2 2 9 1 10 30 => section $Elements): it breaks off
+            $Nodes\n4 => $Nodes\n3 => it has more than the 3 items that it announces
+            $Nodes\n4 => $Nodes\n123456789 => it announces 123456789 items and is shorter
+            $Elements\n2 => $Elements\n0 => the mesh has no elements
+            20 1 0 0 => 20 1 x 0 => expected a number
+            20 1 0 0 => -20 1 0 0 => a node's tag is -20
+            6 2 2 9 1 => 6 2 2 99999999999 1 => a physical group has the tag 99999999999
+            6 2 2 9 1 => 6 2 -2 9 1 => a number of tags is -2
+            "blade" => "surface 9" => two groups are called `surface 9`
+            $Nodes\n => $ParametricNodes\n => it has no $EndParametricNodes
+            2.2 0 8 => 2.1 0 8 => MSH version 2.1 is not read, only 4.1 and 2.2
+            2.2 0 8 => 2.2 0 4 => the $MeshFormat line `2.2 0 4` is not understood
+            "#;
+        for [from, to, words] in cases(table) {
+            has(&message(&from, &to), &words);
         }
     }
 
@@ -540,11 +480,8 @@ mod tests {
             )
         };
         let found = parse(with(3).as_bytes()).unwrap_err().to_string();
-        let expected = "group `surface 3` has elements of 9 nodes";
-        assert!(
-            found.contains(expected) && found.contains("Mesh.SecondOrderIncomplete = 1"),
-            "{found}"
-        );
+        let words = "group `surface 3` has elements of 9 nodes & Mesh.SecondOrderIncomplete = 1";
+        has(&found, words);
         assert!(parse(with(0).as_bytes()).is_ok(), "it is in no group");
     }
 

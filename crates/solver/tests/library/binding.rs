@@ -11,6 +11,7 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
 use dovetail_testkit::block::{block, map_nodes, straighten};
+use dovetail_testkit::words::has;
 
 // --------------------------------------------------------------------------- binding a scene
 
@@ -309,10 +310,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
         }
     ));
     let e = error(&|s| s.contacts[0].first = "flank".into());
-    assert!(
-        e.to_string()
-            .contains("blade_flank_left, blade_flank_right")
-    );
+    has(&e.to_string(), "blade_flank_left, blade_flank_right");
     let e = error(&|s| {
         s.excitations[0].kind = ExcitationKind::force("tip", [0.0, 1.0, 0.0]);
     });
@@ -485,11 +483,8 @@ fn a_set_that_has_no_whole_face_is_named_with_what_it_lacks() {
         matches!(error, ModelError::NoFaces { nodes: 9, .. }),
         "{error}"
     );
-    let message = error.to_string();
-    assert!(
-        message.contains("contact `c`: `upper_bottom` is a set of 9 nodes"),
-        "{message}"
-    );
+    let words = "contact `c`: `upper_bottom` is a set of 9 nodes";
+    has(&error.to_string(), words);
 }
 
 /// Quadrilaterals have the weights of their bilinear functions, and all their edges tie the middle.

@@ -9,7 +9,7 @@ use super::read::Deck;
 use super::resolve::{Model, What, named};
 use super::scope::{Surface, SurfaceLine, key};
 use super::types::Kind;
-use crate::element::facet_corners;
+use crate::element::{Connectivity, facet_corners};
 use crate::text;
 use crate::{Group, MeshError};
 
@@ -108,19 +108,16 @@ impl Assembly<'_> {
             .collect();
         let tags = self.model.elements.tags();
         for ((nodes, kind), tag) in self.model.elements.iter().zip(&kinds).zip(tags) {
-            let place = match kind {
-                Kind::Solid(_) => {
-                    self.content.elements.push(*tag, nodes.iter().copied());
-                    At::Solid(self.content.elements.len() as u32 - 1)
-                }
-                Kind::Facet(_) => {
-                    self.content.facets.push(*tag, nodes.iter().copied());
-                    At::Facet(self.content.facets.len() as u32 - 1)
-                }
+            let add = |list: &mut Connectivity| {
+                list.push(*tag, nodes.iter().copied());
+                list.len() as u32 - 1
+            };
+            self.places.push(match kind {
+                Kind::Solid(_) => At::Solid(add(&mut self.content.elements)),
+                Kind::Facet(_) => At::Facet(add(&mut self.content.facets)),
                 Kind::Line(_) => At::Line,
                 Kind::Aside => At::Aside,
-            };
-            self.places.push(place);
+            });
         }
     }
 
@@ -199,23 +196,16 @@ impl Assembly<'_> {
             (Origin::Lines, Group::empty(1)),
         ];
         for element in elements {
-            let (place, nodes) = (
-                self.places[*element as usize],
-                self.model.elements.of(*element as usize),
-            );
-            let slot = match place {
-                At::Solid(index) => {
-                    groups[0].1.elements.push(index);
-                    0
-                }
-                At::Facet(index) => {
-                    groups[1].1.elements.push(index);
-                    1
-                }
-                At::Line => 2,
+            let (slot, index) = match self.places[*element as usize] {
+                At::Solid(index) => (0, Some(index)),
+                At::Facet(index) => (1, Some(index)),
+                At::Line => (2, None),
                 At::Aside => continue,
             };
-            groups[slot].1.nodes.extend(nodes);
+            let (_, group) = &mut groups[slot];
+            group.elements.extend(index);
+            let nodes = self.model.elements.of(*element as usize);
+            group.nodes.extend(nodes);
         }
         for (origin, group) in groups {
             let of_instance = solids == Origin::Instance && origin != solids;
@@ -226,9 +216,8 @@ impl Assembly<'_> {
     }
 
     fn node_group(&mut self, name: &str, nodes: &[u32], origin: Origin) {
-        let nodes = nodes.to_vec();
         let mut group = Group::empty(0);
-        group.nodes = nodes;
+        group.nodes.extend(nodes);
         self.keep(name, origin, group);
     }
 
@@ -435,9 +424,7 @@ impl Assembly<'_> {
                     0 => name.clone(),
                     _ => format!("{name}{}", origin.suffix()),
                 };
-                if self.content.groups.insert(name.clone(), group).is_some() {
-                    return Err(MeshError::GroupNameTwice { name });
-                }
+                self.content.add_group(name, group)?;
             }
         }
         self.name_all_solids();

@@ -60,7 +60,16 @@ struct Source<'a> {
     place: Place,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// Beginning of file number `file`.
+    fn new(bytes: impl Into<Cow<'a, [u8]>>, file: usize) -> Self {
+        Self {
+            bytes: bytes.into(),
+            at: 0,
+            place: Place { file, line: 0 },
+        }
+    }
+
     /// Next line without its end.
     fn next(&mut self) -> Option<&[u8]> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
@@ -119,11 +128,7 @@ impl<'a> Lines<'a> {
     ) -> Self {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Self {
-            sources: vec![Source {
-                bytes: Cow::Borrowed(bytes),
-                at: 0,
-                place: Place::default(),
-            }],
+            sources: vec![Source::new(bytes, 0)],
             files: Files(vec![String::new()]),
             kept: None,
             include,
@@ -140,14 +145,7 @@ impl<'a> Lines<'a> {
             return Err(MeshError::IncludeCircle { file });
         }
         let bytes = (self.include)(name)?;
-        self.sources.push(Source {
-            bytes: Cow::Owned(bytes),
-            at: 0,
-            place: Place {
-                file: self.files.0.len(),
-                line: 0,
-            },
-        });
+        self.sources.push(Source::new(bytes, self.files.0.len()));
         self.files.0.push(name.to_owned());
         Ok(())
     }

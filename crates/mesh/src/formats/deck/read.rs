@@ -29,17 +29,8 @@ pub(super) struct Deck {
 }
 
 /// Keywords that are ignored without a remark.
-const SILENT: [&str; 9] = [
-    "HEADING",
-    "PREPRINT",
-    "INCLUDE",
-    "ASSEMBLY",
-    "ENDASSEMBLY",
-    "ENDPART",
-    "ENDINSTANCE",
-    "MATERIAL",
-    "ENDSTEP",
-];
+const SILENT: &str = "\
+    HEADING PREPRINT INCLUDE ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE MATERIAL ENDSTEP";
 
 /// Scope that nodes, elements and sets go to.
 #[derive(Clone, Copy, PartialEq)]
@@ -200,7 +191,7 @@ impl Reader {
                 self.structure(keyword)?
             }
             name => {
-                if !SILENT.contains(&name) {
+                if !vocabulary::words(SILENT).any(|word| word == name) {
                     name_once(&mut self.aside, &keyword.shown);
                 }
                 return Ok(());
@@ -262,21 +253,13 @@ impl Reader {
     }
 
     fn surface(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        const TYPES: [&str; 8] = [
-            "ELEMENT",
-            "NODE",
-            "CUTTINGSURFACE",
-            "CYLINDER",
-            "EULERIANMATERIAL",
-            "REVOLUTION",
-            "SEGMENTS",
-            "USER",
-        ];
-        const COMBINED: [&str; 3] = ["UNION", "INTERSECTION", "DIFFERENCE"];
+        const TYPES: &str = "\
+            ELEMENT NODE CUTTINGSURFACE CYLINDER EULERIANMATERIAL REVOLUTION SEGMENTS USER";
+        const COMBINED: &str = "UNION INTERSECTION DIFFERENCE";
         let name = keyword.required("NAME")?.to_owned();
-        let kind = vocabulary::value(keyword.get("TYPE").unwrap_or("ELEMENT"), &TYPES)?;
+        let kind = vocabulary::value(keyword.get("TYPE").unwrap_or("ELEMENT"), TYPES)?;
         let combine = keyword.get("COMBINE");
-        let combine = combine.map(|how| vocabulary::value(how, &COMBINED));
+        let combine = combine.map(|how| vocabulary::value(how, COMBINED));
         let combine = combine.transpose()?;
         let union = combine.as_deref() == Some("UNION");
         let is_read = matches!(kind.as_str(), "ELEMENT" | "NODE")
@@ -324,23 +307,13 @@ impl Reader {
     }
 
     fn elastic(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        const TYPES: [&str; 11] = [
-            "ISOTROPIC",
-            "ORTHOTROPIC",
-            "ANISOTROPIC",
-            "ENGINEERINGCONSTANTS",
-            "LAMINA",
-            "BILAMINA",
-            "TRACTION",
-            "COUPLEDTRACTION",
-            "SHEAR",
-            "SHORTFIBER",
-            "SHELL",
-        ];
+        const TYPES: &str = "\
+            ISOTROPIC ORTHOTROPIC ANISOTROPIC ENGINEERINGCONSTANTS LAMINA BILAMINA TRACTION \
+            COUPLEDTRACTION SHEAR SHORTFIBER SHELL";
         let written = keyword.get("TYPE").filter(|kind| !kind.is_empty());
         let written = written.unwrap_or("ISOTROPIC");
         let is_given = |m: &Material| m.young.is_some();
-        if vocabulary::value(written, &TYPES)? == "ISOTROPIC" {
+        if vocabulary::value(written, TYPES)? == "ISOTROPIC" {
             return self.property(keyword, true, is_given);
         }
         if let Some(material) = self.deck.materials.last() {
@@ -572,17 +545,16 @@ impl Reader {
             let wrong = || MeshError::Generate {
                 line: text.to_owned(),
             };
-            let (first, last, step) = match fields[..] {
-                [first, last] => (label(first)?, label(last)?, 1),
-                [first, last, step] => (label(first)?, label(last)?, label(step)?),
+            let range = match fields[..] {
+                [first, last] => [label(first)?, label(last)?, 1],
+                [first, last, step] => [label(first)?, label(last)?, label(step)?],
                 _ => return Err(wrong()),
             };
+            let [first, last, step] = range;
             if step == 0 || last < first {
                 return Err(wrong());
             }
-            block(sets, name, place, instance)
-                .ranges
-                .push([first, last, step]);
+            block(sets, name, place, instance).ranges.push(range);
             return Ok(());
         }
         for field in fields(text).filter(|f| !f.is_empty()) {
@@ -590,19 +562,16 @@ impl Reader {
                 block(sets, name, place, instance).labels.push(label);
                 continue;
             }
-            match unquoted(field).rsplit_once('.') {
-                // `instance.label`
-                Some((whose, rest)) if label(rest).is_ok() => {
-                    let label = label(rest)?;
-                    block(sets, name, place, Some(unquoted(whose)))
-                        .labels
-                        .push(label);
-                }
-                _ => {
-                    let other = unquoted(field).to_owned();
-                    block(sets, name, place, instance).names.push(other);
-                }
+            // `instance.label`
+            if let Some((whose, rest)) = unquoted(field).rsplit_once('.')
+                && let Ok(label) = label(rest)
+            {
+                let block = block(sets, name, place, Some(unquoted(whose)));
+                block.labels.push(label);
+                continue;
             }
+            let other = unquoted(field).to_owned();
+            block(sets, name, place, instance).names.push(other);
         }
         Ok(())
     }
@@ -702,39 +671,31 @@ impl Reader {
         if let Some((begin, end)) = open {
             return Err(MeshError::NotEnded { begin, end });
         }
-        if !self.aside_types.is_empty() {
-            let types = crate::text::list(&self.aside_types);
-            let remark = format!("Elements of these types were left aside: {types}.");
-            self.deck.remarks.push(remark);
+        let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
+        let mut all = self.aside.iter();
+        let mut hint = String::new();
+        if all.any(|keyword| of_the_scene.contains(&keyword.as_str())) {
+            hint += " What holds, touches and loads the bodies stands in the scene.";
         }
-        if !self.aside.is_empty() {
-            let keywords = crate::text::list(&self.aside);
-            let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
-            let mut all = self.aside.iter();
-            let scene = if all.any(|keyword| of_the_scene.contains(&keyword.as_str())) {
-                " What holds, touches and loads the bodies stands in the scene."
-            } else {
-                ""
-            };
-            let tie = if self.aside.iter().any(|keyword| keyword == "*TIE") {
-                " What *TIE joins is joined in the scene by a contact with the law `bonded`."
-            } else {
-                ""
-            };
-            self.deck.remarks.push(format!(
-                "These keywords were not read: {keywords}.{scene}{tie}"
-            ));
+        if self.aside.iter().any(|keyword| keyword == "*TIE") {
+            hint += " What *TIE joins is joined in the scene by a contact with the law `bonded`.";
         }
-        if !self.aside_parameters.is_empty() {
-            let parameters = crate::text::list(&self.aside_parameters);
-            let remark = format!("These parameters were not read: {parameters}.");
-            self.deck.remarks.push(remark);
-        }
-        if !self.of_temperature.is_empty() {
-            let materials = crate::text::list(&self.of_temperature);
-            self.deck.remarks.push(format!(
-                "Materials with values for several temperatures are taken at the first of each: {materials}."
-            ));
+        let of_temperature =
+            "Materials with values for several temperatures are taken at the first of each";
+        for (what, list, hint) in [
+            (
+                "Elements of these types were left aside",
+                &self.aside_types,
+                "",
+            ),
+            ("These keywords were not read", &self.aside, hint.as_str()),
+            ("These parameters were not read", &self.aside_parameters, ""),
+            (of_temperature, &self.of_temperature, ""),
+        ] {
+            if !list.is_empty() {
+                let names = crate::text::list(list);
+                self.deck.remarks.push(format!("{what}: {names}.{hint}"));
+            }
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use super::read::Deck;
 use super::scope::{Block, Scope, Sets, key};
 use crate::MeshError;
 use crate::element::Connectivity;
+use crate::sort_once;
 
 /// Most sets inside one another.
 const DEEPEST: usize = 200;
@@ -23,6 +24,17 @@ struct Placed<'a> {
     first_element: u32,
     /// Labels of nodes and of elements; made when a range asks for them.
     by_label: [Option<ByLabel>; 2],
+}
+
+impl<'a> Placed<'a> {
+    /// Numbers of the nodes or elements in the scope by their labels, and that of the first in the
+    /// list of all.
+    fn numbers(&self, what: What) -> (&'a HashMap<u64, u32>, u32) {
+        match what {
+            What::Nodes => (&self.scope.node_index, self.first_node),
+            What::Elements => (&self.scope.element_index, self.first_element),
+        }
+    }
 }
 
 /// Nodes or elements.
@@ -167,27 +179,19 @@ impl<'a> Model<'a> {
         };
         let set = &self.sets_of(what, scope)[&set_key];
         let in_list = (what, scope, set_key);
-        match self.sets.get(&in_list) {
-            Some(Some(found)) => return Ok(found.clone()),
-            Some(None) => {
-                return Err(MeshError::SetCircle {
-                    name: set.name.clone(),
-                });
-            }
-            None if depth > DEEPEST => {
-                return Err(MeshError::SetCircle {
-                    name: set.name.clone(),
-                });
-            }
-            None => self.sets.insert(in_list.clone(), None),
-        };
+        if let Some(Some(found)) = self.sets.get(&in_list) {
+            return Ok(found.clone());
+        }
+        if self.sets.insert(in_list.clone(), None).is_some() || depth > DEEPEST {
+            let name = set.name.clone();
+            return Err(MeshError::SetCircle { name });
+        }
         let mut found = Vec::new();
         for block in &set.blocks {
             self.block(what, scope, (&set.name, block), depth, &mut found)
                 .map_err(|e| self.at(block.place, what.keyword(), named(e, &set.name)))?;
         }
-        found.sort_unstable();
-        found.dedup();
+        sort_once(&mut found);
         let found = Rc::new(found);
         self.sets.insert(in_list, Some(found.clone()));
         Ok(found)
@@ -218,15 +222,12 @@ impl<'a> Model<'a> {
             let taken = inside.filter(|(label, _)| (label - first).is_multiple_of(*step));
             let before = out.len();
             out.extend(taken.map(|(_, index)| *index));
-            let (there, meant) = (
-                out.len() - before,
-                ((last - first) / step).saturating_add(1),
-            );
+            let there = out.len() - before;
+            let meant = ((last - first) / step).saturating_add(1);
             if (there as u64) < meant {
-                let place = self.files.shown(block.place);
-                let keyword = what.keyword();
-                self.fewer
-                    .push(format!("`{set}` ({place}, {keyword}: {there} of {meant})"));
+                let (place, keyword) = (self.files.shown(block.place), what.keyword());
+                let fewer = format!("`{set}` ({place}, {keyword}: {there} of {meant})");
+                self.fewer.push(fewer);
             }
         }
         for name in &block.names {
@@ -249,26 +250,18 @@ impl<'a> Model<'a> {
 
     /// Node or element with a label.
     fn labelled(&self, what: What, scope: usize, label: u64) -> Result<u32, MeshError> {
-        let placed = &self.scopes[scope];
-        let (index, first) = match what {
-            What::Nodes => (placed.scope.node_index.get(&label), placed.first_node),
-            What::Elements => (placed.scope.element_index.get(&label), placed.first_element),
-        };
-        index
-            .map(|index| first + index)
-            .ok_or(MeshError::LabelMissing {
-                what: what.one(),
-                label,
-                set: String::new(),
-            })
+        let (index, first) = self.scopes[scope].numbers(what);
+        let found = index.get(&label).map(|index| first + index);
+        found.ok_or(MeshError::LabelMissing {
+            what: what.one(),
+            label,
+            set: String::new(),
+        })
     }
 
     fn by_label(&mut self, what: What, scope: usize) -> ByLabel {
         let placed = &mut self.scopes[scope];
-        let (index, first) = match what {
-            What::Nodes => (&placed.scope.node_index, placed.first_node),
-            What::Elements => (&placed.scope.element_index, placed.first_element),
-        };
+        let (index, first) = placed.numbers(what);
         let list = placed.by_label[what as usize].get_or_insert_with(|| {
             let mut list: Vec<_> = index.iter().map(|(label, i)| (*label, first + i)).collect();
             list.sort_unstable();

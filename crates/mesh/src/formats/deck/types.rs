@@ -32,32 +32,14 @@ const SOLIDS: [&str; 4] = ["C3D", "DC3D", "SC", "CSS"];
 const FACETS: [&str; 13] = [
     "CPS", "CPEG", "CPE", "CAX", "CGAX", "M3D", "SFM3D", "R3D", "DC2D", "DCAX", "DS", "STRI", "S",
 ];
-/// Names of lines, with their numbers of nodes.
-const LINES: [(&str, usize); 24] = [
-    ("B21", 2),
-    ("B22", 3),
-    ("B23", 2),
-    ("B31", 2),
-    ("B32", 3),
-    ("B33", 2),
-    ("PIPE21", 2),
-    ("PIPE22", 3),
-    ("PIPE31", 2),
-    ("PIPE32", 3),
-    ("ELBOW31", 2),
-    ("ELBOW32", 3),
-    ("T2D2", 2),
-    ("T2D3", 3),
-    ("T3D2", 2),
-    ("T3D3", 3),
-    ("FRAME2D", 2),
-    ("FRAME3D", 2),
-    ("RB2D2", 2),
-    ("RB3D2", 2),
-    ("RAX2", 2),
-    ("SAX1", 2),
-    ("SAX2", 3),
-    ("DC1D2", 2),
+/// Numbers of nodes of lines, with the names of these.
+const LINES: [(usize, &str); 2] = [
+    (
+        2,
+        "B21 B23 B31 B33 PIPE21 PIPE31 ELBOW31 T2D2 T3D2 FRAME2D FRAME3D RB2D2 RB3D2 RAX2 SAX1 \
+         DC1D2",
+    ),
+    (3, "B22 B32 PIPE22 PIPE32 ELBOW32 T2D3 T3D3 SAX2"),
 ];
 /// Beginnings of the names of elements without a shape.
 const ASIDE: [&str; 19] = [
@@ -95,11 +77,12 @@ pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
             _ => Err(unknown(name, set)),
         };
     }
-    let line = LINES.iter().find(|(line, _)| {
+    let is_it = |line: &str| {
         let rest = capitals.strip_prefix(line);
         rest.is_some_and(|suffix| !suffix.starts_with(|c: char| c.is_ascii_digit()))
-    });
-    if let Some((_, nodes)) = line {
+    };
+    let line = LINES.iter().find(|(_, names)| names.split(' ').any(is_it));
+    if let Some((nodes, _)) = line {
         return Ok(Kind::Line(*nodes));
     }
     if ASIDE.iter().any(|prefix| capitals.starts_with(prefix)) {

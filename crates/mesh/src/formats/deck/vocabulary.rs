@@ -2,26 +2,24 @@
 //!
 //! Abaqus accepts the beginning of a keyword, of a parameter or of a parameter's value for the
 //! whole word, where no other word of that place begins so. All words are given here in capital
-//! letters without blanks.
+//! letters without blanks, in lists with blanks between them.
+
+use std::str::SplitAsciiWhitespace;
 
 use super::lines::{Keyword, bare};
 use crate::MeshError;
 use crate::text;
 
-/// Keyword that is read, with the parameters that it may have.
+/// Keyword that is read, with the parameters that it may have, between blanks.
 struct Entry {
     keyword: &'static str,
     /// Parameters that are read, or that change nothing of what is read.
-    read: &'static [&'static str],
+    read: &'static str,
     /// Parameters of Abaqus or CalculiX that are ignored.
-    aside: &'static [&'static str],
+    aside: &'static str,
 }
 
-const fn entry(
-    keyword: &'static str,
-    read: &'static [&'static str],
-    aside: &'static [&'static str],
-) -> Entry {
+const fn entry(keyword: &'static str, read: &'static str, aside: &'static str) -> Entry {
     Entry {
         keyword,
         read,
@@ -30,156 +28,59 @@ const fn entry(
 }
 
 const READ: [Entry; 16] = [
-    entry("NODE", &["INPUT", "NSET", "SYSTEM"], &[]),
+    entry("NODE", "INPUT NSET SYSTEM", ""),
     entry(
         "ELEMENT",
-        &["ELSET", "INPUT", "TYPE"],
-        &["FILE", "OFFSET", "SOLIDELEMENTNUMBERING"],
+        "ELSET INPUT TYPE",
+        "FILE OFFSET SOLIDELEMENTNUMBERING",
     ),
-    entry(
-        "NSET",
-        &[
-            "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "NSET", "UNSORTED",
-        ],
-        &[],
-    ),
-    entry(
-        "ELSET",
-        &["ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"],
-        &[],
-    ),
+    entry("NSET", "ELSET GENERATE INSTANCE INTERNAL NSET UNSORTED", ""),
+    entry("ELSET", "ELSET GENERATE INSTANCE INTERNAL UNSORTED", ""),
     entry(
         "SURFACE",
-        &["COMBINE", "CROP", "INTERNAL", "NAME", "TYPE"],
-        &[
-            "DEFINITION",
-            "FILLETRADIUS",
-            "MAXRATIO",
-            "NOOFFSET",
-            "NOTHICK",
-            "PROPERTY",
-            "REGIONTYPE",
-            "SCALETHICK",
-            "TRIM",
-        ],
+        "COMBINE CROP INTERNAL NAME TYPE",
+        "DEFINITION FILLETRADIUS MAXRATIO NOOFFSET NOTHICK PROPERTY REGIONTYPE SCALETHICK TRIM",
     ),
     entry(
         "SOLIDSECTION",
-        &["ELSET", "MATERIAL"],
-        &[
-            "COMPOSITE",
-            "CONTROLS",
-            "LAYUP",
-            "NODALTHICKNESS",
-            "ORDER",
-            "ORIENTATION",
-            "REFNODE",
-            "STACKDIRECTION",
-            "SYMMETRIC",
-            "THICKNESS",
-        ],
+        "ELSET MATERIAL",
+        "COMPOSITE CONTROLS LAYUP NODALTHICKNESS ORDER ORIENTATION REFNODE STACKDIRECTION \
+         SYMMETRIC THICKNESS",
     ),
     entry(
         "MATERIAL",
-        &["NAME"],
-        &[
-            "RTOL",
-            "SRATEFACTOR",
-            "SRATETYPE",
-            "STRAINRATEREGULARIZATION",
-        ],
+        "NAME",
+        "RTOL SRATEFACTOR SRATETYPE STRAINRATEREGULARIZATION",
     ),
-    entry(
-        "ELASTIC",
-        &["TYPE"],
-        &["COMPRESSIONFACTOR", "DEPENDENCIES", "MODULI"],
-    ),
-    entry("DENSITY", &["POREFLUID"], &["DEPENDENCIES"]),
-    entry("INCLUDE", &["INPUT"], &["PASSWORD"]),
-    entry("PART", &["NAME"], &[]),
-    entry("ENDPART", &[], &["NAME"]),
-    entry("ASSEMBLY", &["NAME"], &[]),
-    entry("ENDASSEMBLY", &[], &["NAME"]),
-    entry("INSTANCE", &["NAME", "PART"], &["INSTANCE", "LIBRARY"]),
-    entry("ENDINSTANCE", &[], &["NAME"]),
+    entry("ELASTIC", "TYPE", "COMPRESSIONFACTOR DEPENDENCIES MODULI"),
+    entry("DENSITY", "POREFLUID", "DEPENDENCIES"),
+    entry("INCLUDE", "INPUT", "PASSWORD"),
+    entry("PART", "NAME", ""),
+    entry("ENDPART", "", "NAME"),
+    entry("ASSEMBLY", "NAME", ""),
+    entry("ENDASSEMBLY", "", "NAME"),
+    entry("INSTANCE", "NAME PART", "INSTANCE LIBRARY"),
+    entry("ENDINSTANCE", "", "NAME"),
 ];
 /// Keywords that make nodes or elements by a rule.
-const GENERATORS: [&str; 11] = [
-    "NGEN",
-    "NFILL",
-    "NCOPY",
-    "NMAP",
-    "ELGEN",
-    "ELCOPY",
-    "SYSTEM",
-    "SUBMODEL",
-    "PARAMETER",
-    "IMPORT",
-    "SYMMETRICMODELGENERATION",
-];
+const GENERATORS: &str = "\
+    NGEN NFILL NCOPY NMAP ELGEN ELCOPY SYSTEM SUBMODEL PARAMETER IMPORT SYMMETRICMODELGENERATION";
 /// Other keywords whose first three letters are those of one above. They determine which beginnings
 /// abbreviate only one word.
-const OTHERS: [&str; 59] = [
-    "NODALENERGYRATE",
-    "NODALTHICKNESS",
-    "NODEFILE",
-    "NODEOUTPUT",
-    "NODEPRINT",
-    "NODERESPONSE",
-    "ELEMENTMATRIXOUTPUT",
-    "ELEMENTOPERATOROUTPUT",
-    "ELEMENTOUTPUT",
-    "ELEMENTPROGRESSIVEACTIVATION",
-    "ELEMENTRECOVERYMATRIX",
-    "ELEMENTRESPONSE",
-    "ELECTRICALCONDUCTIVITY",
-    "ELECTROMAGNETIC",
-    "SURFACEBEHAVIOR",
-    "SURFACEFLAW",
-    "SURFACEINTERACTION",
-    "SURFACEPROPERTY",
-    "SURFACEPROPERTYASSIGNMENT",
-    "SURFACESECTION",
-    "SURFACESMOOTHING",
-    "SOLUBILITY",
-    "SOLUTIONTECHNIQUE",
-    "MATRIX",
-    "MATRIXASSEMBLE",
-    "MATRIXCHECK",
-    "MATRIXGENERATE",
-    "MATRIXINPUT",
-    "MATRIXOUTPUT",
-    "INCIDENTWAVE",
-    "INCIDENTWAVEFLUIDPROPERTY",
-    "INCIDENTWAVEINTERACTION",
-    "INCIDENTWAVEINTERACTIONPROPERTY",
-    "INCIDENTWAVEPROPERTY",
-    "INCIDENTWAVEREFLECTION",
-    "INCREMENTATIONOUTPUT",
-    "PARAMETERDEPENDENCE",
-    "PARAMETERSHAPEVARIATION",
-    "PARTICLEGENERATOR",
-    "PARTICLEGENERATORFLOW",
-    "PARTICLEGENERATORINLET",
-    "PARTICLEGENERATORMIXTURE",
-    "PARTICLEOUTPUT",
-    "ENDLOADCASE",
-    "ENDSTEP",
-    "SUBCYCLING",
-    "SUBSTRUCTURECOPY",
-    "SUBSTRUCTUREDELETE",
-    "SUBSTRUCTUREDIRECTORY",
-    "SUBSTRUCTUREGENERATE",
-    "SUBSTRUCTURELOADCASE",
-    "SUBSTRUCTUREMATRIXOUTPUT",
-    "SUBSTRUCTUREPATH",
-    "SUBSTRUCTUREPROPERTY",
-    "SYMMETRICRESULTSTRANSFER",
-    "IMPEDANCE",
-    "IMPEDANCEPROPERTY",
-    "IMPERFECTION",
-    "IMPORTCONTROLS",
-];
+const OTHERS: &str = "\
+    NODALENERGYRATE NODALTHICKNESS NODEFILE NODEOUTPUT NODEPRINT NODERESPONSE \
+    ELEMENTMATRIXOUTPUT ELEMENTOPERATOROUTPUT ELEMENTOUTPUT ELEMENTPROGRESSIVEACTIVATION \
+    ELEMENTRECOVERYMATRIX ELEMENTRESPONSE ELECTRICALCONDUCTIVITY ELECTROMAGNETIC SURFACEBEHAVIOR \
+    SURFACEFLAW SURFACEINTERACTION SURFACEPROPERTY SURFACEPROPERTYASSIGNMENT SURFACESECTION \
+    SURFACESMOOTHING SOLUBILITY SOLUTIONTECHNIQUE MATRIX MATRIXASSEMBLE MATRIXCHECK \
+    MATRIXGENERATE MATRIXINPUT MATRIXOUTPUT INCIDENTWAVE INCIDENTWAVEFLUIDPROPERTY \
+    INCIDENTWAVEINTERACTION INCIDENTWAVEINTERACTIONPROPERTY INCIDENTWAVEPROPERTY \
+    INCIDENTWAVEREFLECTION INCREMENTATIONOUTPUT PARAMETERDEPENDENCE PARAMETERSHAPEVARIATION \
+    PARTICLEGENERATOR PARTICLEGENERATORFLOW PARTICLEGENERATORINLET PARTICLEGENERATORMIXTURE \
+    PARTICLEOUTPUT ENDLOADCASE ENDSTEP SUBCYCLING SUBSTRUCTURECOPY SUBSTRUCTUREDELETE \
+    SUBSTRUCTUREDIRECTORY SUBSTRUCTUREGENERATE SUBSTRUCTURELOADCASE SUBSTRUCTUREMATRIXOUTPUT \
+    SUBSTRUCTUREPATH SUBSTRUCTUREPROPERTY SYMMETRICRESULTSTRANSFER IMPEDANCE IMPEDANCEPROPERTY \
+    IMPERFECTION IMPORTCONTROLS";
 /// Fewest letters by which a keyword can be completed.
 const SHORTEST: usize = 3;
 
@@ -198,9 +99,11 @@ pub(super) struct Understood {
 /// # Errors
 /// A beginning of several words, or a parameter that a keyword does not have.
 pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> {
-    let ours = || READ.iter().map(|entry| entry.keyword).chain(GENERATORS);
-    if ours().any(|word| word.starts_with(&keyword.name)) && !OTHERS.contains(&&*keyword.name) {
-        keyword.name = match complete(&keyword.name, ours().chain(OTHERS)) {
+    let generators = || words(GENERATORS);
+    let ours = || READ.iter().map(|entry| entry.keyword).chain(generators());
+    let is_other = words(OTHERS).any(|word| word == keyword.name);
+    if ours().any(|word| word.starts_with(&keyword.name)) && !is_other {
+        keyword.name = match complete(&keyword.name, ours().chain(words(OTHERS))) {
             Ok(word) if word == keyword.name || keyword.name.len() >= SHORTEST => word.to_owned(),
             Ok(word) => return Err(ambiguous(&keyword.shown, &[word])),
             Err(words) => return Err(ambiguous(&keyword.shown, &words)),
@@ -209,10 +112,10 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
     let mut aside = Vec::new();
     if let Some(entry) = READ.iter().find(|entry| entry.keyword == keyword.name) {
         for (parameter, _) in &mut keyword.parameters {
-            let words = || entry.read.iter().chain(entry.aside).copied();
-            match complete(parameter, words()) {
+            let all = || words(entry.read).chain(words(entry.aside));
+            match complete(parameter, all()) {
                 Ok(word) => {
-                    if entry.aside.contains(&word) {
+                    if words(entry.aside).any(|ignored| ignored == word) {
                         aside.push(parameter.clone());
                     }
                     *parameter = word.to_owned();
@@ -221,7 +124,7 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
                     return Err(ambiguous(parameter, &several));
                 }
                 Err(_) => {
-                    let known: Vec<&str> = words().collect();
+                    let known: Vec<&str> = all().collect();
                     return Err(MeshError::ParameterUnknown {
                         parameter: parameter.clone(),
                         known: text::list(&known),
@@ -231,20 +134,25 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
         }
     }
     Ok(Understood {
-        is_generator: GENERATORS.contains(&&*keyword.name),
+        is_generator: generators().any(|word| word == keyword.name),
         keyword,
         aside,
     })
 }
 
-/// Value of a parameter: the one of `words` that it is, or begins; otherwise as it is written, in
-/// capital letters.
+/// Words between the blanks of a list.
+pub(super) fn words(list: &'static str) -> SplitAsciiWhitespace<'static> {
+    list.split_ascii_whitespace()
+}
+
+/// Value of a parameter: the one of the words of `list` that it is, or begins; otherwise as it is
+/// written, in capital letters.
 ///
 /// # Errors
 /// It begins several of them.
-pub(super) fn value(found: &str, words: &[&'static str]) -> Result<String, MeshError> {
+pub(super) fn value(found: &str, list: &'static str) -> Result<String, MeshError> {
     let found = bare(found);
-    match complete(&found, words.iter().copied()) {
+    match complete(&found, words(list)) {
         Ok(word) => Ok(word.to_owned()),
         Err(several) if several.is_empty() => Ok(found),
         Err(several) => Err(ambiguous(&found, &several)),

@@ -91,6 +91,10 @@ impl SurfaceField {
             .has_headers(false)
             .flexible(true)
             .from_reader(text);
+        let no_points = || {
+            let path = path.to_owned();
+            SurfaceFieldError::NoPoints { path }
+        };
         let mut record = csv::StringRecord::new();
         let mut next =
             |record: &mut csv::StringRecord| lines.read_record(record).map_err(|e| fault(path, &e));
@@ -98,9 +102,7 @@ impl SurfaceField {
         if section(&record).is_some() {
             while section(&record).is_none_or(|name| name != "data") {
                 if !next(&mut record)? {
-                    return Err(SurfaceFieldError::NoPoints {
-                        path: path.to_owned(),
-                    });
+                    return Err(no_points());
                 }
             }
             next(&mut record)?;
@@ -118,12 +120,9 @@ impl SurfaceField {
             field.add(&columns, &record, path)?;
         }
         if field.points_m.is_empty() {
-            Err(SurfaceFieldError::NoPoints {
-                path: path.to_owned(),
-            })
-        } else {
-            Ok(field)
+            return Err(no_points());
         }
+        Ok(field)
     }
 
     /// Adds the point of a line.
@@ -222,10 +221,19 @@ fn fault(path: &Path, error: &csv::Error) -> SurfaceFieldError {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::assert_near;
     use super::*;
+    use dovetail_testkit::words::{cases, has};
 
     fn parse(text: &str) -> Result<SurfaceField, String> {
         SurfaceField::parse(text.as_bytes(), Path::new("p.csv")).map_err(|e| e.to_string())
+    }
+
+    fn pressures(pressures_pa: &[[f64; 2]], areas_m2: Option<Vec<f64>>) -> FieldValues {
+        FieldValues::Pressures {
+            pressures_pa: pressures_pa.to_vec(),
+            areas_m2,
+        }
     }
 
     #[test]
@@ -234,20 +242,13 @@ mod tests {
             "# from a CFD run\npressure_im_pa, z_m,x_m,y_m ,pressure_re_pa\n-1,3, 1e-3,2,4.5\n";
         let field = parse(text).unwrap();
         assert_eq!(field.points_m, [[1e-3, 2.0, 3.0]]);
-        let expected = FieldValues::Pressures {
-            pressures_pa: vec![[4.5, -1.0]],
-            areas_m2: None,
-        };
-        assert_eq!(field.values, expected);
+        assert_eq!(field.values, pressures(&[[4.5, -1.0]], None));
         let text =
             "x_m,y_m,z_m,force_x_re_n,force_y_re_n,force_z_re_n,force_y_im_n\n1,2,3,4,5,6,7\n";
         let forces = FieldValues::Forces(vec![[[4.0, 5.0, 6.0], [0.0, 7.0, 0.0]]]);
         assert_eq!(parse(text).unwrap().values, forces);
         let text = "x_m,y_m,z_m,pressure_re_pa,area_m2\n0,0,0,1,0.5\n0,0,1,2,0\n";
-        let expected = FieldValues::Pressures {
-            pressures_pa: vec![[1.0, 0.0], [2.0, 0.0]],
-            areas_m2: Some(vec![0.5, 0.0]),
-        };
+        let expected = pressures(&[[1.0, 0.0], [2.0, 0.0]], Some(vec![0.5, 0.0]));
         assert_eq!(parse(text).unwrap().values, expected);
     }
 
@@ -259,14 +260,7 @@ mod tests {
             0, 1.0e+00, 2.0, 3.0, 2.0, 90\n1, 4.0, 5.0, 6.0, 1.0e+00, -180\n\n[Faces]\n0, 1, 2, 3\n";
         let field = parse(post).unwrap();
         let expected = [[1e-3, 2e-3, 3e-3], [4e-3, 5e-3, 6e-3]];
-        for (a, b) in field
-            .points_m
-            .as_flattened()
-            .iter()
-            .zip(expected.as_flattened())
-        {
-            assert!((a - b).abs() < 1e-15);
-        }
+        assert_near(&field.points_m, &expected, 1e-15);
         let FieldValues::Pressures {
             pressures_pa,
             areas_m2: None,
@@ -275,20 +269,12 @@ mod tests {
             panic!("{:?}", field.values);
         };
         // The angle of re + i im.
-        for (found, expected) in pressures_pa.iter().zip([[0.0, 2e3], [-1e3, 0.0]]) {
-            for (a, b) in found.iter().zip(expected) {
-                assert!((a - b).abs() < 1e-9, "{found:?}");
-            }
-        }
+        assert_near(&pressures_pa, &[[0.0, 2e3], [-1e3, 0.0]], 1e-9);
         let fluent = "nodenumber,    x-coordinate,    y-coordinate,    z-coordinate,        pressure\n\
                       1, 1.5, -2.0, 3.0, 101.0\n";
         let field = parse(fluent).unwrap();
         assert_eq!(field.points_m, [[1.5, -2.0, 3.0]]);
-        let expected = FieldValues::Pressures {
-            pressures_pa: vec![[101.0, 0.0]],
-            areas_m2: None,
-        };
-        assert_eq!(field.values, expected);
+        assert_eq!(field.values, pressures(&[[101.0, 0.0]], None));
         let parts = "x [m],y [m],z [m],Force X Real [N],Force Y Real [N],Force Z Real Part [kN],Imaginary Force Y [N]\n\
                      1,2,3,4,5,6,7\n";
         let forces = FieldValues::Forces(vec![[[4.0, 5.0, 6e3], [0.0, 7.0, 0.0]]]);
@@ -304,98 +290,57 @@ mod tests {
         assert!((pressures_pa[0][0] - 2.0).abs() < 1e-15 && areas_m2 == Some(vec![5.0]));
     }
 
-    #[test]
-    fn names_with_more_than_one_meaning_are_errors() {
-        let place = "X [m],Y [m],Z [m]";
-        for (text, words) in [
-            (
-                "x,y,z,pressure\n".to_owned(),
-                &["`x` has no unit", "m, mm"][..],
-            ),
-            (
-                format!("{place},Pressure\n"),
-                &["`Pressure` has no unit", "Pa"],
-            ),
-            (
-                format!("{place},Pressure [mPa]\n"),
-                &["`Pressure [mPa]` has no unit that is known"],
-            ),
-            (
-                format!("{place},Pressure Amplitude [Pa]\n"),
-                &["no column `pressure_phase_deg`"],
-            ),
-            (
-                format!("{place},Pressure Phase [rad]\n"),
-                &["no column `pressure_amplitude_pa`"],
-            ),
-            (
-                "x-coordinate,y-coordinate,z-coordinate,pressure-amplitude,pressure-phase\n"
-                    .to_owned(),
-                &["`pressure-phase` has no unit", "deg"],
-            ),
-            (
-                format!("{place},Pressure [Pa],Pressure Amplitude [Pa],Pressure Phase [deg]\n"),
-                &["`Pressure [Pa]` is one way too many"],
-            ),
-            (
-                format!("{place},Pressure [Pa],Pressure Imag [Pa]\n"),
-                &["`Pressure [Pa]` is one way too many"],
-            ),
-            (
-                format!("{place},Total Pressure [Pa]\n"),
-                &["`Total Pressure [Pa]` is not known", "brackets"],
-            ),
-            (
-                format!("{place},Pressure Re [Pa],pressure_re_pa\n"),
-                &["`pressure_re_pa` twice"],
-            ),
-            ("[Name]\nblade\n".to_owned(), &["no lines"]),
-        ] {
-            let error = parse(&text).unwrap_err();
-            for word in words {
-                assert!(error.contains(word), "{error}: {word}");
-            }
+    /// Checks that the text of each line, in which `PLACE` and `ALL` stand for names of columns, is
+    /// refused with the words beside it.
+    #[track_caller]
+    fn refused(table: &str) {
+        for [text, words] in cases(table) {
+            let text = text.replace("PLACE", "X [m],Y [m],Z [m]");
+            let text = text.replace("ALL", "x_m,y_m,z_m,pressure_re_pa");
+            has(&parse(&format!("{text}\n")).unwrap_err(), &words);
         }
     }
 
     #[test]
+    fn names_with_more_than_one_meaning_are_errors() {
+        refused(
+            r"
+            x,y,z,pressure => `x` has no unit & m, mm
+            PLACE,Pressure => `Pressure` has no unit & Pa
+            PLACE,Pressure [mPa] => `Pressure [mPa]` has no unit that is known
+            PLACE,Pressure Amplitude [Pa] => no column `pressure_phase_deg`
+            PLACE,Pressure Phase [rad] => no column `pressure_amplitude_pa`
+            x-coordinate,y-coordinate,z-coordinate,pressure-amplitude,pressure-phase
+            => `pressure-phase` has no unit & deg
+            PLACE,Pressure [Pa],Pressure Amplitude [Pa],Pressure Phase [deg]
+            => `Pressure [Pa]` is one way too many
+            PLACE,Pressure [Pa],Pressure Imag [Pa] => `Pressure [Pa]` is one way too many
+            PLACE,Total Pressure [Pa] => `Total Pressure [Pa]` is not known & brackets
+            PLACE,Pressure Re [Pa],pressure_re_pa => `pressure_re_pa` twice
+            [Name]\nblade => no lines
+            ",
+        );
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_its_place() {
-        let all = "x_m,y_m,z_m,pressure_re_pa";
-        for (text, words) in [
-            (String::new(), &["`x_m`", "names: none", "area_m2"][..]),
-            (
-                "x_m,y_m,z_m\n".into(),
-                &["`pressure_re_pa`", "x_m, y_m, z_m;"],
-            ),
-            (format!("{all},p\n"), &["`p` is not known", "force_z_im_n"]),
-            (format!("{all},x_m\n"), &["`x_m` twice"]),
-            (
-                format!("{all},force_x_re_n\n"),
-                &["forces and `pressure_re_pa`"],
-            ),
-            ("x_m,y_m,z_m,force_x_re_n\n".into(), &["`force_y_re_n`"]),
-            (format!("{all}\n"), &["no lines"]),
-            (
-                format!("{all}\n1,2,3,4\n1,2,3,nan\n"),
-                &["line 3", "`nan`", "finite"],
-            ),
-            (format!("{all}\n1,2,3,1e300\n"), &["line 2", "`1e300`"]),
-            (format!("{all}\n1,,3,4\n"), &["line 2", "`y_m`", "``"]),
-            (
-                format!("{all}\n1,2,3\n"),
-                &["line 2", "3 values", "4 columns"],
-            ),
-            (
-                format!("{all},area_m2\n1,2,3,4,-1\n"),
-                &["`area_m2`", "0 or more"],
-            ),
-        ] {
-            let error = parse(&text).unwrap_err();
-            for word in words {
-                assert!(error.contains(word), "{error}: {word}");
-            }
-        }
+        refused(
+            r"
+            x_m,y_m,z_m => `pressure_re_pa` & x_m, y_m, z_m;
+            ALL,p => `p` is not known & force_z_im_n
+            ALL,x_m => `x_m` twice
+            ALL,force_x_re_n => forces and `pressure_re_pa`
+            x_m,y_m,z_m,force_x_re_n => `force_y_re_n`
+            ALL => no lines
+            ALL\n1,2,3,4\n1,2,3,nan => line 3 & `nan` & finite
+            ALL\n1,2,3,1e300 => line 2 & `1e300`
+            ALL\n1,,3,4 => line 2 & `y_m` & ``
+            ALL\n1,2,3 => line 2 & 3 values & 4 columns
+            ALL,area_m2\n1,2,3,4,-1 => `area_m2` & 0 or more
+            ",
+        );
+        has(&parse("").unwrap_err(), "`x_m` & names: none & area_m2");
         let error = SurfaceField::parse(&b"x_m,\xff\n"[..], Path::new("p.csv")).unwrap_err();
-        assert!(error.to_string().contains("UTF-8"), "{error}");
+        has(&error.to_string(), "UTF-8");
     }
 }

@@ -28,7 +28,16 @@ struct Stream<'a> {
     spare: Vec<u8>,
 }
 
-impl Stream<'_> {
+impl<'a> Stream<'a> {
+    fn new(rest: impl Into<Cow<'a, [u8]>>, base64: bool) -> Self {
+        Self {
+            rest: rest.into(),
+            at: 0,
+            base64,
+            spare: Vec::new(),
+        }
+    }
+
     fn take(&mut self, count: usize) -> Result<Vec<u8>, String> {
         let rest = &self.rest[self.at..];
         let short = || format!("it breaks off: {count} bytes are announced");
@@ -86,24 +95,12 @@ fn decoded(file: &File<'_>, array: &Array<'_>, tuples: usize) -> Result<Vec<f64>
         Place::Binary => {
             let mut text = array.text.concat();
             text.retain(|letter| !letter.is_ascii_whitespace());
-            Stream {
-                rest: Cow::Owned(text),
-                at: 0,
-                base64: true,
-                spare: Vec::new(),
-            }
+            Stream::new(text, true)
         }
         Place::Appended(offset) => {
             let (data, base64) = file.appended.ok_or("the file has no <AppendedData>")?;
-            Stream {
-                rest: Cow::Borrowed(
-                    data.get(offset..)
-                        .ok_or("it lies behind the appended data")?,
-                ),
-                at: 0,
-                base64,
-                spare: Vec::new(),
-            }
+            let rest = data.get(offset..);
+            Stream::new(rest.ok_or("it lies behind the appended data")?, base64)
         }
     };
     let bytes = if file.compressed {
@@ -209,12 +206,7 @@ mod tests {
     /// Two successive runs of base64, the first with padding, taken across their border.
     #[test]
     fn base64_is_taken_across_its_padding() {
-        let stream = || Stream {
-            rest: Cow::Borrowed(b"AQIDBA==BQYHCAk="),
-            at: 0,
-            base64: true,
-            spare: Vec::new(),
-        };
+        let stream = || Stream::new(&b"AQIDBA==BQYHCAk="[..], true);
         assert_eq!(stream().take(9).unwrap(), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
         let mut stream = stream();
         assert_eq!(stream.take(2).unwrap(), [1, 2]);

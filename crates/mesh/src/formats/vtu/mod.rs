@@ -256,40 +256,23 @@ impl Grid {
     }
 
     fn groups(&mut self, file: &File<'_>) -> Result<(), MeshError> {
-        let of_cells = whole_arrays(file, |p| (p.cells, &p.cell_data), &mut self.content.remarks)?;
-        let of_points = whole_arrays(
-            file,
-            |p| (p.points, &p.point_data),
-            &mut self.content.remarks,
-        )?;
+        let remarks = &mut self.content.remarks;
+        let of_cells = whole_arrays(file, |p| (p.cells, &p.cell_data), remarks)?;
+        let of_points = whole_arrays(file, |p| (p.points, &p.point_data), remarks)?;
         for (name, values) in &of_cells {
             let mut by_value: BTreeMap<(i64, u8), Vec<usize>> = BTreeMap::new();
             for (i, (value, placed)) in values.iter().zip(&self.cells).enumerate() {
                 let key = (*value, placed.cell.dimension());
                 by_value.entry(key).or_default().push(i);
             }
-            let groups: Vec<_> = by_value
-                .iter()
-                .map(|((value, dimension), cells)| {
-                    let several = (0..=3u8)
-                        .filter(|d| by_value.contains_key(&(*value, *d)))
-                        .count()
-                        > 1;
-                    let word = ["point", "curve", "surface", "volume"][usize::from(*dimension)];
-                    let suffix = if several {
-                        format!(" {word}")
-                    } else {
-                        String::new()
-                    };
-                    (*value, suffix, self.group_of(*dimension, cells))
-                })
-                .collect();
-            let is_mark = is_mark(values);
-            for (value, suffix, group) in groups {
-                if is_mark && value == 1 {
-                    self.insert(format!("{name}{suffix}"), group.clone())?;
-                }
-                self.insert(format!("{name} {value}{suffix}"), group)?;
+            for (&(value, dimension), cells) in &by_value {
+                let has = |d: &u8| by_value.contains_key(&(value, *d));
+                let suffix = match (0..=3).filter(has).count() {
+                    1 => "",
+                    _ => [" point", " curve", " surface", " volume"][usize::from(dimension)],
+                };
+                let group = self.group_of(dimension, cells);
+                self.insert(name, values, value, suffix, group)?;
             }
         }
         for (name, values) in &of_points {
@@ -302,16 +285,12 @@ impl Grid {
             for (i, value) in values.iter().enumerate() {
                 by_value.entry(*value).or_default().push(i as u32);
             }
-            let is_mark = is_mark(values);
             for (value, nodes) in by_value {
                 let group = Group {
                     nodes,
                     ..Group::empty(0)
                 };
-                if is_mark && value == 1 {
-                    self.insert(format!("{name}{suffix}"), group.clone())?;
-                }
-                self.insert(format!("{name} {value}{suffix}"), group)?;
+                self.insert(name, values, value, suffix, group)?;
             }
         }
         Ok(())
@@ -333,17 +312,23 @@ impl Grid {
         group
     }
 
-    fn insert(&mut self, name: String, group: Group) -> Result<(), MeshError> {
-        if self.content.groups.insert(name.clone(), group).is_some() {
-            return Err(MeshError::GroupNameTwice { name });
+    /// Adds the group of a value of an array; that of the ones also under the name of the array, if
+    /// all its values are 0 or 1.
+    fn insert(
+        &mut self,
+        name: &str,
+        values: &[i64],
+        value: i64,
+        suffix: &str,
+        group: Group,
+    ) -> Result<(), MeshError> {
+        if value == 1 && values.iter().all(|value| matches!(value, 0 | 1)) {
+            let mark = format!("{name}{suffix}");
+            self.content.add_group(mark, group.clone())?;
         }
-        Ok(())
+        let name = format!("{name} {value}{suffix}");
+        self.content.add_group(name, group)
     }
-}
-
-/// Returns `true` if all values are 0 or 1.
-fn is_mark(values: &[i64]) -> bool {
-    values.iter().all(|value| matches!(value, 0 | 1))
 }
 
 /// Numbers of nodes in the whole grid.
@@ -385,38 +370,43 @@ fn whole_arrays<'a>(
             .iter()
             .map(|(count, arrays)| (*count, arrays.iter().find(|array| array.name == name)))
             .collect();
-        let mut whole = Some(Vec::new());
-        for (count, array) in arrays {
-            let Some(array) = array else {
-                remarks.push(format!(
-                    "The array `{name}` was left aside, as not every piece has it."
-                ));
-                whole = None;
-                break;
-            };
-            if name.is_empty() || array.components != 1 || array.scalar.is_none() {
-                whole = None;
-                break;
-            }
-            let values = values(file, array, count)?;
-            let Some(values) = whole_numbers(&values) else {
-                whole = None;
-                break;
-            };
-            if let Some(whole) = &mut whole {
-                whole.extend(values);
-            }
-        }
         let groups = |values: &Vec<i64>| {
             let distinct = values.iter().collect::<BTreeSet<_>>().len();
             let is_numbering = distinct == values.len() && distinct >= LEAST_NUMBERING;
             distinct <= MOST_VALUES && !is_numbering
         };
-        if let Some(values) = whole.filter(groups) {
+        if let Some(values) = whole_array(file, name, &arrays, remarks)?.filter(groups) {
             found.insert(name.to_owned(), values);
         }
     }
     Ok(found)
+}
+
+/// Values of the array `name` in all parts of the grid, each with their number; `None` where a part
+/// lacks it, or the values are not whole numbers.
+fn whole_array(
+    file: &File<'_>,
+    name: &str,
+    arrays: &[(usize, Option<&Array<'_>>)],
+    remarks: &mut Vec<String>,
+) -> Result<Option<Vec<i64>>, MeshError> {
+    let mut whole = Vec::new();
+    for (count, array) in arrays {
+        let Some(array) = array else {
+            remarks.push(format!(
+                "The array `{name}` was left aside, as not every piece has it."
+            ));
+            return Ok(None);
+        };
+        if name.is_empty() || array.components != 1 || array.scalar.is_none() {
+            return Ok(None);
+        }
+        match whole_numbers(&values(file, array, *count)?) {
+            Some(values) => whole.extend(values),
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(whole))
 }
 
 /// Values as whole numbers, if all are.

@@ -1,13 +1,9 @@
 use std::collections::BTreeSet;
 
+use super::super::fixtures::{GROUPS, assert_near, elements, nodes_of};
 use super::super::msh2;
 use super::*;
-
-macro_rules! elements {
-    ($file:literal) => {
-        include_bytes!(concat!("../../../../../meshes/elements/", $file))
-    };
-}
+use dovetail_testkit::words::{cases, has};
 
 const ORDER1: &[u8] = elements!("order1_msh2.msh");
 const ORDER2: &[u8] = elements!("order2_msh2.msh");
@@ -28,73 +24,26 @@ const FILES: [(&str, &[u8], &[u8]); 8] = [
     ("raw, zlib", elements!("order2_raw.vtu"), ORDER2),
 ];
 
-fn nodes_of(content: &Content, group: &str) -> BTreeSet<Vec<u32>> {
-    let group = content.groups.get(group).unwrap_or_else(|| {
-        panic!("no {group} in {:?}", content.groups.keys());
-    });
-    let list = match group.dimension {
-        3 => &content.elements,
-        _ => &content.facets,
-    };
-    let nodes = group.elements.iter().map(|e| list.of(*e as usize).to_vec());
-    nodes.collect()
-}
-
 #[test]
 fn every_encoding_says_what_the_mesh_of_gmsh_says() {
     for (name, vtu, msh) in FILES {
         let vtu = parse(vtu).unwrap_or_else(|e| panic!("{name}: {e}"));
         let msh = msh2::parse(msh).unwrap();
-        assert_eq!(vtu.nodes.len(), msh.nodes.len(), "{name}");
-        for (a, b) in vtu
-            .nodes
-            .as_flattened()
-            .iter()
-            .zip(msh.nodes.as_flattened())
-        {
-            assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
-        }
+        println!("{name}");
+        assert_near(&vtu.nodes, &msh.nodes, 1e-9);
         // meshio gives numbers to the groups, in an array of its own.
-        let numbers = [
-            "edge",
-            "base",
-            "top",
-            "side",
-            "hexahedra",
-            "wedges",
-            "mixed",
-        ];
-        let number = |group: &str| match group {
-            "edge" => 7,
-            "base" => 4,
-            "top" => 5,
-            "side" => 6,
-            "hexahedra" => 1,
-            "wedges" => 2,
-            _ => 3,
-        };
-        for group in numbers {
+        for (group, number) in GROUPS.into_iter().chain(["edge"]).zip(1..) {
             let in_vtu = match name {
-                "meshio" => format!("gmsh:physical {}", number(group)),
+                "meshio" => format!("gmsh:physical {number}"),
                 _ => group.to_owned(),
             };
-            assert_eq!(
-                nodes_of(&vtu, &in_vtu),
-                nodes_of(&msh, group),
-                "{name}, {group}"
-            );
+            let expected: BTreeSet<_> = nodes_of(&msh, group);
+            assert_eq!(nodes_of::<BTreeSet<_>>(&vtu, &in_vtu), expected, "{group}");
             let (a, b) = (&vtu.groups[&in_vtu], &msh.groups[group]);
-            assert_eq!(
-                (a.dimension, &a.nodes),
-                (b.dimension, &b.nodes),
-                "{name}, {group}"
-            );
+            assert_eq!(a.dimension, b.dimension, "{group}");
+            assert_eq!(a.nodes, b.nodes, "{group}");
         }
-        assert_eq!(
-            vtu.groups["all"].elements.len(),
-            msh.elements.len(),
-            "{name}"
-        );
+        assert_eq!(vtu.groups["all"].elements.len(), msh.elements.len());
         assert_eq!(vtu.remarks, [""; 0], "{name}");
     }
 }
@@ -268,133 +217,67 @@ fn middles_of_a_turned_wedge_stay_on_their_edges() {
 
 #[test]
 fn what_is_wrong_is_named() {
-    let cases: &[(&str, &str, &str)] = &[
-        (
-            "type=\"UnstructuredGrid\"",
-            "type=\"PolyData\"",
-            "the VTK file holds `PolyData`, not UnstructuredGrid: open it in ParaView",
-        ),
-        (
-            "byte_order",
-            "compressor=\"vtkLZ4DataCompressor\" byte_order",
-            "compressed by vtkLZ4DataCompressor, which is not read: write the file with zlib",
-        ),
-        (
-            "10 10 5",
-            "10 29 5",
-            "cell 1 has VTK's type 29, which is not read",
-        ),
-        (
-            "10 10 5",
-            "10 42 5",
-            "split polyhedra by ParaView's filter Tetrahedralize",
-        ),
-        ("10 10 5", "10 14 5", "cell 1 of type 14 has 4 nodes"),
-        ("4 8 11", "8 4 11", "cell 0 of type 10 has 8 nodes"),
-        (
-            "4 8 11",
-            "4 3 11",
-            "the offsets of <Cells> go back at cell 1",
-        ),
-        (
-            "4 8 11",
-            "4 99 11",
-            "the offsets of <Cells> go back at cell 1",
-        ),
-        (
-            "11 13 14",
-            "11 13 15",
-            "the array `connectivity` of the VTU file: it has 14 numbers, expected 15",
-        ),
-        ("11 13 14", "11 13 -1", "the last offset of <Cells> is -1"),
-        (
-            "0 1 2 3 1",
-            "0 1 2 7 1",
-            "cell 0 names point 7, and its piece has 6",
-        ),
-        ("0 1 2 3 1", "0 1 2 1.5 1", "cell 0 names point 1.5"),
-        ("0 1 2 3 1", "0 1 2 -1 1", "cell 0 names point -1"),
-        ("0 1 2 3 1", "0 1 2 2 1", "element 0 names node 2 twice"),
-        (
-            "9 9 9",
-            "9 9 x",
-            "the array `Points` of the VTU file: `x` is not a number",
-        ),
-        (
-            "9 9 9",
-            "9 9",
-            "the array `Points` of the VTU file: it has 17 numbers, expected 18",
-        ),
-        (
-            "NumberOfPoints=\"6\"",
-            "NumberOfPoints=\"six\"",
-            "NumberOfPoints=\"six\" is not a number",
-        ),
-        (
-            "NumberOfPoints=\"6\"",
-            "NumberOfPoints=\"9999999999999999999\"",
-            "the array `Points` of the VTU file: it is larger than any file",
-        ),
-        (
-            "Name=\"types\"",
-            "Name=\"kinds\"",
-            "a piece lacks the array `types` of <Cells>",
-        ),
-        (
-            "\"Points\" NumberOfComponents=\"3\"",
-            "\"Points\"",
-            "the array in <Points> has not three components",
-        ),
-        (
-            "Name=\"types\" format=\"ascii\"",
-            "Name=\"types\" format=\"appended\"",
-            "the array `types` of the VTU file: the file has no <AppendedData>",
-        ),
-        (
-            "Name=\"types\" format=\"ascii\"",
-            "Name=\"types\" format=\"words\"",
-            "the array `types` has the format `words`",
-        ),
-        (
-            "Name=\"types\" format=\"ascii\"",
-            "Name=\"types\" format=\"binary\"",
-            "the array `types` of the VTU file: it has 3883158999 bytes, expected 5",
-        ),
-        (
-            "type=\"UInt8\"",
-            "type=\"String\"",
-            "the array `types` of the VTU file: its type is not one of numbers",
-        ),
-        (
-            "</Piece></UnstructuredGrid></VTKFile>",
-            "</Piece>",
-            "<UnstructuredGrid> is not closed",
-        ),
-        ("<VTKFile ", "<File ", "the VTU file is not whole"),
-    ];
-    for (from, to, expected) in cases {
-        let found = small(&[(from, to)]).unwrap_err().to_string();
-        assert!(found.contains(expected), "{to}: {found}");
+    let table = r#"
+        type="UnstructuredGrid" => type="PolyData"
+        => the VTK file holds `PolyData`, not UnstructuredGrid: open it in ParaView
+        byte_order => compressor="vtkLZ4DataCompressor" byte_order
+        => compressed by vtkLZ4DataCompressor, which is not read: write the file with zlib
+        10 10 5 => 10 29 5 => cell 1 has VTK's type 29, which is not read
+        10 10 5 => 10 42 5 => split polyhedra by ParaView's filter Tetrahedralize
+        10 10 5 => 10 14 5 => cell 1 of type 14 has 4 nodes
+        4 8 11 => 8 4 11 => cell 0 of type 10 has 8 nodes
+        4 8 11 => 4 3 11 => the offsets of <Cells> go back at cell 1
+        4 8 11 => 4 99 11 => the offsets of <Cells> go back at cell 1
+        11 13 14 => 11 13 15
+        => the array `connectivity` of the VTU file: it has 14 numbers, expected 15
+        11 13 14 => 11 13 -1 => the last offset of <Cells> is -1
+        0 1 2 3 1 => 0 1 2 7 1 => cell 0 names point 7, and its piece has 6
+        0 1 2 3 1 => 0 1 2 1.5 1 => cell 0 names point 1.5
+        0 1 2 3 1 => 0 1 2 -1 1 => cell 0 names point -1
+        0 1 2 3 1 => 0 1 2 2 1 => element 0 names node 2 twice
+        9 9 9 => 9 9 x => the array `Points` of the VTU file: `x` is not a number
+        9 9 9 => 9 9 => the array `Points` of the VTU file: it has 17 numbers, expected 18
+        NumberOfPoints="6" => NumberOfPoints="six" => NumberOfPoints="six" is not a number
+        NumberOfPoints="6" => NumberOfPoints="9999999999999999999"
+        => the array `Points` of the VTU file: it is larger than any file
+        Name="types" => Name="kinds" => a piece lacks the array `types` of <Cells>
+        "Points" NumberOfComponents="3" => "Points"
+        => the array in <Points> has not three components
+        Name="types" format="ascii" => Name="types" format="appended"
+        => the array `types` of the VTU file: the file has no <AppendedData>
+        Name="types" format="ascii" => Name="types" format="words"
+        => the array `types` has the format `words`
+        Name="types" format="ascii" => Name="types" format="binary"
+        => the array `types` of the VTU file: it has 3883158999 bytes, expected 5
+        type="UInt8" => type="String"
+        => the array `types` of the VTU file: its type is not one of numbers
+        </Piece></UnstructuredGrid></VTKFile> => </Piece> => <UnstructuredGrid> is not closed
+        <VTKFile type => <File type => the VTU file is not whole
+        "#;
+    for [from, to, words] in cases(table) {
+        has(&small(&[(&from, &to)]).unwrap_err().to_string(), &words);
     }
     let stress = "\"stress\" format=\"ascii\">1.5 2 3 4 5";
     let mark = "\"load 1\" format=\"ascii\">0 1 0 0 0";
     let found = small(&[(stress, mark)]).unwrap_err().to_string();
-    assert!(found.contains("two groups are called `load 1`"), "{found}");
-    for (text, expected) in [
-        ("BQAAAAoKBQM=", "it breaks off: 5 bytes are announced"),
-        ("BQAAAAoK!QMB", "it is no base64"),
-        ("BQA", "it breaks off: 4 bytes are announced"),
-    ] {
+    has(&found, "two groups are called `load 1`");
+    let table = "
+        BQAAAAoKBQM= => it breaks off: 5 bytes are announced
+        BQAAAAoK!QMB => it is no base64
+        BQA => it breaks off: 4 bytes are announced
+        ";
+    for [text, words] in cases(table) {
         let binary = "Name=\"types\" format=\"binary\"";
         let changes = [
             ("Name=\"types\" format=\"ascii\"", binary),
-            ("10 10 5 3 1", text),
+            ("10 10 5 3 1", &text),
         ];
-        let found = small(&changes).unwrap_err().to_string();
-        assert!(found.contains(expected), "{text}: {found}");
+        has(&small(&changes).unwrap_err().to_string(), &words);
     }
-    let empty = parse(b"<a/>").unwrap_err().to_string();
-    assert!(empty.contains("it has no <VTKFile>"), "{empty}");
+    has(
+        &parse(b"<a/>").unwrap_err().to_string(),
+        "it has no <VTKFile>",
+    );
     let none = small(&[("NumberOfCells=\"5\"", "NumberOfCells=\"0\"")]).unwrap_err();
     assert_eq!(none.to_string(), "the mesh has no solid elements");
 }
@@ -457,13 +340,12 @@ fn blocks_have_the_size_that_is_announced() {
             small(&[]).unwrap().groups
         );
     }
-    let found = file(&kinds[..4], 0).unwrap_err().to_string();
-    assert!(
-        found.contains("a block of it has 4 bytes, expected 5"),
-        "{found}"
+    let refused = |kinds: &[u8]| file(kinds, 0).unwrap_err().to_string();
+    has(
+        &refused(&kinds[..4]),
+        "a block of it has 4 bytes, expected 5",
     );
-    let found = file(&[10; 6], 0).unwrap_err().to_string();
-    assert!(found.contains("it has 10 bytes, expected 5"), "{found}");
+    has(&refused(&[10; 6]), "it has 10 bytes, expected 5");
 }
 
 /// Numbers that a file announces are not trusted.
@@ -480,10 +362,7 @@ fn announced_sizes_are_compared_with_what_is_there() {
         let at = find(&format!("NumberOfPoints=\"{count}")) + 16;
         let huge = [&bytes[..at], b"99999999999", &bytes[at + count.len()..]].concat();
         let found = parse(&huge).unwrap_err().to_string();
-        assert!(
-            found.contains("bytes, expected 2399999999976"),
-            "{name}: {found}"
-        );
+        has(&format!("{name}: {found}"), "bytes, expected 2399999999976");
     }
 }
 

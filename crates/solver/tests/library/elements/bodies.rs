@@ -15,18 +15,11 @@ pub enum Filling {
     Mixed(ElementOrder),
 }
 
-pub const FILLINGS: [Filling; 10] = [
-    Filling::Of(ElementType::TET4),
-    Filling::Of(ElementType::TET10),
-    Filling::Of(ElementType::PYRAMID5),
-    Filling::Of(ElementType::PYRAMID13),
-    Filling::Of(ElementType::WEDGE6),
-    Filling::Of(ElementType::WEDGE15),
-    Filling::Of(ElementType::HEX8),
-    Filling::Of(ElementType::HEX20),
-    Filling::Mixed(ElementOrder::Linear),
-    Filling::Mixed(ElementOrder::Quadratic),
-];
+/// Elements of each type, and those of all shapes of each order.
+pub fn fillings() -> impl Iterator<Item = Filling> {
+    let mixed = [ElementOrder::Linear, ElementOrder::Quadratic].map(Filling::Mixed);
+    ElementType::ALL.map(Filling::Of).into_iter().chain(mixed)
+}
 
 impl Filling {
     pub fn order(self) -> ElementOrder {
@@ -147,8 +140,7 @@ pub fn bent(filling: Filling) -> Mesh {
 }
 
 pub fn meshes() -> Vec<Mesh> {
-    FILLINGS
-        .into_iter()
+    fillings()
         .flat_map(|filling| [distorted(filling, [3, 3, 2], SIZE), bent(filling)])
         .collect()
 }

@@ -99,7 +99,7 @@ fn total_mass_and_rigid_motion_mass_agree() {
             assert!(all.load_n.iter().all(|f| *f == 0.0), "no rotation, no load");
         }
     }
-    for filling in FILLINGS {
+    for filling in fillings() {
         let straight = free_body(&distorted(filling, [3, 3, 2], SIZE));
         let exact = 7850.0 * 0.03 * 0.02 * 0.015;
         assert!((mass_kg(&straight) / exact - 1.0).abs() < 1e-13);
@@ -110,7 +110,7 @@ fn total_mass_and_rigid_motion_mass_agree() {
 fn curved_mesh_has_the_volume_of_the_arc() {
     // Ring sector: radii 0.05 to 0.07, 0.6 rad, height 0.015; the shear along z keeps volumes.
     let exact = 0.5 * (0.07_f64.powi(2) - 0.05_f64.powi(2)) * 0.6 * 0.015 * 7850.0;
-    for filling in FILLINGS {
+    for filling in fillings() {
         let found = mass_kg(&free_body(&bent(filling)));
         let off = (found / exact - 1.0).abs();
         match filling.order() {
@@ -122,7 +122,7 @@ fn curved_mesh_has_the_volume_of_the_arc() {
 
 #[test]
 fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         let mesh = distorted(filling, [3, 2, 2], SIZE);
         for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "z_min")] {
             let rotation = rotation(BodyPrestress::None);
@@ -177,7 +177,7 @@ fn nodes_that_do_not_move_still_load_their_neighbours() {
 /// through (1, 0, 0).
 #[test]
 fn mass_properties_are_those_of_the_solid() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         let mut mesh = filling.block([2, 3, 2], [0.03, 0.02, 0.015]);
         for x in &mut mesh.nodes_m {
             for (x, corner) in x.iter_mut().zip([1.0, 2.0, 3.0]) {

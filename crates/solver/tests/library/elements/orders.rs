@@ -330,7 +330,7 @@ fn manufactured_orders(filling: Filling, finer: &[usize]) {
 
 #[test]
 fn displacements_converge_in_the_order_of_the_elements() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         let finer = match filling.order() {
             ElementOrder::Linear => [2, 4],
             ElementOrder::Quadratic => [1, 2],
@@ -342,7 +342,7 @@ fn displacements_converge_in_the_order_of_the_elements() {
 #[test]
 #[ignore = "slow: make verify"]
 fn displacements_converge_in_the_order_of_the_elements_on_finer_meshes() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         let finer = match filling.order() {
             ElementOrder::Linear => [2, 4, 6],
             ElementOrder::Quadratic => [1, 2, 3],
@@ -478,7 +478,7 @@ fn eigenvalue_orders(filling: Filling, shape: &Block, finer: &[usize], count: us
 
 #[test]
 fn frequencies_converge_in_twice_the_order_of_the_elements() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         match filling.order() {
             ElementOrder::Linear => eigenvalue_orders(filling, &BULKY, &[2, 4], 3),
             ElementOrder::Quadratic => match filling {
@@ -494,7 +494,7 @@ fn frequencies_converge_in_twice_the_order_of_the_elements() {
 #[test]
 #[ignore = "slow: make verify"]
 fn frequencies_converge_in_twice_the_order_of_the_elements_on_finer_meshes() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         match filling.order() {
             ElementOrder::Linear => eigenvalue_orders(filling, &BULKY, &[4, 6], 3),
             ElementOrder::Quadratic => eigenvalue_orders(filling, &BULKY, &[2, 3, 4], 3),

@@ -27,7 +27,7 @@ fn a_body_has_exactly_six_rigid_motions() {
             assert!(largest(&times(&k, &field(&body, |p| cross(axis, p)))) < 1e-12 * strained);
         }
     }
-    for filling in FILLINGS {
+    for filling in fillings() {
         let body = free_body(&distorted(filling, [1, 2, 1], [0.03, 0.04, 0.05]));
         let k = matrices(&body).stiffness;
         let values = dense(&k, k.ncols())
@@ -50,7 +50,7 @@ fn a_body_has_exactly_six_rigid_motions() {
 
 #[test]
 fn patch_test_on_distorted_and_curved_meshes() {
-    for filling in FILLINGS {
+    for filling in fillings() {
         let mut curved = filling.block([3, 3, 3], SIZE);
         // Mid-edge nodes move with the field, so inner edges become curves; the three components
         // differ, else the determinants stay of low degree and too coarse a rule goes unseen.
@@ -123,7 +123,7 @@ fn strain_energy_of_a_linear_field_is_exact_with_ties_too() {
         + s[4] * (h[1][2] + h[2][1])
         + s[5] * (h[0][2] + h[2][0]);
     let exact = density * SIZE[0] * SIZE[1] * SIZE[2];
-    for filling in FILLINGS {
+    for filling in fillings() {
         let mesh = distorted(filling, [3, 2, 2], SIZE);
         for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "x_min")] {
             let u = field(&body, |p| apply(GRADIENT, p));
