@@ -105,7 +105,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     };
     let name = checker.required_name(&top, &raw.name);
     let scene = checker.text(&top, "scene", &raw.scene);
-    for item in &raw.set {
+    for item in raw.set.iter().flat_map(Spanned::get_ref) {
         let argument = item.get_ref();
         let key = argument.split_once('=').map(|(key, _)| key.trim());
         if key.is_none_or(str::is_empty) {
@@ -115,7 +115,8 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
             checker.fault(item.span(), fault);
         }
     }
-    let of_file = raw.set.into_iter().map(Spanned::into_inner);
+    let of_file = raw.set.into_iter().flat_map(Spanned::into_inner);
+    let of_file = of_file.map(Spanned::into_inner);
     let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
     let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
@@ -141,7 +142,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         set: of_file.chain(set.iter().cloned()).collect(),
         mode: mode?,
         quantities: quantities?,
-        fields: raw.fields,
+        fields: raw.fields.is_some_and(Spanned::into_inner),
         parameters: parameters?,
         file: Default::default(),
     })

@@ -20,9 +20,9 @@ use std::path::Path;
 use fields::{Checker, Table};
 
 use super::entries;
+use super::entries::{RawBody, RawScene};
 use super::error::{Fault, Problem};
 use super::keys::Shape;
-use super::raw::{RawBody, RawScene};
 use super::source::Source;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::model::Assembly;
