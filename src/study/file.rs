@@ -8,7 +8,7 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::{RawStudy, STUDY};
-use super::parameter::{self, Parameter, every, fault};
+use super::parameter::{self, Parameter, every};
 use super::quantity::{self, Quantity};
 use crate::scene::check::fields::{Checker, Table};
 use crate::scene::source::Source;
@@ -65,17 +65,9 @@ impl Study {
         let file = (file.display().to_string(), text.into());
         let source = source(&file);
         let raw: RawStudy = document::read(&source).map_err(invalid)?;
-        let mut checker = Checker {
-            source: &source,
-            problems: Vec::new(),
-        };
-        let study = check(&mut checker, folder, raw, set);
-        let mut problems = checker.problems;
-        problems.sort_by_key(|p| p.span.start);
-        match study.filter(|_| problems.is_empty()) {
-            Some(study) => Ok(Self { file, ..study }),
-            None => Err(invalid(problems)),
-        }
+        let study = Checker::run(&source, |checker| check(checker, folder, raw, set));
+        let study = study.map_err(invalid)?;
+        Ok(Self { file, ..study })
     }
 
     /// Fault of a case as an error of the study.
@@ -111,7 +103,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         if key.is_none_or(str::is_empty) {
             let message = format!("`set`: \"{argument}\" is not KEY=VALUE");
             let remedy = format!("write for example {}", STUDY.example("", "set"));
-            let fault = fault(message, "no `=` with a key before it", remedy);
+            let fault = Fault::particular(message, "no `=` with a key before it", remedy);
             checker.fault(item.span(), fault);
         }
     }
@@ -120,12 +112,11 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
     let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
-        Some(list) => checker
-            .at_least_one(&top, "quantities", list)
-            .and_then(|list| {
-                let words = list.iter().map(|word| Some(word.clone()));
-                every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
-            }),
+        Some(list) => {
+            let words = checker.at_least_one(&top, "quantities", list);
+            let words = words.into_iter().flatten().map(|word| Some(word.clone()));
+            every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
+        }
     };
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");

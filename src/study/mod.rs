@@ -37,7 +37,7 @@ use self::results::{CaseResult, Ended};
 use crate::commands;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
-use crate::scene;
+use crate::scene::{self, Fault};
 use crate::warning::Weight;
 use crate::words::counted;
 use dovetail_solver::description::Subject;
@@ -194,7 +194,8 @@ fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
         let parameters = study.parameters.iter().zip(&case.values);
         let place = parameters.min_by_key(|(p, v)| p.base == **v);
         let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
-        return Err(study.invalid(place, parameter::fault(message, "asks for it", remedy)));
+        let fault = Fault::particular(message, "asks for it", remedy);
+        return Err(study.invalid(place, fault));
     }
     Ok(())
 }
