@@ -1,7 +1,6 @@
 //! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
 //! peaks.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use super::ExportError;
@@ -34,28 +33,21 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
     let stable = response.is_followed().then(|| stable(response));
-    let places: HashMap<usize, (usize, Option<bool>)> = (response.orbits.iter().enumerate())
-        .map(|(row, orbit)| {
-            let stable = stable.as_ref().map(|stable| stable[row]);
-            (orbit.point, (response.branch_of(row) + 1, stable))
-        })
-        .collect();
-    let places = &places;
-    let mut table: Columns<'_, Orbit> = Columns::default();
-    table.add("point", |o| o.point);
-    table.add("branch", |o| Some(places.get(&o.point)?.0));
-    table.add(
-        "stable",
-        of_motion(|o| Some(places.get(&o.point)?.1?.to_string())),
-    );
-    table.add("frequency_hz", |o| o.frequency_hz);
-    table.add("outcome", |o| o.outcome.to_string());
+    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    table.add("point", |(_, o)| o.point);
+    table.add("branch", |(row, _)| response.branch_of(*row) + 1);
+    table.add("stable", |(row, o)| {
+        let stable = stable.as_ref().filter(|_| o.outcome.has_motion());
+        stable.map(|stable| stable[*row].to_string())
+    });
+    table.add("frequency_hz", |(_, o)| o.frequency_hz);
+    table.add("outcome", |(_, o)| o.outcome.to_string());
     for (i, name) in names.iter().enumerate() {
         table.add(
             format!("{name}_amplitude_m"),
             of_motion(move |o| o.observed_amplitude_m.get(i).copied()),
         );
-        table.add(format!("{name}_linear_amplitude_m"), move |o| {
+        table.add(format!("{name}_linear_amplitude_m"), move |(_, o)| {
             linear_amplitude(response, o.frequency_hz, i)
         });
     }
@@ -88,10 +80,12 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     table.add("viscous_power_w", of_motion(|o| Some(o.viscous_power_w)));
     table.add("input_power_w", of_motion(|o| Some(o.input_power_w)));
     table.add("retention_n", of_motion(|o| Some(o.retention_n)));
-    table.add("newton_iterations", |o| o.newton_iterations);
-    table.add("krylov_iterations", |o| o.krylov_iterations);
-    table.add("residual", |o| Some(o.residual).filter(|r| r.is_finite()));
-    table.add("harmonics", |o| o.harmonics);
+    table.add("newton_iterations", |(_, o)| o.newton_iterations);
+    table.add("krylov_iterations", |(_, o)| o.krylov_iterations);
+    table.add("residual", |(_, o)| {
+        Some(o.residual).filter(|r| r.is_finite())
+    });
+    table.add("harmonics", |(_, o)| o.harmonics);
     table.add("estimated_error", of_motion(|o| o.estimated_error));
     for (i, name) in names.iter().enumerate() {
         table.add(
@@ -99,12 +93,16 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
             of_motion(move |o| o.observed_error.get(i).copied()),
         );
     }
-    table.write(path, &response.orbits)
+    let rows: Vec<Row<'_>> = response.orbits.iter().enumerate().collect();
+    table.write(path, &rows)
 }
 
+/// Row of response.csv: its number from 0, and its motion.
+type Row<'a> = (usize, &'a Orbit);
+
 /// A cell that is empty unless a motion was found.
-fn of_motion<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&Orbit) -> Option<T> {
-    move |orbit| cell(orbit).filter(|_| orbit.outcome.has_motion())
+fn of_motion<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&Row<'_>) -> Option<T> {
+    move |(_, orbit)| cell(orbit).filter(|_| orbit.outcome.has_motion())
 }
 
 /// Writes static.csv: one row per pair. If the static state did not converge, `status` is the

@@ -1,46 +1,40 @@
 //! Writes the files of a run, and collects the figures for its end.
 
 mod conditions;
+mod drawn;
 mod peaks;
+mod shared;
+mod solving;
 mod summary;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use self::conditions::{at_rest, in_motion};
 pub use self::peaks::PeakLine;
+pub use self::shared::SharedFiles;
+use self::solving::Solving;
 pub use self::summary::Taken;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::export::csv::PeakRow;
-use crate::export::curves::{Curves, Sweep};
-use crate::export::fields::Separation;
+use crate::export::curves::Sweep;
 use crate::export::flank::FlankSeries;
 pub use crate::export::folder::Beginning;
-use crate::export::folder::{self, OtherScene, OutputFolder};
+use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL};
 use crate::export::manifest::{self, MeshOrigin, RunState, Summary};
-use crate::export::plots::{
-    CampbellFamily, EngineOrders, Heading, Operation, Scale, write_campbell, write_curves,
-    write_field_map, write_no_field, write_separation_map,
-};
-use crate::export::{ExportError, create_folder, csv, fields, flank, report, vtu};
+use crate::export::plots::{CampbellFamily, EngineOrders, Heading, Operation, write_campbell};
+use crate::export::{ExportError, create_folder, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
-use crate::words::capital;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::branch::so_far;
-use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
-use dovetail_solver::fem::stress;
+use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
-use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
     Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run, StaticResult,
@@ -160,82 +154,6 @@ impl Files {
             rows: Vec::new(),
             motion: None,
         })
-    }
-
-    /// Draws the curves of each observation against frequency: amplitude, and the further pictures
-    /// requested.
-    fn write_curves(&self, names: &[&str], sweep: &Sweep<'_>) -> Result<(), RunError> {
-        let further = |kind| self.further_plots.contains(&kind);
-        let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
-            let path = self.out.file(&format!("plots/{file}.svg"))?;
-            let quantity = capital(&curves.quantity);
-            let heading = Heading {
-                title: &format!("{quantity}, scene {}", self.summary.scene.name),
-                conditions: &self.in_motion,
-            };
-            Ok(write_curves(&path, heading, scale, curves)?)
-        };
-        for (i, name) in names.iter().enumerate() {
-            let amplitude = sweep.amplitude(name, i);
-            draw(format!("response_{name}"), Scale::Linear, &amplitude)?;
-            if further(FurtherPlot::Logarithmic) {
-                let file = format!("response_{name}_logarithmic");
-                draw(file, Scale::Logarithmic, &amplitude)?;
-            }
-            if further(FurtherPlot::Phase) {
-                draw(
-                    format!("phase_{name}"),
-                    Scale::Linear,
-                    &sweep.phase(name, i),
-                )?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes the maps of the flanks and, if fields are written, the fields on the flanks and the
-    /// motion of the bodies at the peak. Returns this motion.
-    fn write_response_on_mesh(
-        &self,
-        bodies: &Bodies,
-        response: &Response,
-    ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
-        let (out, conditions) = (&self.out, self.in_motion.as_str());
-        let model = bodies.model();
-        let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
-        if !model.pairs.is_empty() {
-            let path = out.file("plots/separation.svg")?;
-            let separation = Separation::of(response, model.pairs.len());
-            write_separation_map(&path, model, conditions, &separation)?;
-            if let Some(orbit) = at_peak {
-                let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
-                for (file, field) in [("friction_energy", energy), ("slip", slid)] {
-                    let title = capital(field.title);
-                    let heading = Heading {
-                        title: &format!("{title}, {:.3} Hz", orbit.frequency_hz),
-                        conditions,
-                    };
-                    let path = out.file(&format!("plots/peak_{file}.svg"))?;
-                    write_field_map(&path, model, heading, &field)?;
-                }
-            }
-        }
-        let Some(orbit) = at_peak.filter(|_| self.fields) else {
-            return Ok(None);
-        };
-        let Some(motion) = bodies.motion_m(orbit) else {
-            return Ok(None);
-        };
-        if !model.pairs.is_empty() {
-            flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
-        }
-        vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
-        if let Some(frames) = self.frames {
-            let (folder, hz) = (out.path(), orbit.frequency_hz);
-            out.list(vtu::frame_files(frames))?;
-            vtu::write_frames(folder, model, &motion, hz, frames)?;
-        }
-        Ok(Some(motion))
     }
 
     /// Writes modes.csv.
@@ -563,73 +481,6 @@ impl Files {
     }
 }
 
-/// Response under way.
-#[derive(Debug)]
-struct Solving {
-    inputs: Inputs,
-    /// Name of its table.
-    table: String,
-    names: Vec<String>,
-    pairs: PairTable,
-    /// All requested frequencies, Hz.
-    frequencies_hz: Vec<f64>,
-    /// Solved frequencies by their numbers; the orbits have no fields.
-    solved: BTreeMap<usize, SolvedFrequency>,
-    /// Flanks of the scene's own response, if fields are written.
-    flanks: Option<FlankSeries>,
-    /// Number of the files of flanks that summary.json names, written or about to be.
-    listed: usize,
-    /// Time of the last update of the tables, and its duration.
-    written: (Instant, Duration),
-}
-
-impl Solving {
-    /// Solved part of the response, for tables.
-    fn partial(&self) -> Response {
-        let mut solved: Vec<SolvedFrequency> = self.solved.values().cloned().collect();
-        if solved.iter().any(|solved| solved.along.is_some()) {
-            return so_far(solved);
-        }
-        let frequency_hz = |solved: &SolvedFrequency| solved.orbit.frequency_hz;
-        solved.sort_by(|a, b| frequency_hz(a).total_cmp(&frequency_hz(b)));
-        let solved = solved.into_iter().map(|s| (s.orbit, s.linear));
-        let (orbits, linear): (Vec<Orbit>, Vec<LinearPoint>) = solved.unzip();
-        Response {
-            branches: vec![Branch::swept(orbits.len())],
-            orbits,
-            linear,
-            ..Response::default()
-        }
-    }
-
-    /// Adds a frequency, and writes its file of the flanks.
-    fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
-        let orbit = &solved.orbit;
-        let without_fields = Orbit {
-            x: Vec::new(),
-            lambda: Vec::new(),
-            modal: Vec::new(),
-            ..orbit.clone()
-        };
-        let point = SolvedFrequency {
-            orbit: without_fields,
-            linear: solved.linear.clone(),
-            along: solved.along.clone(),
-            ..*solved
-        };
-        self.solved.insert(orbit.point, point);
-        if let Some(flanks) = &mut self.flanks {
-            if orbit.point >= self.listed {
-                let from = self.listed;
-                self.listed = orbit.point + LISTED;
-                out.list((from..self.listed).map(FlankSeries::file))?;
-            }
-            flanks.write(out.path(), orbit)?;
-        }
-        Ok(())
-    }
-}
-
 /// State of a run with this verdict, and the reason if it failed.
 fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
     match verdict {
@@ -702,66 +553,6 @@ impl Files {
             Beginning::Anew => Ok(self.out.remove_earlier()?),
             Beginning::Resumed | Beginning::Beside => Ok(()),
         }
-    }
-
-    fn write_static_state(
-        &self,
-        reduced: &Reduced,
-        statics: &StaticResult,
-    ) -> Result<(), RunError> {
-        let (out, state) = (&self.out, &statics.state);
-        csv::write_static(&out.file("static.csv")?, &reduced.pairs, state)?;
-        let Some(bodies) = &reduced.bodies else {
-            return Ok(());
-        };
-        let model = bodies.model();
-        let opens = !model.pairs.is_empty();
-        if opens {
-            let path = out.file("plots/static_pressure.svg")?;
-            let heading = |title| Heading {
-                title,
-                conditions: &self.at_rest,
-            };
-            match fields::at_rest(state, &model.pairs) {
-                Some([pressure, _]) => {
-                    write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
-                }
-                None => {
-                    let outcome = state.outcome;
-                    let title = format!("Static pressure: {outcome}, no result");
-                    write_no_field(&path, heading(&title))?;
-                }
-            }
-        }
-        let Some(displacements) = statics.displacements_m.as_ref().filter(|_| self.fields) else {
-            return Ok(());
-        };
-        if opens {
-            flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
-        }
-        let fields: Vec<_> = model
-            .bodies
-            .iter()
-            .zip(displacements)
-            .map(|(body, displacement)| {
-                let at_elements = stress::stress(body, displacement);
-                let von_mises: Vec<f64> = stress::nodal_stress(body, displacement)
-                    .into_iter()
-                    .map(stress::von_mises)
-                    .collect();
-                (displacement, at_elements, von_mises)
-            })
-            .collect();
-        let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
-        csv::write_static_observations(&out.file("static_observed.csv")?, model, &displacements)?;
-        let fields = fields.iter();
-        let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
-            displacement_m: displacement,
-            stress_pa: stress,
-            von_mises_pa: von_mises,
-        });
-        vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
-        Ok(())
     }
 
     fn response_begins(
@@ -863,9 +654,6 @@ fn makes_mesh(scene: &Scene) -> bool {
     mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
 }
 
-/// Number of files of the flanks that are named in summary.json at once before they are written.
-const LISTED: usize = 200;
-
 /// File name of the collection of the flanks at each frequency.
 const FLANKS: &str = "flank.pvd";
 
@@ -874,65 +662,6 @@ fn table_of(compared_harmonics: Option<usize>) -> String {
     match compared_harmonics {
         None => "response.csv".to_owned(),
         Some(harmonics) => format!("response_h{harmonics}.csv"),
-    }
-}
-
-/// Longest time to wait for the files when the process ends for lack of memory.
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
-
-/// Files of a run that are also accessible to the code that ends the run early.
-#[derive(Debug)]
-pub struct SharedFiles {
-    /// Folder of the run.
-    folder: PathBuf,
-    files: Mutex<Files>,
-    /// True if the run is being ended: any thread that is not yet writing waits for the end of the
-    /// process.
-    ending: AtomicBool,
-}
-
-impl SharedFiles {
-    /// Shares the files of one run.
-    pub fn new(files: Files) -> Arc<Self> {
-        Arc::new(Self {
-            folder: files.folder().to_path_buf(),
-            files: Mutex::new(files),
-            ending: AtomicBool::new(false),
-        })
-    }
-
-    /// Locks the files for the run. Does not return once the run is being ended.
-    pub fn locked(&self) -> MutexGuard<'_, Files> {
-        while self.ending.load(Ordering::Acquire) {
-            std::thread::park_timeout(Duration::from_secs(1));
-        }
-        self.whole()
-    }
-
-    /// Locks the files for ending the run: nothing is written after what is written with this lock.
-    pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
-        self.ending.store(true, Ordering::Release);
-        self.whole()
-    }
-
-    /// Records in the folder that the run failed, and prevents all further writing. The thread that
-    /// has the files may itself wait for the end of the process: then the last summary.json is
-    /// marked.
-    pub fn failed_to_end(&self, error: &RunError) {
-        self.ending.store(true, Ordering::Release);
-        let begun = Instant::now();
-        while begun.elapsed() < LONGEST_WAIT {
-            if let Ok(files) = self.files.try_lock() {
-                return files.failed(error);
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        folder::mark_failed(&self.folder, told(error));
-    }
-
-    /// Locks the files. A panic of another thread leaves them intact.
-    fn whole(&self) -> MutexGuard<'_, Files> {
-        self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -236,6 +236,15 @@ fn bracketed(section: &str, list: bool) -> String {
 }
 
 impl Fault {
+    /// Fault that only files other than scenes can have.
+    pub fn particular(message: String, label: &'static str, remedy: impl Into<String>) -> Self {
+        Self::Particular {
+            message,
+            label,
+            remedy: remedy.into(),
+        }
+    }
+
     /// Short label at the place of the fault.
     fn label(&self) -> String {
         match self {

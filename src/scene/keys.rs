@@ -1,8 +1,6 @@
 //! Keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
 //! listed in [`super::entries`].
 
-use serde::de::{self, Deserialize, Deserializer, Visitor};
-
 use super::kinds::Kind;
 
 /// Form of a section: `[section]` or, once per item, `[[section]]`.
@@ -25,22 +23,6 @@ pub struct Key {
     pub meaning: &'static str,
     /// Example line of a file.
     pub example: &'static str,
-}
-
-pub const fn key(
-    name: &'static str,
-    kind: Kind,
-    default: &'static str,
-    meaning: &'static str,
-    example: &'static str,
-) -> Key {
-    Key {
-        name,
-        kind,
-        default,
-        meaning,
-        example,
-    }
 }
 
 impl Key {
@@ -76,9 +58,7 @@ pub struct Section {
     pub what: &'static str,
     /// First lines of an example.
     pub example: &'static str,
-    /// Names of the keys that the mirror reads.
-    pub fields: fn() -> &'static [&'static str],
-    /// Keys in the order of the mirror; for the top of the file, without the sections.
+    /// Keys; for the top of the file, without the sections.
     pub keys: &'static [Key],
 }
 
@@ -101,9 +81,13 @@ impl Vocabulary {
         self.section(section)?.keys.iter().find(|k| k.name == key)
     }
 
-    /// Keys that a section accepts; empty if there is no such section.
-    pub fn keys_of(&self, section: &str) -> &'static [&'static str] {
-        self.section(section).map_or(&[], |s| (s.fields)())
+    /// Keys that a section accepts, at the top of the file also the sections; empty if there is no
+    /// such section.
+    pub fn keys_of(&self, section: &str) -> Vec<&'static str> {
+        let keys = self.section(section).map_or(&[][..], |s| s.keys);
+        let sections = self.sections.iter().map(|s| s.name);
+        let sections = sections.filter(|name| section.is_empty() && !name.is_empty());
+        keys.iter().map(|key| key.name).chain(sections).collect()
     }
 
     /// Key that an unknown key of a section most likely means: its replacement, else the nearest
@@ -114,7 +98,7 @@ impl Vocabulary {
             .filter(|(s, k, _)| *s == section && *k == key)
             .map(|(_, _, now)| (*now).to_owned())
             .next();
-        now.or_else(|| nearest(key, self.keys_of(section)))
+        now.or_else(|| nearest(key, &self.keys_of(section)))
     }
 
     /// Example line of a file, for messages; the example of a section is its first lines.
@@ -150,54 +134,43 @@ pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
         .map(|(_, v)| v.to_owned())
 }
 
-/// Names of the fields of `T` from serde's derive, so that they are written only once.
-pub fn fields<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
-    match T::deserialize(FieldsOnly) {
-        Err(Fields(names)) => names,
-        Ok(_) => &[],
-    }
+/// Declares a section of a file: its name, [`Shape`], needed number, meaning and example, then its
+/// keys, each with its [`Kind`], default, meaning and the value of its example. Defines the section
+/// and its mirror, into which serde reads the keys: every one is optional, and no other key is
+/// accepted. Fields of the mirror that are sections themselves stand behind `and`.
+macro_rules! section {
+    ($section:ident: $mirror:ident, $title:literal, $shape:ident, $needed:literal,
+     $what:literal, $example:literal {
+        $($key:ident: $kind:ident $(($($of:tt)*))?, $default:literal,
+            $meaning:literal,
+            $value:literal;)*
+    } $(and { $($sections:tt)* })?) => {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $mirror {
+            $(pub $key: $crate::scene::raw::Located<
+                $crate::scene::kinds::mirror!($kind $(($($of)*))?)
+            >,)*
+            $($($sections)*)?
+        }
+
+        const $section: $crate::scene::keys::Section = $crate::scene::keys::Section {
+            name: $title,
+            shape: $crate::scene::keys::Shape::$shape,
+            needed: $needed,
+            what: $what,
+            example: $example,
+            keys: &[$($crate::scene::keys::Key {
+                name: stringify!($key),
+                kind: $crate::scene::kinds::Kind::$kind $(($($of)*))?,
+                default: $default,
+                meaning: $meaning,
+                example: concat!(stringify!($key), " = ", $value),
+            },)*],
+        };
+    };
 }
-
-struct FieldsOnly;
-
-#[derive(Debug)]
-struct Fields(&'static [&'static str]);
-
-impl std::fmt::Display for Fields {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(&self.0.join(", "))
-    }
-}
-
-impl std::error::Error for Fields {}
-
-impl de::Error for Fields {
-    fn custom<M: std::fmt::Display>(_: M) -> Self {
-        Fields(&[])
-    }
-}
-
-impl<'de> Deserializer<'de> for FieldsOnly {
-    type Error = Fields;
-
-    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Fields> {
-        Err(Fields(&[]))
-    }
-
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        names: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, Fields> {
-        Err(Fields(names))
-    }
-
-    serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option
-        unit unit_struct newtype_struct seq tuple tuple_struct map enum identifier ignored_any
-    }
-}
+pub(crate) use section;
 
 #[cfg(test)]
 mod tests {
@@ -206,7 +179,7 @@ mod tests {
 
     #[test]
     fn near_words_are_found_and_far_ones_are_not() {
-        let keys = SCENE.keys_of("response");
+        let keys = &SCENE.keys_of("response");
         assert_eq!(nearest("pionts", keys).as_deref(), Some("points"));
         assert_eq!(nearest("Harmonic", keys).as_deref(), Some("harmonics"));
         assert_eq!(nearest("frequency", keys).as_deref(), Some("frequency_hz"));

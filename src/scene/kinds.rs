@@ -32,6 +32,25 @@ pub enum Kind {
     Any(&'static str),
 }
 
+/// Type into which serde reads a value of a [`Kind`].
+macro_rules! mirror {
+    (Text $of:tt) => { String };
+    (Name) => { String };
+    (Choice $of:tt) => { String };
+    (Texts $of:tt) => { Vec<serde_spanned::Spanned<String>> };
+    (Choices $of:tt) => { Vec<serde_spanned::Spanned<String>> };
+    (Number $of:tt) => { $crate::scene::raw::Number };
+    (Whole $of:tt) => { $crate::scene::raw::Count };
+    (Numbers($count:literal, $unit:literal)) => { $crate::scene::raw::Numbers<$count> };
+    (NumberTable) => {
+        std::collections::BTreeMap<String, serde_spanned::Spanned<$crate::scene::raw::Number>>
+    };
+    (Flag) => { bool };
+    (List) => { Vec<serde_spanned::Spanned<toml::Value>> };
+    (Any $of:tt) => { toml::Value };
+}
+pub(crate) use mirror;
+
 impl Kind {
     /// Limits of a number, in words; `None` if any number is valid or the type has no limits.
     pub fn limits(&self) -> Option<String> {

@@ -5,15 +5,17 @@ use serde::Serialize;
 
 use super::convergence::{Limit, SAME, estimates, limit, relative_error};
 use super::file::{Mode, Study};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, ParameterValue};
 use super::quantity::Figure;
-use super::results::{CaseResult, Runs};
+use super::results::CaseResult;
 use crate::export::plots::ends;
 
 /// Results of a study and their analysis.
 #[derive(Debug, Clone)]
 pub struct Analysis<'s> {
-    pub runs: Runs<'s>,
+    pub study: &'s Study,
+    pub results: &'s [CaseResult],
+    /// Figures of the cases, in the order of the quantities of the study.
     pub figures: Vec<Figure>,
     /// Relative difference of each figure of each case from the finest case; `None` if there is no
     /// finest case or no such figure.
@@ -51,117 +53,156 @@ pub struct Refined {
 
 /// Analyses the results of all cases.
 pub fn analyse<'s>(study: &'s Study, results: &'s [CaseResult]) -> Analysis<'s> {
-    let runs = Runs { study, results };
-    let figures = runs.figures();
+    let figures = figures(study, results);
     let mut analysis = Analysis {
-        runs,
+        study,
+        results,
         differences: vec![vec![None; figures.len()]; results.len()],
-        changing: changing(runs, &figures),
         figures,
         refinements: Vec::new(),
+        changing: Vec::new(),
     };
+    analysis.changing = analysis.changing();
     analysis.refine();
     analysis
 }
 
+/// Figures of the cases, in the order of the quantities of the study.
+fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
+    let mut found: Vec<Figure> = Vec::new();
+    for quantity in &study.quantities {
+        let values = results.iter().filter_map(CaseResult::figures);
+        for (figure, _) in values.flat_map(|f| &f.values) {
+            let is_known = found.iter().any(|known| known.heading == figure.heading);
+            if figure.quantity == *quantity && !is_known {
+                found.push(figure.clone());
+            }
+        }
+    }
+    found
+}
+
 impl Analysis<'_> {
+    /// Cases in groups that have the same values of the physical parameters. One at a time there is
+    /// only the group of the base, as nothing is varied elsewhere.
+    fn designs(&self) -> Vec<Vec<usize>> {
+        let mut designs: Vec<(Vec<&ParameterValue>, Vec<usize>)> = Vec::new();
+        for (case, result) in self.results.iter().enumerate() {
+            let physical = self.study.physical(&result.case.values);
+            let physical: Vec<_> = physical.map(|(_, v)| v).collect();
+            match designs.iter_mut().find(|(known, _)| *known == physical) {
+                Some((_, design)) => design.push(case),
+                None => designs.push((physical, vec![case])),
+            }
+        }
+        // The base is the first case.
+        if self.study.mode == Mode::OneAtATime {
+            designs.truncate(1);
+        }
+        designs.into_iter().map(|(_, design)| design).collect()
+    }
+
     /// Refines each numerical parameter at each design.
     fn refine(&mut self) {
-        let (runs, parameters) = (self.runs, &self.runs.study.parameters);
-        let numerical = (0..parameters.len()).filter(|k| parameters[*k].is_numerical);
+        let (study, results) = (self.study, self.results);
+        let numerical = (0..study.parameters.len()).filter(|k| study.parameters[*k].is_numerical);
         let numerical: Vec<usize> = numerical.collect();
         if numerical.is_empty() {
             return;
         }
-        for design in runs.designs() {
-            let centre = centre(runs, &design);
-            let axes = numerical.iter().map(|k| axis(runs, &design, centre, *k));
+        for design in self.designs() {
+            let centre = self.centre(&design);
+            let axes = numerical.iter().map(|k| self.axis(&design, centre, *k));
             let axes: Vec<Vec<usize>> = axes.collect();
             for case in design {
                 let of_axes = axes.iter().filter(|axis| axis.contains(&case));
-                let finest: Vec<usize> = match runs.study.mode {
+                let finest: Vec<usize> = match study.mode {
                     Mode::Grid => vec![centre],
                     Mode::OneAtATime => of_axes.map(|axis| axis[axis.len() - 1]).collect(),
                 };
                 let figures = self.figures.iter();
-                let differences = figures.map(|f| difference(runs, case, &finest, &f.heading));
+                let differences = figures.map(|f| self.difference(case, &finest, &f.heading));
                 self.differences[case] = differences.collect();
             }
-            for (k, cases) in numerical.iter().zip(axes) {
+            for (&parameter, cases) in numerical.iter().zip(axes) {
                 let refined = |f: &Figure| {
-                    let values = cases.iter().map(|c| runs.value(*c, &f.heading));
-                    refined(f, values.collect(), &parameters[*k])
+                    let values = cases.iter().map(|c| results[*c].value(&f.heading));
+                    refined(f, values.collect(), &study.parameters[parameter])
                 };
                 self.refinements.push(Refinement {
-                    parameter: *k,
+                    parameter,
                     figures: self.figures.iter().map(refined).collect(),
                     cases,
                 });
             }
         }
     }
-}
 
-/// Case around which numerical parameters are varied at a design: one at a time the base, in a grid
-/// the finest case that has a result.
-fn centre(runs: Runs<'_>, design: &[usize]) -> usize {
-    let steps_from_finest =
-        |case: &usize| -> usize { runs.chosen(*case).map(|(p, v)| p.last() - v).sum() };
-    let has_result = |case: &usize| runs.results[*case].figures().is_some();
-    let all = design.iter().copied();
-    let found = all.filter(|case| runs.study.mode == Mode::Grid && has_result(case));
-    found.min_by_key(steps_from_finest).unwrap_or(design[0])
-}
+    /// Case around which numerical parameters are varied at a design: one at a time the base, in a
+    /// grid the finest case that has a result.
+    fn centre(&self, design: &[usize]) -> usize {
+        let steps_from_finest = |case: &usize| -> usize {
+            let chosen = self.study.parameters.iter();
+            let chosen = chosen.zip(&self.results[*case].case.values);
+            chosen.map(|(p, v)| p.last() - v).sum()
+        };
+        let has_result = |case: &usize| self.results[*case].figures().is_some();
+        let all = design.iter().copied();
+        let found = all.filter(|case| self.study.mode == Mode::Grid && has_result(case));
+        found.min_by_key(steps_from_finest).unwrap_or(design[0])
+    }
 
-/// Cases of a design through the values of parameter `k`, with the others as in the centre.
-fn axis(runs: Runs<'_>, design: &[usize], centre: usize, k: usize) -> Vec<usize> {
-    let mut values = runs.results[centre].case.values.clone();
-    let case = |v: usize| {
-        values[k] = v;
-        let mut all = design.iter().copied();
-        all.find(|case| runs.results[*case].case.values == values)
-    };
-    let count = runs.study.parameters[k].values.len();
-    (0..count).filter_map(case).collect()
-}
+    /// Cases of a design through the values of parameter `k`, with the others as in the centre.
+    fn axis(&self, design: &[usize], centre: usize, k: usize) -> Vec<usize> {
+        let mut values = self.results[centre].case.values.clone();
+        let case = |v: usize| {
+            values[k] = v;
+            let mut all = design.iter().copied();
+            all.find(|case| self.results[*case].case.values == values)
+        };
+        let count = self.study.parameters[k].values.len();
+        (0..count).filter_map(case).collect()
+    }
 
-/// Largest of the differences of a case from these cases.
-fn difference(runs: Runs<'_>, case: usize, finest: &[usize], heading: &str) -> Option<f64> {
-    let value = runs.value(case, heading)?;
-    let others = finest.iter().filter_map(|c| runs.value(*c, heading));
-    let differences = others.filter_map(|other| relative_error(value, other));
-    differences.reduce(f64::max)
-}
+    /// Largest of the differences of a case from these cases.
+    fn difference(&self, case: usize, finest: &[usize], heading: &str) -> Option<f64> {
+        let value = |case: &usize| self.results[*case].value(heading);
+        let own = value(&case)?;
+        let differences = finest.iter().filter_map(value);
+        let differences = differences.filter_map(|other| relative_error(own, other));
+        differences.reduce(f64::max)
+    }
 
-/// Figures that differ among the cases whose numerical parameters are at their centre; none without
-/// physical parameters.
-fn changing(runs: Runs<'_>, figures: &[Figure]) -> Vec<Figure> {
-    let centre = runs.study.centre();
-    let is_compared = |case: &usize| {
-        let mut chosen = runs.chosen(*case).zip(&centre);
-        chosen.all(|((p, value), centre)| !p.is_numerical || value == *centre)
-    };
-    let cases: Vec<usize> = (0..runs.results.len()).filter(is_compared).collect();
-    let changes = |figure: &&Figure| {
-        let values = cases.iter().filter_map(|c| runs.value(*c, &figure.heading));
-        let [low, high] = ends(values);
-        high - low > SAME * high.abs().max(low.abs())
-    };
-    figures.iter().filter(changes).cloned().collect()
+    /// Figures that differ among the cases whose numerical parameters are at their centre; none
+    /// without physical parameters.
+    fn changing(&self) -> Vec<Figure> {
+        let centre = self.study.centre();
+        let is_compared = |result: &&CaseResult| {
+            let chosen = self.study.chosen(&result.case.values);
+            let mut both = chosen.zip(self.study.chosen(&centre));
+            both.all(|((p, value), (_, centre))| !p.is_numerical || value == centre)
+        };
+        let compared: Vec<_> = self.results.iter().filter(is_compared).collect();
+        let changes = |figure: &&Figure| {
+            let [low, high] = ends(compared.iter().filter_map(|r| r.value(&figure.heading)));
+            high - low > SAME * high.abs().max(low.abs())
+        };
+        self.figures.iter().filter(changes).cloned().collect()
+    }
 }
 
 fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> Refined {
-    let there: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_some()).collect();
     let known: Vec<f64> = values.iter().flatten().copied().collect();
-    let sizes = parameter.sizes();
-    let sizes: Option<Vec<f64>> = sizes.map(|s| there.iter().map(|i| s[*i]).collect());
+    let of_known = |sizes: Vec<f64>| {
+        let sizes = sizes.into_iter().zip(&values);
+        sizes.filter_map(|(size, v)| v.map(|_| size)).collect()
+    };
+    let sizes: Option<Vec<f64>> = parameter.sizes().map(of_known);
     let is_extrapolated = !figure.is_count();
     let limit = limit(sizes.as_deref(), &known, parameter.order, is_extrapolated);
-    let mut estimated_errors = vec![None; values.len()];
-    let estimates = limit.map_or(Vec::new(), |limit| estimates(&known, &limit));
-    for (i, error) in there.iter().zip(estimates) {
-        estimated_errors[*i] = error;
-    }
+    let mut errors = limit.iter().flat_map(|limit| estimates(&known, limit));
+    let estimated_errors = values.iter().map(|v| v.and_then(|_| errors.next()?));
+    let estimated_errors = estimated_errors.collect();
     let difference = |v: &Option<f64>| relative_error((*v)?, *known.last()?);
     Refined {
         figure: figure.heading.clone(),
@@ -176,7 +217,6 @@ fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> 
 pub mod tests {
     use super::*;
     use crate::study::cases::{Case, cases};
-    use crate::study::parameter::ParameterValue;
     use crate::study::quantity::tests::PEAK_AMPLITUDE;
     use crate::study::results::{Ended, Figures};
 

@@ -14,6 +14,9 @@ pub struct Case {
     pub values: Vec<usize>,
 }
 
+/// Parameter and one of its values.
+pub type Chosen<'s> = (&'s Parameter, &'s ParameterValue);
+
 impl Case {
     /// `KEY=VALUE` texts for `--set`, those of the study first.
     pub fn set(&self, study: &Study) -> Vec<String> {
@@ -24,19 +27,13 @@ impl Case {
 
 impl Study {
     /// Parameters, each with its value at these positions.
-    pub fn chosen<'s>(
-        &'s self,
-        values: &'s [usize],
-    ) -> impl Iterator<Item = (&'s Parameter, &'s ParameterValue)> {
+    pub fn chosen<'s>(&'s self, values: &'s [usize]) -> impl Iterator<Item = Chosen<'s>> {
         let parameters = self.parameters.iter().zip(values);
         parameters.map(|(p, v)| (p, &p.values[*v]))
     }
 
     /// Physical parameters, each with its value at these positions.
-    pub fn physical<'s>(
-        &'s self,
-        values: &'s [usize],
-    ) -> impl Iterator<Item = (&'s Parameter, &'s ParameterValue)> {
+    pub fn physical<'s>(&'s self, values: &'s [usize]) -> impl Iterator<Item = Chosen<'s>> {
         self.chosen(values).filter(|(p, _)| !p.is_numerical)
     }
 
@@ -59,7 +56,7 @@ impl Study {
 }
 
 /// Text of parameters and their values, such as `friction 0.3, force 1.0 N`.
-pub fn words<'s>(chosen: impl Iterator<Item = (&'s Parameter, &'s ParameterValue)>) -> String {
+pub fn words<'s>(chosen: impl Iterator<Item = Chosen<'s>>) -> String {
     let words = chosen.map(|(p, v)| p.words(v));
     words.collect::<Vec<_>>().join(", ")
 }
@@ -68,36 +65,31 @@ pub fn words<'s>(chosen: impl Iterator<Item = (&'s Parameter, &'s ParameterValue
 /// last parameter varies fastest.
 pub fn cases(study: &Study) -> Vec<Case> {
     let base: Vec<usize> = study.parameters.iter().map(|p| p.base).collect();
-    let mut all = vec![match study.mode {
-        Mode::OneAtATime => base.clone(),
-        Mode::Grid => Vec::new(),
-    }];
-    for (k, parameter) in study.parameters.iter().enumerate() {
-        let values = 0..parameter.values.len();
-        match study.mode {
-            Mode::OneAtATime => all.extend(values.filter(|v| *v != base[k]).map(|v| {
+    let counts = study.parameters.iter().map(|p| p.values.len());
+    let all: Vec<Vec<usize>> = match study.mode {
+        Mode::OneAtATime => {
+            let values = |(k, count): (usize, usize)| (0..count).map(move |v| (k, v));
+            let others = counts.enumerate().flat_map(values);
+            let others = others.filter(|(k, v)| *v != base[*k]).map(|(k, v)| {
                 let mut values = base.clone();
                 values[k] = v;
                 values
-            })),
-            Mode::Grid => {
-                let longer = |short: &Vec<usize>| {
-                    let short = short.clone();
-                    values.clone().map(move |v| [&short[..], &[v]].concat())
-                };
-                all = all.iter().flat_map(longer).collect();
-            }
+            });
+            std::iter::once(base.clone()).chain(others).collect()
         }
-    }
+        Mode::Grid => counts.fold(vec![Vec::new()], |all, count| {
+            let all = all.iter();
+            let longer = all.flat_map(|short| (0..count).map(move |v| [&short[..], &[v]].concat()));
+            longer.collect()
+        }),
+    };
     let mut taken = HashSet::new();
     let mut case = |(i, values): (usize, Vec<usize>)| {
         let chosen = study.chosen(&values).zip(values.iter().zip(&base));
         let named = chosen.filter(|(_, (v, base))| study.mode == Mode::Grid || v != base);
-        let slug = match slug(named.map(|(chosen, _)| chosen)) {
-            empty if empty.is_empty() => "base".to_owned(),
-            slug => slug,
-        };
-        let mut slug: String = slug.chars().take(180).collect();
+        let name = slug(named.map(|(chosen, _)| chosen));
+        let name = if name.is_empty() { "base" } else { &name };
+        let mut slug: String = name.chars().take(180).collect();
         // Some file systems do not distinguish small letters from capitals.
         while !taken.insert(slug.to_ascii_lowercase()) {
             slug += &format!("-{i}");
@@ -108,8 +100,8 @@ pub fn cases(study: &Study) -> Vec<Case> {
 }
 
 /// Part of a file name for parameters and their values, such as `friction_0.3__force_n_1.0`.
-pub fn slug<'s>(chosen: impl Iterator<Item = (&'s Parameter, &'s ParameterValue)>) -> String {
-    let word = |(p, v): (&Parameter, &ParameterValue)| format!("{}_{}", p.name, clean(&v.label));
+pub fn slug<'s>(chosen: impl Iterator<Item = Chosen<'s>>) -> String {
+    let word = |(p, v): Chosen<'_>| format!("{}_{}", p.name, clean(&v.label));
     chosen.map(word).collect::<Vec<_>>().join("__")
 }
 

@@ -135,10 +135,8 @@ pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     // Without sizes nothing says that one value is finer than another.
     let finer = 0..(n - 1) * usize::from(limit.how != How::Reference);
     for i in finer.rev() {
-        errors[i] = match (errors[i], errors[i + 1]) {
-            (Some(own), Some(finer)) => Some(own.max(finer)),
-            _ => None,
-        };
+        let both = errors[i].zip(errors[i + 1]);
+        errors[i] = both.map(|(own, finer)| own.max(finer));
     }
     errors
 }

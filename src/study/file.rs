@@ -8,7 +8,7 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::{RawStudy, STUDY};
-use super::parameter::{self, Parameter, every, fault};
+use super::parameter::{self, Parameter, every};
 use super::quantity::{self, Quantity};
 use crate::scene::check::fields::{Checker, Table};
 use crate::scene::source::Source;
@@ -65,17 +65,9 @@ impl Study {
         let file = (file.display().to_string(), text.into());
         let source = source(&file);
         let raw: RawStudy = document::read(&source).map_err(invalid)?;
-        let mut checker = Checker {
-            source: &source,
-            problems: Vec::new(),
-        };
-        let study = check(&mut checker, folder, raw, set);
-        let mut problems = checker.problems;
-        problems.sort_by_key(|p| p.span.start);
-        match study.filter(|_| problems.is_empty()) {
-            Some(study) => Ok(Self { file, ..study }),
-            None => Err(invalid(problems)),
-        }
+        let study = Checker::run(&source, |checker| check(checker, folder, raw, set));
+        let study = study.map_err(invalid)?;
+        Ok(Self { file, ..study })
     }
 
     /// Fault of a case as an error of the study.
@@ -105,26 +97,26 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     };
     let name = checker.required_name(&top, &raw.name);
     let scene = checker.text(&top, "scene", &raw.scene);
-    for item in &raw.set {
+    for item in raw.set.iter().flat_map(Spanned::get_ref) {
         let argument = item.get_ref();
         let key = argument.split_once('=').map(|(key, _)| key.trim());
         if key.is_none_or(str::is_empty) {
             let message = format!("`set`: \"{argument}\" is not KEY=VALUE");
             let remedy = format!("write for example {}", STUDY.example("", "set"));
-            let fault = fault(message, "no `=` with a key before it", remedy);
+            let fault = Fault::particular(message, "no `=` with a key before it", remedy);
             checker.fault(item.span(), fault);
         }
     }
-    let of_file = raw.set.into_iter().map(Spanned::into_inner);
+    let of_file = raw.set.into_iter().flat_map(Spanned::into_inner);
+    let of_file = of_file.map(Spanned::into_inner);
     let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
     let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
-        Some(list) => checker
-            .at_least_one(&top, "quantities", list)
-            .and_then(|list| {
-                let words = list.iter().map(|word| Some(word.clone()));
-                every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
-            }),
+        Some(list) => {
+            let words = checker.at_least_one(&top, "quantities", list);
+            let words = words.into_iter().flatten().map(|word| Some(word.clone()));
+            every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
+        }
     };
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");
@@ -141,7 +133,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         set: of_file.chain(set.iter().cloned()).collect(),
         mode: mode?,
         quantities: quantities?,
-        fields: raw.fields,
+        fields: raw.fields.is_some_and(Spanned::into_inner),
         parameters: parameters?,
         file: Default::default(),
     })

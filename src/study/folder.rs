@@ -103,8 +103,8 @@ impl Plan {
             let hash = hash.map_err(StudyError::io("reading", &file))?;
             Ok((file.display().to_string(), hash))
         };
-        let mut files = scene_files::files(&scene);
-        files.insert(0, study.scene.clone());
+        let files = std::iter::once(study.scene.clone()).chain(scene_files::files(&scene));
+        let inputs: Result<_, StudyError> = files.map(input).collect();
         let hexadecimals = |hash: [u8; 32]| blake3::Hash::from_bytes(hash).to_hex().to_string();
         let program = executable_hash();
         let program = program.map_err(StudyError::io("reading", Path::new("dovetail")))?;
@@ -117,10 +117,7 @@ impl Plan {
             case: case.slug.clone(),
             parameters: parameters.collect(),
             set,
-            inputs: files
-                .into_iter()
-                .map(input)
-                .collect::<Result<_, StudyError>>()?,
+            inputs: inputs?,
             command,
         })
     }

@@ -37,7 +37,7 @@ use self::results::{CaseResult, Ended};
 use crate::commands;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
-use crate::scene;
+use crate::scene::{self, Fault};
 use crate::warning::Weight;
 use crate::words::counted;
 use dovetail_solver::description::Subject;
@@ -97,21 +97,19 @@ pub fn study(
         Action::Collect => answer(&plan, None, reporter),
         Action::ExportWorkflow(folder) => {
             let pieces = plan.export(folder, file, &options.overrides)?;
-            reporter.note(&format!(
-                "{} and {} in {}",
-                counted(plan.cases.len(), "case", "cases"),
-                counted(pieces, "shared input", "shared inputs"),
-                folder.join("Snakefile").display()
-            ));
+            let cases = counted(plan.cases.len(), "case", "cases");
+            let pieces = counted(pieces, "shared input", "shared inputs");
+            let file = folder.join("Snakefile");
+            reporter.note(&format!("{cases} and {pieces} in {}", file.display()));
             Ok(())
         }
         Action::Case(name) => {
-            let named = plan.cases.iter().position(|case| case.slug == *name);
-            let case = named.ok_or_else(|| StudyError::UnknownCase {
-                name: name.clone(),
-                known: plan.cases.iter().map(|case| case.slug.clone()).collect(),
-            })?;
-            plan.cases = vec![plan.cases.swap_remove(case)];
+            let known = plan.cases.iter().map(|case| case.slug.clone()).collect();
+            plan.cases.retain(|case| case.slug == *name);
+            if plan.cases.is_empty() {
+                let name = name.clone();
+                return Err(StudyError::UnknownCase { name, known });
+            }
             plan.run(1, reporter)?;
             all_complete(&plan.results()?)
         }
@@ -129,8 +127,8 @@ fn plan(study: Study, options: &StudyOptions) -> Plan {
     if let Some((folder, limit)) = options.cache.clone().or(own) {
         let folder = std::path::absolute(&folder).unwrap_or(folder);
         cache = vec!["--cache".to_owned(), folder.display().to_string()];
-        let limit = limit.map(|limit| ["--cache-limit-gib".to_owned(), limit.to_string()]);
-        cache.extend(limit.into_iter().flatten());
+        let limit = limit.iter();
+        cache.extend(limit.flat_map(|gib| ["--cache-limit-gib".to_owned(), gib.to_string()]));
     }
     Plan {
         cases: cases(&study),
@@ -175,16 +173,16 @@ fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
         return Err(error.into());
     }
     let mut subjects: Vec<Subject> = Vec::new();
+    let mut check = |case: &Case| -> Result<(), StudyError> {
+        let scene = load(&case.set(study))?;
+        if !subjects.contains(&scene.subject) {
+            commands::check(&scene, &Reporter::silent(None))?;
+            subjects.push(scene.subject);
+        }
+        Ok(())
+    };
     for case in cases {
-        let checked = load(&case.set(study)).map_err(StudyError::from);
-        let checked = checked.and_then(|scene| {
-            if !subjects.contains(&scene.subject) {
-                commands::check(&scene, &Reporter::silent(None))?;
-                subjects.push(scene.subject);
-            }
-            Ok(())
-        });
-        let Err(error) = checked else {
+        let Err(error) = check(case) else {
             continue;
         };
         let (slug, values) = (&case.slug, words(study.chosen(&case.values)));
@@ -194,16 +192,16 @@ fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
         let parameters = study.parameters.iter().zip(&case.values);
         let place = parameters.min_by_key(|(p, v)| p.base == **v);
         let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
-        return Err(study.invalid(place, parameter::fault(message, "asks for it", remedy)));
+        let fault = Fault::particular(message, "asks for it", remedy);
+        return Err(study.invalid(place, fault));
     }
     Ok(())
 }
 
 fn all_complete(results: &[CaseResult]) -> Result<(), StudyError> {
-    let cases = results.len();
-    let without = cases - results.iter().filter_map(CaseResult::figures).count();
-    let figures = results.iter().filter_map(CaseResult::figures);
-    let unconverged = figures.filter(|f| f.unconverged() > 0).count();
+    let figures = || results.iter().filter_map(CaseResult::figures);
+    let (cases, without) = (results.len(), results.len() - figures().count());
+    let unconverged = figures().filter(|f| f.unconverged() > 0).count();
     if without + unconverged == 0 {
         return Ok(());
     }

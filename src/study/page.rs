@@ -31,7 +31,7 @@ const MOST_POINTS: usize = 60_000;
 /// # Errors
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
 pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Result<(), StudyError> {
-    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let (study, results) = (analysis.study, analysis.results);
     let parameter = |p: &Parameter| {
         let values: Vec<String> = p.values.iter().map(|v| p.words(v)).collect();
         json!({ "title": p.title(), "values": values })
@@ -106,16 +106,15 @@ fn thinned(points: &[(f64, Option<f64>)], curves: usize) -> (Vec<f64>, Vec<Optio
     let most = (MOST_POINTS / curves.max(1)).max(2);
     let largest = |near: &[(f64, Option<f64>)]| {
         let height = |p: &(f64, Option<f64>)| p.1.unwrap_or(f64::NEG_INFINITY);
-        near.iter()
-            .max_by(|a, b| height(a).total_cmp(&height(b)))
-            .copied()
+        let near = near.iter().copied();
+        near.max_by(|a, b| height(a).total_cmp(&height(b)))
     };
     let near = points.chunks(points.len().div_ceil(most).max(1));
     near.filter_map(largest).unzip()
 }
 
 fn answer(analysis: &Analysis<'_>) -> Markup {
-    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let (study, results) = (analysis.study, analysis.results);
     let figures = || results.iter().filter_map(CaseResult::figures);
     let (all, complete) = (results.len(), figures().count());
     let seconds: f64 = figures().filter_map(|f| f.processor_seconds).sum();
@@ -145,7 +144,7 @@ fn answer(analysis: &Analysis<'_>) -> Markup {
 }
 
 fn responses(analysis: &Analysis<'_>) -> Markup {
-    let parameters = analysis.runs.study.parameters.iter().enumerate();
+    let parameters = analysis.study.parameters.iter().enumerate();
     let varied: Vec<_> = parameters.filter(|(_, p)| p.values.len() > 1).collect();
     html! {
         p {
@@ -191,7 +190,7 @@ fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
 
 /// Table with one row per case: each figure with its difference from the finest case.
 fn cases(plan: &Plan, analysis: &Analysis<'_>) -> Markup {
-    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let (study, results) = (analysis.study, analysis.results);
     let mut header = vec!["case".to_owned()];
     header.extend(study.parameters.iter().map(Parameter::title));
     let mut rows: Vec<Vec<Markup>> = Vec::new();
@@ -245,11 +244,11 @@ fn errors(analysis: &Analysis<'_>) -> Markup {
             "estimated to make, the order that shows, and what the estimate is counted from."
         }
         @for refinement in &analysis.refinements {
-            @let parameter = &analysis.runs.study.parameters[refinement.parameter];
-            @let values = &analysis.runs.results[refinement.cases[0]].case.values;
+            @let parameter = &analysis.study.parameters[refinement.parameter];
+            @let values = &analysis.results[refinement.cases[0]].case.values;
             @let ends = ["order", "counted from"].map(str::to_owned);
             @let header = [vec![String::new()], parameter.labels(), ends.to_vec()].concat();
-            h3 { (parameter.title()) (analysis.runs.study.at(values)) }
+            h3 { (parameter.title()) (analysis.study.at(values)) }
             (table("plain", &header, &of_refinement(analysis, refinement)))
         }
     }
@@ -264,32 +263,33 @@ fn of_refinement(analysis: &Analysis<'_>, refinement: &Refinement) -> Vec<Vec<Ma
     // Processor seconds, memory and outcome.
     for at in [0, 2, 4] {
         let (heading, cell) = OF_RUNS[at];
-        let cases = refinement.cases.iter().map(|c| &analysis.runs.results[*c]);
+        let cases = refinement.cases.iter().map(|c| &analysis.results[*c]);
         let cells = cases.map(|r| cell(r).words(|v| figure(v, 3)));
         rows.push(row(&title(heading), cells.collect(), Default::default()));
     }
     for (refined, figure) in refinement.figures.iter().zip(&analysis.figures) {
-        if refined
-            .limit
-            .is_some_and(|limit| limit.how == How::Unchanged)
-        {
+        let how = refined.limit.map(|limit| limit.how);
+        if how == Some(How::Unchanged) {
             continue;
         }
         let (title, factor) = scaled(figure, refined.values.iter().flatten().copied());
-        let values = refined.values.iter();
-        let values = values.map(|v| v.map_or(String::new(), |v| figure.number(factor * v, 6)));
-        let end = counted_from(refined, figure, factor);
-        rows.push(row(&title, values.collect(), end));
+        let values = texts(&refined.values, |v| figure.number(factor * v, 6));
+        rows.push(row(&title, values, counted_from(refined, figure, factor)));
         for (name, shares) in [
             ("– from the finest", &refined.differences),
             ("– estimated error", &refined.estimated_errors),
         ] {
-            let cells = shares.iter();
-            let cells = cells.map(|v| v.map_or(String::new(), |v| percent(v, 2)));
-            rows.push(row(name, cells.collect(), Default::default()));
+            let shares = texts(shares, |share| percent(share, 2));
+            rows.push(row(name, shares, Default::default()));
         }
     }
     rows
+}
+
+/// Text of each value; empty where there is none.
+fn texts(values: &[Option<f64>], text: impl Fn(f64) -> String) -> Vec<String> {
+    let texts = values.iter().map(|v| v.map_or_else(String::new, &text));
+    texts.collect()
 }
 
 /// Observed order, and the value from which estimated errors are measured.

@@ -104,13 +104,9 @@ impl Parameter {
         let words = format!("{name} {} {unit}", value.label);
         words.trim_end().to_owned()
     }
-
-    /// Keys that the values set.
-    fn keys(&self) -> impl Iterator<Item = &str> {
-        keys(&self.values)
-    }
 }
 
+/// Keys that these values set.
 fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
     let set = values.iter().flat_map(|v| &v.set);
     set.map(|s| s.split('=').next().unwrap_or(s).trim())
@@ -122,15 +118,6 @@ fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
 struct JointValue {
     label: String,
     set: toml::Table,
-}
-
-/// Fault that only a study can have.
-pub fn fault(message: String, label: &'static str, remedy: impl Into<String>) -> Fault {
-    Fault::Particular {
-        message,
-        label,
-        remedy: remedy.into(),
-    }
 }
 
 /// All items if none is missing. Every one is made first, so that the faults of all are noted.
@@ -192,12 +179,13 @@ impl Reader<'_, '_> {
         &mut self,
         key: &str,
         span: Range<usize>,
-        problem: String,
+        problem: &str,
         label: &'static str,
         remedy: impl Into<String>,
     ) -> Option<T> {
         let message = format!("`{}`{problem}", self.at.key(key));
-        self.checker.fault(span, fault(message, label, remedy));
+        self.checker
+            .fault(span, Fault::particular(message, label, remedy));
         None
     }
 
@@ -211,7 +199,7 @@ impl Reader<'_, '_> {
             format!(": \"{word}\", the last word of the key, is no name for the parameter");
         let remedy = "give the parameter a `name` of its own, which begins with a letter and has \
                       letters, digits, `_` and `-`: it becomes part of the names of folders";
-        self.refuse("key", key.span(), problem, "names the parameter", remedy)
+        self.refuse("key", key.span(), &problem, "names the parameter", remedy)
     }
 
     /// Kind given by `is`, else numerical if all keys are. Only numerical parameters may have a
@@ -219,18 +207,16 @@ impl Reader<'_, '_> {
     fn is_numerical(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<bool> {
         let own = raw.key.iter().map(|key| key.get_ref().as_str());
         let mut keys = own.chain(keys(values));
-        let is_numerical = if raw.is.is_some() {
-            self.checker
-                .choice(self.at, "is", &raw.is, &[true, false])?
-        } else {
-            keys.all(is_numerical)
+        let is_numerical = match &raw.is {
+            None => keys.all(is_numerical),
+            is => self.checker.choice(self.at, "is", is, &[true, false])?,
         };
         let size = raw.size.as_ref().map(|size| ("size", size.span()));
         let of_errors = size.or(raw.order.as_ref().map(|order| ("order", order.span())));
         let Some((key, span)) = of_errors.filter(|_| !is_numerical) else {
             return Some(is_numerical);
         };
-        let problem = " belongs to errors, which numerical parameters alone have".to_owned();
+        let problem = " belongs to errors, which numerical parameters alone have";
         let remedy = format!(
             "leave `{key}` out, or write is = \"numerical\" where the parameter is a setting of \
              the computation"
@@ -258,7 +244,7 @@ impl Reader<'_, '_> {
                 Err(error) => {
                     let problem = format!(": {}", error.message());
                     let remedy = format!("write it like this: {JOINT}");
-                    return self.refuse("values", span, problem, "not { label, set }", remedy);
+                    return self.refuse("values", span, &problem, "not { label, set }", remedy);
                 }
             }
         };
@@ -317,7 +303,7 @@ impl Reader<'_, '_> {
                 let remedy = "give each value a size of its own above 0, as a list: \
                               size = [1.0, 0.5]; leave `size` out where the values are not finer \
                               and coarser (they then count from coarse to fine as written)";
-                return self.refuse("size", value.span.clone(), problem, "no size", remedy);
+                return self.refuse("size", value.span.clone(), &problem, "no size", remedy);
             }
             value.size = Some(size);
         }
@@ -353,13 +339,8 @@ impl Reader<'_, '_> {
         let shown: Vec<String> = shown.collect();
         let all = dovetail_mesh::text::list(&shown);
         let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
-        self.refuse(
-            "base",
-            span,
-            problem.to_owned(),
-            "not one of the values",
-            remedy,
-        )
+        let label = "not one of the values";
+        self.refuse("base", span, problem, label, remedy)
     }
 }
 
@@ -386,22 +367,20 @@ fn sort(is_numerical: bool, values: &mut [ParameterValue]) {
 /// Checks all parameters together: repeated names, keys that are set twice, grids that are too
 /// large.
 pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: bool) {
+    let path = |i: usize| format!("parameter.{i}.name");
     let named = parameters.iter().enumerate();
-    let named = named.map(|(i, p)| {
-        (
-            format!("parameter.{i}.name"),
-            p.name.clone(),
-            p.span.clone(),
-        )
-    });
+    let named = named.map(|(i, p)| (path(i), p.name.clone(), p.span.clone()));
     checker.distinct(&named.collect::<Vec<_>>());
     for (i, parameter) in parameters.iter().enumerate() {
         for other in &parameters[..i] {
-            let mut keys = parameter.keys();
-            if let Some(key) = keys.find(|key| other.keys().any(|k| k == *key)) {
+            let is_set_again = |key: &&str| keys(&other.values).any(|k| k == *key);
+            if let Some(key) = keys(&parameter.values).find(is_set_again) {
                 let message = format!("both {} and {} set `{key}`", other.name, parameter.name);
                 let remedy = format!("let one parameter set both together: {JOINT}");
-                checker.fault(parameter.span.clone(), fault(message, "set again", remedy));
+                checker.fault(
+                    parameter.span.clone(),
+                    Fault::particular(message, "set again", remedy),
+                );
             }
         }
     }
@@ -410,10 +389,8 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
     if grid && cases > MOST_CASES {
         let message = format!("a grid of {cases} cases is more than {MOST_CASES}");
         let remedy = "take fewer values, or mode = \"one_at_a_time\"";
-        checker.fault(
-            parameters[0].span.clone(),
-            fault(message, "too many", remedy),
-        );
+        let span = parameters[0].span.clone();
+        checker.fault(span, Fault::particular(message, "too many", remedy));
     }
 }
 

@@ -19,6 +19,7 @@ const MOST_SERIES: usize = 6;
 
 /// Written picture: its description, and its file name.
 pub type Picture = (String, String);
+type Drawn = Result<Picture, StudyError>;
 
 /// Folder of the pictures, and what they show.
 struct Pictures<'a> {
@@ -31,7 +32,7 @@ struct Pictures<'a> {
 /// each value of the other one, and a heat map over both.
 pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, StudyError> {
     create_folder(folder)?;
-    let study = analysis.runs.study;
+    let study = analysis.study;
     let parameters = study.parameters.iter().enumerate();
     let varied = parameters.filter(|(_, p)| !p.is_numerical && p.values.len() > 1);
     let varied: Vec<usize> = varied.map(|(k, _)| k).collect();
@@ -58,13 +59,7 @@ pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, Stu
 }
 
 impl Pictures<'_> {
-    fn draw(
-        &self,
-        file: String,
-        shows: String,
-        axes: [Axis; 2],
-        series: &[Series],
-    ) -> Result<Picture, StudyError> {
+    fn draw(&self, file: String, shows: String, axes: [Axis; 2], series: &[Series]) -> Drawn {
         write_series(&self.folder.join(&file), &shows, &axes, series)?;
         Ok((shows, file))
     }
@@ -72,7 +67,7 @@ impl Pictures<'_> {
     /// Draws estimated errors against the size of a parameter, or over its values if they have no
     /// sizes.
     fn errors(&self, refinement: &Refinement) -> Result<Option<Picture>, StudyError> {
-        let study = self.analysis.runs.study;
+        let study = self.analysis.study;
         let parameter = &study.parameters[refinement.parameter];
         let (x, places) = match parameter.sizes() {
             Some(sizes) => (Axis::logarithmic(&parameter.size_name), sizes),
@@ -97,7 +92,7 @@ impl Pictures<'_> {
         if series.is_empty() {
             return Ok(None);
         }
-        let values = &self.analysis.runs.results[refinement.cases[0]].case.values;
+        let values = &self.analysis.results[refinement.cases[0]].case.values;
         let at = study.at(values);
         let shows = format!("Errors by {}{at}", parameter.title());
         let design = slug(study.physical(values));
@@ -111,13 +106,8 @@ impl Pictures<'_> {
 
     /// Draws a figure over parameter `k`, with a line for each value of the other one, if there is
     /// one.
-    fn curves(
-        &self,
-        figure: &Figure,
-        k: usize,
-        other: Option<usize>,
-    ) -> Result<Picture, StudyError> {
-        let parameters = &self.analysis.runs.study.parameters;
+    fn curves(&self, figure: &Figure, k: usize, other: Option<usize>) -> Drawn {
+        let parameters = &self.analysis.study.parameters;
         let (x, places) = axis(&parameters[k]);
         let over = |label: String, fixed: &[(usize, usize)]| {
             let value = |v: usize| self.value(figure, &[fixed, &[(k, v)]].concat());
@@ -136,16 +126,14 @@ impl Pictures<'_> {
             series.push(over(figure.name.clone(), &[]));
         }
         let y = Axis {
-            title: figure.name.clone(),
             unit: figure.unit(),
-            scale: Scale::Linear,
-            marks: Vec::new(),
+            ..Axis::linear(&figure.name)
         };
         self.draw(file + ".svg", shows, [x, y], &series)
     }
 
-    fn heat_map(&self, figure: &Figure, [a, b]: [usize; 2]) -> Result<Picture, StudyError> {
-        let [across, up] = [a, b].map(|k| &self.analysis.runs.study.parameters[k]);
+    fn heat_map(&self, figure: &Figure, [a, b]: [usize; 2]) -> Drawn {
+        let [across, up] = [a, b].map(|k| &self.analysis.study.parameters[k]);
         let value = |v: usize, w: usize| self.value(figure, &[(a, v), (b, w)]);
         let column = |v: usize| (0..up.values.len()).map(|w| value(v, w)).collect();
         let map = HeatMap {
@@ -163,11 +151,11 @@ impl Pictures<'_> {
 
     /// Value of a figure where these parameters have these values and the others keep theirs.
     fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
-        let mut values = self.analysis.runs.study.centre();
+        let mut values = self.analysis.study.centre();
         for (k, v) in varied {
             values[*k] = *v;
         }
-        let mut results = self.analysis.runs.results.iter();
+        let mut results = self.analysis.results.iter();
         let result = results.find(|r| r.case.values == values)?;
         result.value(&figure.heading)
     }
@@ -177,14 +165,14 @@ impl Pictures<'_> {
 /// not numbers are at equal distances.
 fn axis(parameter: &Parameter) -> (Axis, Vec<f64>) {
     let counted = || (1..=parameter.values.len()).map(|v| v as f64).collect();
-    let places: Vec<f64> = parameter.numbers().unwrap_or_else(counted);
+    let numbers = parameter.numbers();
+    let scale = |all: &Vec<f64>| Scale::of(all.iter().copied());
+    let scale = numbers.as_ref().map_or(Scale::Linear, scale);
+    let places: Vec<f64> = numbers.unwrap_or_else(counted);
     let axis = Axis {
-        title: parameter.title(),
-        unit: "",
-        scale: parameter
-            .numbers()
-            .map_or(Scale::Linear, |numbers| Scale::of(numbers.into_iter())),
+        scale,
         marks: places.iter().copied().zip(parameter.labels()).collect(),
+        ..Axis::linear(&parameter.title())
     };
     (axis, places)
 }

@@ -38,10 +38,10 @@ fn of<T: Into<Cell>>(result: &CaseResult, cell: fn(&Figures) -> Option<T>) -> Ce
 
 /// Writes table.csv: one row per case.
 pub fn write_table(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyError> {
-    let results = analysis.runs.results;
+    let results = analysis.results;
     let mut table: Columns<'_, usize> = Columns::default();
     table.add("case", |r| results[*r].case.slug.as_str());
-    for (k, parameter) in analysis.runs.study.parameters.iter().enumerate() {
+    for (k, parameter) in analysis.study.parameters.iter().enumerate() {
         table.add(parameter.name.as_str(), move |r| {
             parameter.values[results[*r].case.values[k]].label.as_str()
         });
@@ -49,11 +49,10 @@ pub fn write_table(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyErro
     for figure in &analysis.figures {
         table.add(&figure.heading, |r| results[*r].value(&figure.heading));
     }
-    for (k, figure) in analysis.figures.iter().enumerate() {
-        if !analysis.refinements.is_empty() {
-            let heading = format!("difference_{}", figure.heading);
-            table.add(heading, move |r| analysis.differences[*r][k]);
-        }
+    let is_refined = !analysis.refinements.is_empty();
+    for (k, figure) in analysis.figures.iter().enumerate().filter(|_| is_refined) {
+        let heading = format!("difference_{}", figure.heading);
+        table.add(heading, move |r| analysis.differences[*r][k]);
     }
     for (heading, cell) in OF_RUNS {
         table.add(heading, move |r| cell(&results[*r]));
@@ -63,7 +62,7 @@ pub fn write_table(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyErro
 
 /// Writes summary.json: the answers for programs.
 pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyError> {
-    let (study, results) = (analysis.runs.study, analysis.runs.results);
+    let (study, results) = (analysis.study, analysis.results);
     let failed = results.iter().filter_map(|r| match &r.ended {
         Ended::Failed { exit_code, message } => Some(json!({
             "case": r.case.slug, "exit_code": exit_code, "message": message,
@@ -108,22 +107,25 @@ pub fn day(results: &[CaseResult]) -> &str {
 /// Remarks about single cases.
 pub fn remarks(results: &[CaseResult]) -> Vec<String> {
     let mut remarks = Vec::new();
-    for result in results {
-        let case = &result.case.slug;
-        match &result.ended {
-            Ended::Failed { message, .. } => remarks.push(format!("case {case} failed: {message}")),
-            Ended::NotRun => remarks.push(format!("case {case} has no result")),
-            Ended::WithFigures(f) if f.unconverged() > 0 => remarks.push(format!(
-                "case {case}: {} of {} frequencies did not converge",
-                f.unconverged(),
-                f.response.points
-            )),
-            Ended::WithFigures(_) => {}
-        }
-        if result.peak_at_end_of_range() {
-            remarks.push(format!(
-                "case {case}: the peak is at an end of its frequencies and may be higher outside"
-            ));
+    for CaseResult { case, ended } in results {
+        let mut remark = |words: String| remarks.push(format!("case {}{words}", case.slug));
+        match ended {
+            Ended::Failed { message, .. } => remark(format!(" failed: {message}")),
+            Ended::NotRun => remark(" has no result".to_owned()),
+            Ended::WithFigures(figures) => {
+                let (unconverged, response) = (figures.unconverged(), &figures.response);
+                if unconverged > 0 {
+                    let points = response.points;
+                    remark(format!(
+                        ": {unconverged} of {points} frequencies did not converge"
+                    ));
+                }
+                if response.peak_at_end_of_range {
+                    let end =
+                        ": the peak is at an end of its frequencies and may be higher outside";
+                    remark(end.to_owned());
+                }
+            }
         }
     }
     remarks

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use super::cases::Case;
 use super::error::StudyError;
-use super::file::{Mode, Study};
+use super::file::Study;
 use super::folder::{CaseRecord, OutcomeRecord, Plan};
-use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::exit::ExitStatus;
 use crate::export::manifest::{ResponseSummary, RunState, Summary};
@@ -71,12 +70,6 @@ impl CaseResult {
         values.find(|(f, _)| f.heading == heading).map(|(_, v)| *v)
     }
 
-    /// Returns `true` if the peak may lie outside the frequencies.
-    pub fn peak_at_end_of_range(&self) -> bool {
-        self.figures()
-            .is_some_and(|f| f.response.peak_at_end_of_range)
-    }
-
     /// Word for the outcome in tables.
     pub fn outcome(&self) -> &'static str {
         match &self.ended {
@@ -135,69 +128,13 @@ fn why_failed(folder: &Path) -> String {
     })
 }
 
-/// Cases of a study with their results.
-#[derive(Debug, Clone, Copy)]
-pub struct Runs<'s> {
-    pub study: &'s Study,
-    pub results: &'s [CaseResult],
-}
-
-impl<'s> Runs<'s> {
-    /// Figures of the cases, in the order of the quantities of the study.
-    pub fn figures(self) -> Vec<Figure> {
-        let mut found: Vec<Figure> = Vec::new();
-        for quantity in &self.study.quantities {
-            let values = self.results.iter().filter_map(CaseResult::figures);
-            for (figure, _) in values.flat_map(|f| &f.values) {
-                let is_known = found.iter().any(|known| known.heading == figure.heading);
-                if figure.quantity == *quantity && !is_known {
-                    found.push(figure.clone());
-                }
-            }
-        }
-        found
-    }
-
-    /// Value of a figure of a case.
-    pub fn value(self, case: usize, heading: &str) -> Option<f64> {
-        self.results[case].value(heading)
-    }
-
-    /// Parameters, each with the position of its value in a case.
-    pub fn chosen(self, case: usize) -> impl Iterator<Item = (&'s Parameter, usize)> {
-        let values = self.results[case].case.values.iter().copied();
-        self.study.parameters.iter().zip(values)
-    }
-
-    /// Cases in groups that have the same values of the physical parameters. One at a time there is
-    /// only the group of the base, as nothing is varied elsewhere.
-    pub fn designs(self) -> Vec<Vec<usize>> {
-        let mut designs: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-        for case in 0..self.results.len() {
-            let physical = self.chosen(case).filter(|(p, _)| !p.is_numerical);
-            let physical: Vec<usize> = physical.map(|(_, v)| v).collect();
-            match designs.iter_mut().find(|(known, _)| *known == physical) {
-                Some((_, design)) => design.push(case),
-                None => designs.push((physical, vec![case])),
-            }
-        }
-        // The base is the first case.
-        if self.study.mode == Mode::OneAtATime {
-            designs.truncate(1);
-        }
-        designs.into_iter().map(|(_, design)| design).collect()
-    }
-}
-
 /// Figures of a run; `None` if it has no response.
 fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let quantities = study.quantities.iter();
     let values = quantities.flat_map(|q| q.figures(summary)).collect();
     let response = summary.response.clone()?;
-    let (held, counted): (Vec<_>, Vec<_>) = summary
-        .stages
-        .iter()
-        .partition(|s| s.id == Stage::HeldModes);
+    let stages = summary.stages.iter();
+    let (held, counted): (Vec<_>, Vec<_>) = stages.partition(|s| s.id == Stage::HeldModes);
     let held_s: f64 = held.iter().map(|s| s.seconds).sum();
     let held_processor_s: f64 = held.iter().filter_map(|s| s.processor_seconds).sum();
     let memory = counted.iter().filter_map(|s| s.peak_memory_mib);
@@ -219,6 +156,7 @@ mod tests {
     use crate::export::manifest::StageSummary;
     use crate::export::write_json;
     use crate::study::analysis::tests::study;
+    use crate::study::file::Mode;
 
     #[test]
     fn why_a_case_failed_is_what_its_summary_says_else_the_end_of_its_log() {

@@ -49,9 +49,8 @@ impl Plan {
                     Some(code) => format!("  failed with exit code {code}: see its log.txt"),
                     None => "  ended by a signal".to_owned(),
                 };
-                reporter.note(&format!(
-                    "[{done}/{left}] {case:<28} {seconds:8.2} s{remark}"
-                ));
+                let words = format!("[{done}/{left}] {case:<28} {seconds:8.2} s{remark}");
+                reporter.note(&words);
             }
             Ok(())
         };
@@ -93,10 +92,9 @@ fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyEr
     let held = child.stdin.take();
     let status = child.wait();
     drop(held);
+    let status = status.map_err(StudyError::io("waiting for", &program))?;
     let outcome = OutcomeRecord {
-        exit_code: status
-            .map_err(StudyError::io("waiting for", &program))?
-            .code(),
+        exit_code: status.code(),
         seconds: begin.elapsed().as_secs_f64(),
     };
     write_json(&folder.join("outcome.json"), &outcome)?;

@@ -101,9 +101,9 @@ impl Plan {
             _ => &["reduce", &scene, "--into-cache"],
         };
         let folder = absolute(&self.out).join("pieces").join(&piece.name);
-        let mut command: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-        command.extend(self.words(&self.cases[piece.case].set(study), &folder));
-        command
+        let words = words.iter().map(|word| (*word).to_owned());
+        let options = self.words(&self.cases[piece.case].set(study), &folder);
+        words.chain(options).collect()
     }
 
     /// Writes `folder`/Snakefile and `folder`/cases.json for this study file and these overrides of
@@ -132,10 +132,8 @@ impl Plan {
         });
         let pieces: Vec<_> = pieces.collect();
         let cases = self.cases.iter().zip(&of_cases);
-        let cases = cases.map(|(case, needs)| {
-            let needs = Vec::from_iter(needs);
-            json!({ "name": case.slug, "needs": needs })
-        });
+        let cases =
+            cases.map(|(case, needs)| json!({ "name": case.slug, "needs": Vec::from_iter(needs) }));
         let study = json!({
             "study": absolute(study_file),
             "out": absolute(&self.out),

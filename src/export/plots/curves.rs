@@ -120,19 +120,14 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
     for curve in &curves.curves {
         let label = &curve.label;
         let off_scale = curve.peak.filter(|_| curve.peak_below(highest).is_none());
-        let words = off_scale.map_or_else(
-            || label.clone(),
-            |peak| {
-                let words = peak.words(curves.highest);
-                format!("{label}: peak off the scale, {words}")
-            },
+        let off_scale = off_scale.map(|peak| peak.words(curves.highest));
+        let words = off_scale.map(|words| format!("{label}: peak off the scale, {words}"));
+        legend.add(
+            curve.stroke().mark(),
+            words.unwrap_or_else(|| label.clone()),
         );
-        legend.add(curve.stroke().mark(), words);
-        let count = |is_counted: fn(&Point) -> bool| {
-            let counted = curve.points.iter().filter(|p| is_counted(p));
-            Some(counted.count()).filter(|count| *count > 0)
-        };
-        if let Some(inaccurate) = count(Point::is_inaccurate) {
+        let inaccurate = curve.points.iter().filter(|p| p.is_inaccurate()).count();
+        if inaccurate > 0 {
             let words = format!("{label}: accuracy not reached at {}", points(inaccurate));
             legend.add(Mark::Ring(curve.colour()), words);
         }

@@ -7,9 +7,10 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
 use super::mesh::units;
+use crate::scene::entries::{RawBody, RawContact, RawRotation, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::keys;
-use crate::scene::raw::{Located, Numbers, RawBody, RawContact, RawRotation, RawScene};
+use crate::scene::raw::{Located, Numbers};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};

@@ -3,8 +3,9 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
+use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
-use crate::scene::raw::{Located, Number, RawContact, RawDamping};
+use crate::scene::raw::{Located, Number};
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FlankStiffness, Side};
 use dovetail_solver::reduction::damping::DampingSpec;

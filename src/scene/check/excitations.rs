@@ -7,8 +7,8 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
 use super::loads::{self, Sizes};
+use crate::scene::entries::RawExcitation;
 use crate::scene::error::Fault;
-use crate::scene::raw::RawExcitation;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadSpec};
 

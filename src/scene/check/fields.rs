@@ -61,6 +61,26 @@ pub struct Checker<'a> {
     pub problems: Vec<Problem>,
 }
 
+impl<'a> Checker<'a> {
+    /// Result of a check, or every problem that it notes, in the order of the text.
+    pub fn run<T>(
+        source: &'a Source<'a>,
+        check: impl FnOnce(&mut Self) -> Option<T>,
+    ) -> Result<T, Vec<Problem>> {
+        let mut checker = Self {
+            source,
+            problems: Vec::new(),
+        };
+        let checked = check(&mut checker);
+        let mut problems = checker.problems;
+        problems.sort_by_key(|p| p.span.start);
+        match checked {
+            Some(checked) if problems.is_empty() => Ok(checked),
+            _ => Err(problems),
+        }
+    }
+}
+
 impl Checker<'_> {
     pub fn fault(&mut self, span: Range<usize>, fault: Fault) {
         self.problems.push(self.source.problem(span, fault));

@@ -5,7 +5,8 @@ use std::ops::Range;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
-use crate::scene::raw::{Located, Number, Numbers, RawLoad};
+use crate::scene::entries::RawLoad;
+use crate::scene::raw::{Located, Number, Numbers};
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {

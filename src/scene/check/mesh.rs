@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
-use crate::scene::raw::{Located, Number, RawMesh};
+use crate::scene::entries::RawMesh;
+use crate::scene::raw::{Located, Number};
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{MeshKind, MeshSource};
 

@@ -20,26 +20,16 @@ use std::path::Path;
 use fields::{Checker, Table};
 
 use super::entries;
+use super::entries::{RawBody, RawScene};
 use super::error::{Fault, Problem};
 use super::keys::Shape;
-use super::raw::{RawBody, RawScene};
 use super::source::Source;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::model::Assembly;
 
 /// Returns the checked scene, or every problem in the order of the text.
 pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
-    let mut checker = Checker {
-        source,
-        problems: Vec::new(),
-    };
-    let scene = whole(&mut checker, base_dir, raw);
-    let mut problems = checker.problems;
-    problems.sort_by_key(|p| p.span.start);
-    match scene {
-        Some(scene) if problems.is_empty() => Ok(scene),
-        _ => Err(problems),
-    }
+    Checker::run(source, |checker| whole(checker, base_dir, raw))
 }
 
 fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene> {

@@ -3,7 +3,7 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use crate::scene::raw::RawObserve;
+use crate::scene::entries::RawObserve;
 use dovetail_solver::model::ObservationSpec;
 
 pub fn observations(

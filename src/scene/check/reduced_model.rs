@@ -7,8 +7,8 @@ use serde_spanned::Spanned;
 
 use super::contacts::stiffness;
 use super::fields::{Checker, Table, places};
+use crate::scene::entries::{RawReducedModel, RawScene};
 use crate::scene::error::Fault;
-use crate::scene::raw::{RawReducedModel, RawScene};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ReducedModelSpec;

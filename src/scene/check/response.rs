@@ -3,8 +3,9 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
+use crate::scene::entries::RawResponse;
 use crate::scene::error::Fault;
-use crate::scene::raw::{Number, RawResponse};
+use crate::scene::raw::Number;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 

@@ -3,7 +3,7 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use crate::scene::raw::RawSpring;
+use crate::scene::entries::RawSpring;
 use dovetail_solver::model::SpringSpec;
 
 pub fn springs(checker: &mut Checker, raw: &[Spanned<RawSpring>]) -> Option<Vec<SpringSpec>> {

@@ -1,0 +1,156 @@
+//! Pictures, and fields for ParaView, of the static state and of the response.
+
+use super::{Files, FurtherPlot};
+use crate::error::RunError;
+use crate::export::curves::{Curves, Sweep};
+use crate::export::fields::{self, Separation};
+use crate::export::plots::{
+    Heading, Scale, write_curves, write_field_map, write_no_field, write_separation_map,
+};
+use crate::export::{csv, flank, vtu};
+use crate::words::capital;
+use dovetail_solver::dlft::Response;
+use dovetail_solver::fem::stress;
+use dovetail_solver::results::quantities::peak;
+use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::run::{Bodies, Reduced, StaticResult};
+
+impl Files {
+    /// Draws the curves of each observation against frequency: amplitude, and the further pictures
+    /// requested.
+    pub(super) fn write_curves(&self, names: &[&str], sweep: &Sweep<'_>) -> Result<(), RunError> {
+        let further = |kind| self.further_plots.contains(&kind);
+        let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
+            let path = self.out.file(&format!("plots/{file}.svg"))?;
+            let quantity = capital(&curves.quantity);
+            let heading = Heading {
+                title: &format!("{quantity}, scene {}", self.summary.scene.name),
+                conditions: &self.in_motion,
+            };
+            Ok(write_curves(&path, heading, scale, curves)?)
+        };
+        for (i, name) in names.iter().enumerate() {
+            let amplitude = sweep.amplitude(name, i);
+            draw(format!("response_{name}"), Scale::Linear, &amplitude)?;
+            if further(FurtherPlot::Logarithmic) {
+                let file = format!("response_{name}_logarithmic");
+                draw(file, Scale::Logarithmic, &amplitude)?;
+            }
+            if further(FurtherPlot::Phase) {
+                draw(
+                    format!("phase_{name}"),
+                    Scale::Linear,
+                    &sweep.phase(name, i),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the maps of the flanks and, if fields are written, the fields on the flanks and the
+    /// motion of the bodies at the peak. Returns this motion.
+    pub(super) fn write_response_on_mesh(
+        &self,
+        bodies: &Bodies,
+        response: &Response,
+    ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
+        let (out, conditions) = (&self.out, self.in_motion.as_str());
+        let model = bodies.model();
+        let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
+        if !model.pairs.is_empty() {
+            let path = out.file("plots/separation.svg")?;
+            let separation = Separation::of(response, model.pairs.len());
+            write_separation_map(&path, model, conditions, &separation)?;
+            if let Some(orbit) = at_peak {
+                let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
+                for (file, field) in [("friction_energy", energy), ("slip", slid)] {
+                    let title = capital(field.title);
+                    let heading = Heading {
+                        title: &format!("{title}, {:.3} Hz", orbit.frequency_hz),
+                        conditions,
+                    };
+                    let path = out.file(&format!("plots/peak_{file}.svg"))?;
+                    write_field_map(&path, model, heading, &field)?;
+                }
+            }
+        }
+        let Some(orbit) = at_peak.filter(|_| self.fields) else {
+            return Ok(None);
+        };
+        let Some(motion) = bodies.motion_m(orbit) else {
+            return Ok(None);
+        };
+        if !model.pairs.is_empty() {
+            flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
+        }
+        vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
+        if let Some(frames) = self.frames {
+            let (folder, hz) = (out.path(), orbit.frequency_hz);
+            out.list(vtu::frame_files(frames))?;
+            vtu::write_frames(folder, model, &motion, hz, frames)?;
+        }
+        Ok(Some(motion))
+    }
+
+    /// Writes the table of the static state, its map on the flanks and, if fields are written,
+    /// those on the flanks and on the bodies.
+    pub(super) fn write_static_state(
+        &self,
+        reduced: &Reduced,
+        statics: &StaticResult,
+    ) -> Result<(), RunError> {
+        let (out, state) = (&self.out, &statics.state);
+        csv::write_static(&out.file("static.csv")?, &reduced.pairs, state)?;
+        let Some(bodies) = &reduced.bodies else {
+            return Ok(());
+        };
+        let model = bodies.model();
+        let opens = !model.pairs.is_empty();
+        if opens {
+            let path = out.file("plots/static_pressure.svg")?;
+            let heading = |title| Heading {
+                title,
+                conditions: &self.at_rest,
+            };
+            match fields::at_rest(state, &model.pairs) {
+                Some([pressure, _]) => {
+                    write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
+                }
+                None => {
+                    let outcome = state.outcome;
+                    let title = format!("Static pressure: {outcome}, no result");
+                    write_no_field(&path, heading(&title))?;
+                }
+            }
+        }
+        let Some(displacements) = statics.displacements_m.as_ref().filter(|_| self.fields) else {
+            return Ok(());
+        };
+        if opens {
+            flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
+        }
+        let fields: Vec<_> = model
+            .bodies
+            .iter()
+            .zip(displacements)
+            .map(|(body, displacement)| {
+                let at_elements = stress::stress(body, displacement);
+                let von_mises: Vec<f64> = stress::nodal_stress(body, displacement)
+                    .into_iter()
+                    .map(stress::von_mises)
+                    .collect();
+                (displacement, at_elements, von_mises)
+            })
+            .collect();
+        let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
+        csv::write_static_observations(&out.file("static_observed.csv")?, model, &displacements)?;
+        let fields = fields.iter();
+        let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
+            displacement_m: displacement,
+            stress_pa: stress,
+            von_mises_pa: von_mises,
+        });
+        vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
+        Ok(())
+    }
+}

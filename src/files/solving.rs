@@ -1,0 +1,82 @@
+//! Response under way: what is solved of it, and the files of its flanks.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use crate::error::RunError;
+use crate::export::flank::FlankSeries;
+use crate::export::folder::OutputFolder;
+use crate::export::journal::Inputs;
+use dovetail_solver::dlft::branch::so_far;
+use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
+use dovetail_solver::results::pairs::PairTable;
+
+/// Number of files of the flanks that are named in summary.json at once before they are written.
+const LISTED: usize = 200;
+
+/// Response under way.
+#[derive(Debug)]
+pub(super) struct Solving {
+    pub inputs: Inputs,
+    /// Name of its table.
+    pub table: String,
+    pub names: Vec<String>,
+    pub pairs: PairTable,
+    /// All requested frequencies, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// Solved frequencies by their numbers; the orbits have no fields.
+    pub solved: BTreeMap<usize, SolvedFrequency>,
+    /// Flanks of the scene's own response, if fields are written.
+    pub flanks: Option<FlankSeries>,
+    /// Number of the files of flanks that summary.json names, written or about to be.
+    pub listed: usize,
+    /// Time of the last update of the tables, and its duration.
+    pub written: (Instant, Duration),
+}
+
+impl Solving {
+    /// Solved part of the response, for tables.
+    pub fn partial(&self) -> Response {
+        let mut solved: Vec<SolvedFrequency> = self.solved.values().cloned().collect();
+        if solved.iter().any(|solved| solved.along.is_some()) {
+            return so_far(solved);
+        }
+        let frequency_hz = |solved: &SolvedFrequency| solved.orbit.frequency_hz;
+        solved.sort_by(|a, b| frequency_hz(a).total_cmp(&frequency_hz(b)));
+        let solved = solved.into_iter().map(|s| (s.orbit, s.linear));
+        let (orbits, linear): (Vec<Orbit>, Vec<LinearPoint>) = solved.unzip();
+        Response {
+            branches: vec![Branch::swept(orbits.len())],
+            orbits,
+            linear,
+            ..Response::default()
+        }
+    }
+
+    /// Adds a frequency, and writes its file of the flanks.
+    pub fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let orbit = &solved.orbit;
+        let without_fields = Orbit {
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            ..orbit.clone()
+        };
+        let point = SolvedFrequency {
+            orbit: without_fields,
+            linear: solved.linear.clone(),
+            along: solved.along.clone(),
+            ..*solved
+        };
+        self.solved.insert(orbit.point, point);
+        if let Some(flanks) = &mut self.flanks {
+            if orbit.point >= self.listed {
+                let from = self.listed;
+                self.listed = orbit.point + LISTED;
+                out.list((from..self.listed).map(FlankSeries::file))?;
+            }
+            flanks.write(out.path(), orbit)?;
+        }
+        Ok(())
+    }
+}

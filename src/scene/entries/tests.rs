@@ -1,0 +1,275 @@
+use std::path::Path;
+
+use super::*;
+use crate::scene::error::{Fault, SceneError};
+use crate::scene::keys::{Key, Shape};
+use crate::scene::kinds::Kind;
+use crate::scene::parse;
+
+/// Scene with every section, in which each key of `section` can be given.
+pub(crate) fn scene_with(section: &str, key: &str) -> String {
+    let mesh = match key {
+        "file" => "file = \"a.msh\"",
+        "fallback" | "fallback_parameters" => {
+            "geometry = \"a.geo\"\nfallback = \"a.msh\"\nfallback_parameters = {}"
+        }
+        _ => "geometry = \"a.geo\"",
+    };
+    let load = match key {
+        "pressure_pa" => "pressure_pa = 1.0",
+        "traction_pa" => "traction_pa = 1.0\ndirection = [1, 0, 0]",
+        _ => "force_n = 1.0\ndirection = [1, 0, 0]",
+    };
+    let cause = match key {
+        "file" | "factor" => "on = \"p\"\nfile = \"p.csv\"".to_owned(),
+        "base_acceleration_m_s2" | "base_displacement_m" => {
+            format!("{key} = 1.0\ndirection = [1, 0, 0]")
+        }
+        _ => format!("on = \"p\"\n{load}"),
+    };
+    let damping = match key {
+        "stiffness_s" => "mass_per_s = 1.0",
+        "mass_per_s" => "stiffness_s = 1.0",
+        _ => "ratio = 0.001",
+    };
+    let range = match key {
+        "frequency_hz" => "frequency_hz = [1, 2]",
+        _ => "times_first_linear_mode = [0.9, 1.1]",
+    };
+    let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
+    let own = match (section, key) {
+        ("body", "metres_per_unit") => "mesh_file = \"a.msh\"\n",
+        ("body", "units") => "mesh_file = \"a.inp\"\n",
+        ("body", "rotation_axis") => "mesh_file = \"a.msh\"\nrotation_deg = 1\n",
+        ("body", "rotation_deg" | "rotation_point_m" | "translation_m") => {
+            "mesh_file = \"a.msh\"\nrotation_axis = [1, 0, 0]\n"
+        }
+        _ => "",
+    };
+    let subject = match section {
+        "reduced_model" => {
+            "[reduced_model]\nfolder = \"a\"\nfriction = 0.3\nforce_n = 1".to_owned()
+        }
+        _ => format!(
+            "[mesh]\n{mesh}\nmetres_per_unit = 1e-3\n\
+             [[body]]\nname = \"a\"\n{own}volume = \"a\"\n{body}\n\
+             [[body]]\nname = \"b\"\nvolume = \"b\"\n{body}\nfixed = [\"base\"]\n\
+             [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
+             [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\nfriction = 0.3\n\
+             crown_radius_m = 1.0\n\
+             [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\
+             [[load]]\non = \"a2\"\n{load}\n\
+             [[excitation]]\n{cause}\n\
+             [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]"
+        ),
+    };
+    let resolution = match key {
+        "samples" | "tolerance" => "harmonics = 3\n",
+        _ => "",
+    };
+    format!(
+        "name = \"s\"\n{subject}\n[damping]\n{damping}\n[static]\n[response]\n{range}\n{resolution}"
+    )
+}
+
+fn parsed(section: &Section, key: &Key, value: &str) -> (String, Vec<Fault>) {
+    let text = scene_with(section.name, key.name);
+    let path = match section.shape {
+        Shape::Table => format!("{}.{}", section.name, key.name),
+        Shape::List => format!("{}.0.{}", section.name, key.name),
+    };
+    let set = match value {
+        "" => vec![],
+        value => vec![format!("{path}={value}")],
+    };
+    let path = match section.name {
+        "body" => format!("body.a.{}", key.name),
+        "contact" => format!("contact.c.{}", key.name),
+        "spring" => format!("spring.s.{}", key.name),
+        "observe" => format!("observe.tip.{}", key.name),
+        _ => path,
+    };
+    match parse(&text, "scene.toml", Path::new(""), &set) {
+        Ok(scene) => (format!("{scene:?}"), vec![]),
+        Err(SceneError::Invalid { problems }) => {
+            (path, problems.into_iter().map(|p| p.fault).collect())
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn is_out_of_range(section: &Section, key: &Key, value: &str) -> bool {
+    let (path, faults) = parsed(section, key, value);
+    let of_key = |f: &Fault| match f {
+        Fault::OutOfRange { path: found, .. } => *found == path,
+        Fault::NoHarmonic => key.name == "harmonics",
+        _ => false,
+    };
+    faults.iter().any(of_key)
+}
+
+pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
+    SECTIONS
+        .iter()
+        .filter(|s| !s.name.is_empty())
+        .flat_map(|s| s.keys.iter().map(move |k| (s, k)))
+}
+
+/// Values within the limits of a kind and values just outside; `None` if the kind is not a
+/// number.
+pub(crate) fn probes(kind: Kind) -> Option<(Vec<String>, Vec<String>)> {
+    let text = |v: f64| format!("{v:e}");
+    let step = |v: f64| v.abs().max(1e-30) * 1e-9;
+    let (inside, outside) = match kind {
+        Kind::Whole(least, most) => {
+            let below = least.filter(|l| *l > 0).map(|l| l - 1);
+            let inside = least.into_iter().chain(most);
+            let outside = below.into_iter().chain(most.map(|m| m + 1));
+            let texts = |v: Vec<u32>| v.iter().map(u32::to_string).collect();
+            return Some((texts(inside.collect()), texts(outside.collect())));
+        }
+        Kind::Number(_, limits) => {
+            let Limits { above, below, from } = limits;
+            let least = if from {
+                (above, above - step(above))
+            } else {
+                (above + step(above), above)
+            };
+            let ends = [least, (below - step(below), below)];
+            let open = [(-1e300, above.is_finite()), (1e300, below.is_finite())];
+            let inside = ends.iter().zip(open).map(
+                |((inside, _), (far, is_limit))| {
+                    if is_limit { *inside } else { far }
+                },
+            );
+            let outside = ends.iter().zip(open);
+            let outside = outside.filter(|(_, (_, is_limit))| *is_limit);
+            (
+                inside.collect::<Vec<f64>>(),
+                outside
+                    .map(|((_, outside), _)| *outside)
+                    .collect::<Vec<f64>>(),
+            )
+        }
+        _ => return None,
+    };
+    let texts = |v: Vec<f64>| v.into_iter().map(text).collect();
+    Some((texts(inside), texts(outside)))
+}
+
+#[test]
+fn documented_limits_are_those_of_the_checks() {
+    let mut probed = 0;
+    for (section, key) in all_keys() {
+        let Some((inside, outside)) = probes(key.kind) else {
+            continue;
+        };
+        probed += 1;
+        for value in inside {
+            assert!(
+                !is_out_of_range(section, key, &value),
+                "{} = {value}",
+                key.name
+            );
+        }
+        for value in outside {
+            assert!(
+                is_out_of_range(section, key, &value),
+                "{} = {value}",
+                key.name
+            );
+        }
+    }
+    assert!(probed > 30, "{probed} keys");
+}
+
+/// Values of other types than the kind.
+pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
+    match kind {
+        Kind::Text(_) | Kind::Name | Kind::Choice(_) => &["1", "[]", "true"],
+        Kind::Texts(_) | Kind::Choices(_) => &["\"a\"", "[1]", "1"],
+        Kind::Number(..) => &["\"a\"", "[1]", "true", "inf"],
+        Kind::Whole(..) => &["0.5", "\"a\"", "-1"],
+        Kind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
+        Kind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
+        Kind::NumberTable => &["{ a = \"b\" }", "1"],
+        Kind::Flag => &["\"true\"", "1"],
+        Kind::List => &["1", "\"a\""],
+        Kind::Any(_) => &[],
+    }
+}
+
+#[test]
+fn documented_types_are_those_of_the_mirror() {
+    for (section, key) in all_keys() {
+        let is_wrong_type = |value: &str| {
+            let faults = parsed(section, key, value).1;
+            faults.iter().any(|f| matches!(f, Fault::WrongType { .. }))
+        };
+        let example: toml::Table = key.example.parse().unwrap();
+        let right = example[key.name].to_string();
+        assert!(!is_wrong_type(&right), "{} = {right}", key.name);
+        for value in wrong_types(key.kind) {
+            assert!(is_wrong_type(value), "{} = {value}", key.name);
+        }
+    }
+}
+
+#[test]
+fn what_is_required_is_missed() {
+    let is_missed = |section: &Section, key: &Key| {
+        let faults = parsed(section, key, " ").1;
+        let missing = |f: &Fault| match f {
+            Fault::MissingKey { path, .. } => path.ends_with(key.name),
+            _ => false,
+        };
+        faults.iter().any(missing)
+    };
+    for (section, key) in all_keys() {
+        if key.is_required() {
+            assert!(is_missed(section, key), "{}.{}", section.name, key.name);
+        }
+    }
+}
+
+#[test]
+fn documented_defaults_change_nothing() {
+    let mut written = 0;
+    for (section, key) in all_keys() {
+        let Some(default) = key.default_value() else {
+            continue;
+        };
+        written += 1;
+        let (without, faults) = parsed(section, key, "");
+        assert!(faults.is_empty(), "{}: {faults:?}", key.name);
+        let (with, _) = parsed(section, key, &default.to_string());
+        assert_eq!(with, without, "{}.{}", section.name, key.name);
+    }
+    assert!(written > 20, "{written} keys");
+}
+
+#[test]
+fn documented_words_are_those_of_the_checks() {
+    let mut chosen = 0;
+    for (section, key) in all_keys() {
+        let (_, faults) = parsed(section, key, "\"no such word\"");
+        let words = faults.iter().find_map(|f| match f {
+            Fault::UnknownChoice { valid, .. } => Some(*valid),
+            _ => None,
+        });
+        for word in words.unwrap_or_default() {
+            chosen += 1;
+            assert!(
+                key.meaning.contains(&format!("`\"{word}\"`")),
+                "{}: {word}",
+                key.name
+            );
+        }
+        let listed = match key.kind {
+            Kind::Choice(listed) => listed,
+            _ => &[],
+        };
+        assert_eq!(listed, words.unwrap_or_default(), "{}", key.name);
+    }
+    assert!(chosen > 7, "{chosen} words");
+}
