@@ -5,7 +5,9 @@ use super::mortar::{Mortar, Reach, Row, mortar};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
 use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
-use dovetail_numerics::space::{Vector, cross, distance, dot, middle, scaled, sub, unit};
+use dovetail_numerics::space::{
+    Vector, add_scaled, cross, distance, dot, middle, scaled, sub, unit,
+};
 
 /// Default search distance, relative to the longest edge of both facets.
 const REACH: f64 = 0.5;
@@ -190,9 +192,7 @@ pub(super) fn contact(
 fn mean(of: &[Vector], row: &Row) -> Vector {
     let mut sum = [0.0; 3];
     for &(k, weight) in &row.masters {
-        for (sum, v) in sum.iter_mut().zip(of[k as usize]) {
-            *sum += weight * v;
-        }
+        add_scaled(&mut sum, weight, of[k as usize]);
     }
     sum
 }
@@ -312,9 +312,7 @@ fn frame(n: Vector, along: Vector) -> [Vector; 3] {
 fn order_along(pairs: &[ContactPair], along: Vector) -> Vec<usize> {
     let mut mean = [0.0; 3];
     for pair in pairs {
-        for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
-            *sum += n;
-        }
+        add_scaled(&mut mean, 1.0, pair.frame[0]);
     }
     let axes = frame(unit(mean).unwrap_or([0.0, 0.0, 1.0]), along);
     let coordinates: Vec<[f64; 3]> = pairs
