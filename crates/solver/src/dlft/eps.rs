@@ -102,10 +102,7 @@ mod tests {
     #[test]
     fn eps_is_the_median_of_the_dynamic_stiffness_and_no_less_than_the_static_one() {
         let problem = problem(4);
-        let damping = Rayleigh {
-            stiffness_s: 0.1,
-            mass_per_s: 0.15,
-        };
+        let damping = Rayleigh::new(0.1, 0.15);
         let system = ContactSystem::new(&problem, damping);
         let own = problem.reduced.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
