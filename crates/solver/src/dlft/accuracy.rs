@@ -18,9 +18,9 @@ use super::Told;
 use super::balance::Setting;
 use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Truncation, Work};
 use super::retention::Holding;
-use crate::dlft::settings::{Resolution, Solver};
+use super::sweep::SweepSettings;
+use crate::dlft::settings::Resolution;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::nonlinear::NewtonOptions;
 use std::iter;
 
 /// Harmonics that are tried one after the other.
@@ -154,9 +154,7 @@ impl<'a> Refinement<'a> {
     pub fn new(
         setting: Setting<'a>,
         resolutions: &'a [Level],
-        resolution: Resolution,
-        newton: NewtonOptions,
-        solver: Solver,
+        settings: &SweepSettings,
         holding: &'a Holding<'a>,
         tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
@@ -167,7 +165,7 @@ impl<'a> Refinement<'a> {
                 eps,
                 ..setting
             };
-            FrequencySolver::new(setting, newton, solver, holding, tell)
+            FrequencySolver::new(setting, settings.newton, settings.solver, holding, tell)
         };
         Self {
             levels: resolutions.iter().map(solver_at).collect(),
@@ -175,7 +173,7 @@ impl<'a> Refinement<'a> {
                 .iter()
                 .map(|level| level.check.as_deref().map(solver_at))
                 .collect(),
-            accuracy: match resolution {
+            accuracy: match settings.resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
             },

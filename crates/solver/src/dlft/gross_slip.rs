@@ -143,7 +143,6 @@ mod tests {
         let known = |pairs: usize| {
             let mut problem = made_up::mass_with_a_stop(1.0);
             let n = 3 * pairs;
-            let unit = || Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
             let all = |v: &[f64]| v.iter().copied().cycle().take(n).collect::<Vec<f64>>();
             problem.laws = vec![problem.laws[0]; pairs];
             let excitation = &mut problem.excitations[0];
@@ -151,8 +150,8 @@ mod tests {
                 load.on_x = all(&load.on_x);
             }
             problem.reduced = ReducedModel {
-                stiffness: unit(),
-                mass: unit(),
+                stiffness: Mat::identity(n, n),
+                mass: Mat::identity(n, n),
                 coupling: Mat::zeros(n, 0),
                 observations: Vec::new(),
                 ..problem.reduced

@@ -162,10 +162,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
                 ));
             }
         }
-        let damping = Rayleigh {
-            stiffness_s: 0.1,
-            mass_per_s: 0.15,
-        };
+        let damping = Rayleigh::new(0.1, 0.15);
         let n = problem.reduced.stiffness.nrows();
         let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
         let lambda_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 92)).collect();
@@ -247,26 +244,35 @@ pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)
 }
 
-/// The corrections of unit residuals are -J^-1, and are multiplied by J from differences. This
-/// tests the matrix-free products, what is known of the pairs that stick, and what they do to the
-/// others, to single precision.
+/// Checks that corrections solve with a Jacobian by differences: those of unit residuals are -J^-1,
+/// and are multiplied by it.
+pub fn assert_solves(
+    system: &mut impl NonlinearSystem,
+    by_differences: Mat<f64>,
+    tolerance: f64,
+    what: &str,
+) {
+    let size = by_differences.ncols();
+    let mut corrections = Mat::zeros(size, size);
+    for j in 0..size {
+        let mut f = vec![0.0; size];
+        f[j] = -1.0;
+        assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
+    }
+    let product = by_differences * corrections;
+    assert_close(&Mat::identity(size, size), &product, tolerance, what);
+}
+
+/// This tests the matrix-free products, what is known of the pairs that stick, and what they do to
+/// the others, to single precision.
 #[test]
 fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
     at_sample_points(|what, balance, u| {
-        let size = u.len();
         let mut preconditioner = Preconditioner::default();
         let stays = |_: &[f64]| false;
         let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-6, 1e-9, &stays);
-        system.residual(u, &mut vec![0.0; size]);
+        system.residual(u, &mut vec![0.0; u.len()]);
         system.linearise(u);
-        let mut corrections = Mat::zeros(size, size);
-        for j in 0..size {
-            let mut f = vec![0.0; size];
-            f[j] = -1.0;
-            assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
-        }
-        let product = differences(balance, u) * corrections;
-        let unit = Mat::identity(size, size);
-        assert_close(&unit, &product, 1e-4, what);
+        assert_solves(&mut system, differences(balance, u), 1e-4, what);
     });
 }
