@@ -101,10 +101,7 @@ pub(super) fn contact(
     held: impl Fn(BodyNode) -> [bool; 3],
 ) -> Result<Contact, ModelError> {
     let along = first.flank.along;
-    let [own, other] = match slave {
-        Side::First => [first, second],
-        Side::Second => [second, first],
-    };
+    let [own, other] = slave.ordered([first, second]);
     let reach = spec
         .search_distance_m
         .map_or(Reach::OfFacets(REACH), Reach::Given);
@@ -120,10 +117,7 @@ pub(super) fn contact(
     let mut summary = FlankMatch {
         name: spec.name.clone(),
         slave,
-        covered: match slave {
-            Side::First => found.covered,
-            Side::Second => [found.covered[1], found.covered[0]],
-        },
+        covered: slave.ordered(found.covered),
         largest_mismatch_m: 0.0,
         largest_separation_m: 0.0,
         facet_m: own.flank.facet_area_m2().sqrt(),
@@ -142,10 +136,8 @@ pub(super) fn contact(
         summary.largest_mismatch_m = summary.largest_mismatch_m.max(mismatch);
         summary.nodes_match &= row.masters.len() == 1;
         // Out of the second flank is into the first.
-        let (normals, points) = match slave {
-            Side::First => ([own.flank.normals[i], met_normal], [own.nodes_m[i], met_m]),
-            Side::Second => ([met_normal, own.flank.normals[i]], [met_m, own.nodes_m[i]]),
-        };
+        let normals = slave.ordered([own.flank.normals[i], met_normal]);
+        let points = slave.ordered([own.nodes_m[i], met_m]);
         let position_m = middle(points[0], points[1]);
         let cosine = unit(met_normal).map_or(0.0, |met| dot(own.flank.normals[i], met));
         let normal = unit(sub(normals[1], normals[0])).filter(|_| cosine < -0.5);

@@ -181,6 +181,17 @@ pub enum Side {
     Second,
 }
 
+impl Side {
+    /// What belongs to the first and to the second flank, from what belongs to this one and to the
+    /// other; or the other way round.
+    pub fn ordered<T>(self, [own, other]: [T; 2]) -> [T; 2] {
+        match self {
+            Self::First => [own, other],
+            Self::Second => [other, own],
+        }
+    }
+}
+
 /// Springs between two flanks, per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankStiffness {
