@@ -32,7 +32,10 @@ impl Order {
     }
 
     fn of_permutation(new_to_old: Vec<usize>) -> Self {
-        let old_to_new = inverse(&new_to_old);
+        let mut old_to_new = vec![0; new_to_old.len()];
+        for (new, &old) in new_to_old.iter().enumerate() {
+            old_to_new[old] = new;
+        }
         Self {
             new_to_old,
             old_to_new,
@@ -209,14 +212,6 @@ fn postorder(parent: &[usize]) -> Vec<usize> {
         }
     }
     order
-}
-
-fn inverse(permutation: &[usize]) -> Vec<usize> {
-    let mut inverse = vec![0; permutation.len()];
-    for (new, &old) in permutation.iter().enumerate() {
-        inverse[old] = new;
-    }
-    inverse
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub const PLAIN_PERIODS: usize = 6;
 pub const MOST_PERIODS: usize = 40;
 /// The force is periodic when the state moves by less than this fraction of the largest predicted
 /// force.
-const PERIODICITY: f64 = 1e-12;
+pub const PERIODICITY: f64 = 1e-12;
 /// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
@@ -210,7 +210,7 @@ fn one_period(
             *state = passed.state;
             continue;
         }
-        let predicted = prediction(signals, samples, n, input.shift_n, *state);
+        let predicted = signals.prediction(n, input.shift_n, *state);
         let (contact, force) = unilateral_coulomb(predicted, input.friction);
         signals.contact[n] = contact;
         for (c, force) in force.iter().enumerate() {
@@ -309,21 +309,6 @@ impl Memory {
             }
         }
     }
-}
-
-#[inline(always)]
-fn prediction(
-    signals: &Signals,
-    samples: usize,
-    n: usize,
-    shift: f64,
-    state: [f64; 2],
-) -> [f64; 3] {
-    [
-        signals.lambda_u[n] + shift,
-        signals.lambda_u[samples + n] - state[0],
-        signals.lambda_u[2 * samples + n] - state[1],
-    ]
 }
 
 /// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
@@ -482,7 +467,7 @@ impl Pass<'_> {
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
             let shift_n = self.input.shift_n;
-            let predicted = prediction(self.signals, samples, n, shift_n, self.state);
+            let predicted = self.signals.prediction(n, shift_n, self.state);
             let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
             if contact == Contact::Stick && self.touch_n > 0.0 {
                 let margin =
@@ -623,7 +608,7 @@ fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64]
 
 /// Adds S_T to two rows of 3(2H+1).
 #[inline(always)]
-fn add_own(s: &[f64], rows: &mut [f64]) {
+pub fn add_own(s: &[f64], rows: &mut [f64]) {
     let width = s.len();
     for start in [width, 5 * width] {
         let own = rows[start..start + width].iter_mut();

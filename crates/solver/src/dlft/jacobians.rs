@@ -239,6 +239,31 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     }
 }
 
+/// Calls `check` with a setting whose problem is changed.
+pub fn with_changed(
+    setting: &Setting<'_>,
+    change: impl FnOnce(&mut Problem),
+    check: impl FnOnce(&Setting<'_>),
+) {
+    let mut problem = setting.system.problem.clone();
+    change(&mut problem);
+    let system = ContactSystem::new(&problem, setting.system.damping);
+    check(&Setting {
+        system: &system,
+        ..*setting
+    });
+}
+
+/// Computes Lambda U - F.
+pub fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; u.len()];
+    balance.apply_stiffness(u, &mut out);
+    out.iter_mut()
+        .zip(&balance.force)
+        .for_each(|(o, f)| *o -= f);
+    out
+}
+
 /// Jacobian d residual / d U by central differences.
 pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)

@@ -365,7 +365,9 @@ fn pair_cycle(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
+    use crate::dlft::jacobians::{
+        OMEGA_RAD_S, OPEN_AT_REST, at_sample_points, with_changed, without_contact,
+    };
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduction::ReducedModel;
     use crate::reduction::damping::Rayleigh;
@@ -443,13 +445,7 @@ mod tests {
             let (problem, damping) = (system.problem, system.damping);
             let (a, b) = (damping.stiffness_s, damping.mass_per_s);
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
-            let free = Balance::new(balance.setting, OMEGA_RAD_S);
-            let mut of_balance = vec![0.0; u.len()];
-            free.apply_stiffness(u, &mut of_balance);
-            of_balance
-                .iter_mut()
-                .zip(&free.force)
-                .for_each(|(o, f)| *o -= f);
+            let of_balance = without_contact(&Balance::new(balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
             for i in 0..7 {
                 let phase = 0.9 * f64::from(i);
@@ -527,20 +523,14 @@ mod tests {
     #[test]
     fn a_pair_without_friction_has_no_friction_power() {
         at_sample_points(|_, balance, u| {
-            let setting = balance.setting;
-            let mut problem = setting.system.problem.clone();
-            for pair in &mut problem.laws {
-                pair.friction = 0.0;
-            }
-            let system = ContactSystem::new(&problem, setting.system.damping);
-            let setting = Setting {
-                system: &system,
-                ..*setting
+            let smooth = |problem: &mut Problem| {
+                problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
             };
-            let balance = Balance::new(&setting, OMEGA_RAD_S);
-            let (orbit, _) = orbit_of(&balance, u);
-            assert_eq!(orbit.friction_power_w, 0.0);
-            assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
+            with_changed(balance.setting, smooth, |setting| {
+                let (orbit, _) = orbit_of(&Balance::new(setting, OMEGA_RAD_S), u);
+                assert_eq!(orbit.friction_power_w, 0.0);
+                assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
+            });
         });
     }
 

@@ -107,6 +107,13 @@ impl Signals {
         }
     }
 
+    /// Trial force (N, t1, t2) at sample `n`, N, from the state lambda_x before it.
+    #[inline(always)]
+    pub fn prediction(&self, n: usize, shift_n: f64, state: [f64; 2]) -> [f64; 3] {
+        let at = |c: usize| self.lambda_u[c * self.samples() + n];
+        [at(0) + shift_n, at(1) - state[0], at(2) - state[1]]
+    }
+
     /// Sample before sample `n`; the last sample precedes the first.
     #[inline(always)]
     pub fn before(&self, n: usize) -> usize {
