@@ -18,9 +18,9 @@ use super::Told;
 use super::balance::Setting;
 use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Truncation, Work};
 use super::retention::Holding;
-use super::sweep::SweepSettings;
-use crate::dlft::settings::Resolution;
+use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::nonlinear::NewtonOptions;
 use std::iter;
 
 /// Harmonics that are tried one after the other.
@@ -154,7 +154,9 @@ impl<'a> Refinement<'a> {
     pub fn new(
         setting: Setting<'a>,
         resolutions: &'a [Level],
-        settings: &SweepSettings,
+        resolution: Resolution,
+        newton: NewtonOptions,
+        solver: Solver,
         holding: &'a Holding<'a>,
         tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
@@ -165,7 +167,7 @@ impl<'a> Refinement<'a> {
                 eps,
                 ..setting
             };
-            FrequencySolver::new(setting, settings.newton, settings.solver, holding, tell)
+            FrequencySolver::new(setting, newton, solver, holding, tell)
         };
         Self {
             levels: resolutions.iter().map(solver_at).collect(),
@@ -173,7 +175,7 @@ impl<'a> Refinement<'a> {
                 .iter()
                 .map(|level| level.check.as_deref().map(solver_at))
                 .collect(),
-            accuracy: match settings.resolution {
+            accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
             },

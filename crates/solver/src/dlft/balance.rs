@@ -373,17 +373,13 @@ impl<'a> Balance<'a> {
                 },
             )
             .collect();
-        let mut jacobian = Jacobian {
-            active: vec![],
-            derivatives: vec![],
-        };
-        for (pair, derivative) in found.into_iter().enumerate() {
-            if let Some(derivative) = derivative {
-                jacobian.active.push(pair);
-                jacobian.derivatives.push(derivative);
-            }
+        let found = found.into_iter().enumerate();
+        let moving = found.filter_map(|(pair, derivative)| Some((pair, derivative?)));
+        let (active, derivatives) = moving.unzip();
+        Jacobian {
+            active,
+            derivatives,
         }
-        jacobian
     }
 
     /// Distance that a pair slides in a period, m.

@@ -136,11 +136,8 @@ mod tests {
         let problem = problem(3);
         let damping = Rayleigh::NONE;
         let system = ContactSystem::new(&problem, damping);
-        for choice in [
-            EpsChoice::Dynamic,
-            EpsChoice::Pair,
-            EpsChoice::SpectralRadius,
-        ] {
+        use EpsChoice::{Dynamic, Pair, SpectralRadius};
+        for choice in [Dynamic, Pair, SpectralRadius] {
             let one = Eps::new(choice).of(&system, 0.4, 3);
             let half = Eps { choice, scale: 0.5 }.of(&system, 0.4, 3);
             assert!(

@@ -1,7 +1,7 @@
 //! Ratio of the distance that pairs would slide if nothing rubbed to the distance that friction
 //! deforms them.
 //!
-//! Where it is large, bodies slide as a whole, and each reversal of friction is a step in time that
+//! Bodies slide as a whole where it is large. Each reversal of friction is then a step in time that
 //! is as wide as the elastic displacement mu N / eps: Newton's method does not find it, and the
 //! motion hardly depends on it.
 

@@ -41,6 +41,8 @@ pub enum Motion {
     StaysOpen,
 }
 
+use Motion::{LiftsOff, Slides, StaysOpen, Sticks};
+
 /// Numbers between -1 and 1, the same on every machine.
 pub fn mixed(i: usize, seed: usize) -> f64 {
     ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
@@ -101,36 +103,20 @@ pub const OPEN_AT_REST: usize = 5;
 
 /// Nine pairs of which most take part in the linear solves; the other list has two that do.
 const MANY: [Motion; 9] = [
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::LiftsOff,
-    Motion::StaysOpen,
-    Motion::Slides,
-    Motion::LiftsOff,
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::StaysOpen,
+    Sticks, Slides, LiftsOff, StaysOpen, Slides, LiftsOff, Sticks, Slides, StaysOpen,
 ];
 const FEW: [Motion; 9] = [
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::LiftsOff,
-    Motion::Sticks,
-    Motion::Sticks,
+    Sticks, Sticks, Slides, Sticks, Sticks, Sticks, LiftsOff, Sticks, Sticks,
 ];
 
 /// Share of lambda_u that the law uses of a pair with this motion, in one block of 3 per
 /// coefficient. `shift_n` is what the law adds to N.
 fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[f64; 3]> {
     let (press, shake, rub) = match motion {
-        Motion::Sticks => (20.0, 0.2, 0.2),
-        Motion::Slides => (1.5, 0.2, 0.8),
-        Motion::LiftsOff => (0.3, 0.8, 0.6),
-        Motion::StaysOpen => (-8.0, 0.2, 0.6),
+        Sticks => (20.0, 0.2, 0.2),
+        Slides => (1.5, 0.2, 0.8),
+        LiftsOff => (0.3, 0.8, 0.6),
+        StaysOpen => (-8.0, 0.2, 0.6),
     };
     let mut blocks = vec![[-press - shift_n, start[0], start[1]]];
     for h in 1..=2 * HARMONICS {
@@ -221,15 +207,15 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         balance.force = force;
         for (motion, end) in motions.iter().zip(balance.evaluate(&u).ends) {
             let does = match end.open_samples {
-                _ if end.always_stuck => Motion::Sticks,
-                0 => Motion::Slides,
-                SAMPLES => Motion::StaysOpen,
-                _ => Motion::LiftsOff,
+                _ if end.always_stuck => Sticks,
+                0 => Slides,
+                SAMPLES => StaysOpen,
+                _ => LiftsOff,
             };
             assert!(end.periodic && does == *motion, "{motion:?}: {end:?}");
-            assert!((end.slid_n > 0.1) == matches!(motion, Motion::Slides | Motion::LiftsOff));
+            assert!((end.slid_n > 0.1) == matches!(motion, Slides | LiftsOff));
         }
-        let moving = motions.iter().filter(|m| **m != Motion::Sticks).count();
+        let moving = motions.iter().filter(|m| **m != Sticks).count();
         let springs = if has_springs { ", springs" } else { "" };
         check(
             &format!("{moving} pairs move, mean {mean:?}{springs}"),

@@ -7,8 +7,7 @@
 //! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
 //! motion at a small q from far away, and follows it as q grows.
 
-use super::aft::{PERIODICITY, add_own};
-use super::pair_signals::{PairInput, Rounding, Signals};
+use super::pair_signals::{PERIODICITY, PairInput, Rounding, Signals, add_own};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
 

@@ -5,9 +5,9 @@
 //! All pairs open is a valid state where supports and springs hold the bodies; elsewhere nothing
 //! holds them then.
 //!
-//! Where friction does not hold a motion that nothing else holds (at a coefficient of 0 it never
-//! does) there is no state to be found, or one far away: the motion is then retained at rest, as in
-//! the dynamic solve ([`super::retention`]).
+//! A motion that nothing else holds is retained at rest, as in the dynamic solve
+//! ([`super::retention`]), where friction does not hold it either (at a coefficient of 0 it never
+//! does): there is no state to be found then, or one far away.
 
 use super::balance::apply_real;
 use super::coarse::Coarse;

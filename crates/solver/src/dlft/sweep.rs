@@ -155,7 +155,15 @@ pub(super) fn in_run<T>(
     setting.free_slips_m = &free_slips_m;
     let run = Run {
         linear: ContactSystem::new(&linear, damping),
-        refinement: Refinement::new(setting, &levels, settings, &holding, tell),
+        refinement: Refinement::new(
+            setting,
+            &levels,
+            settings.resolution,
+            settings.newton,
+            settings.solver,
+            &holding,
+            tell,
+        ),
         earlier: earlier
             .iter()
             .map(|solved| (solved.place(), solved))
