@@ -182,8 +182,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// What belongs to the first and to the second flank, from what belongs to this one and to the
-    /// other; or the other way round.
+    /// Values of the first and of the second flank, from those of this flank and of the other one,
+    /// or the other way round.
     pub fn ordered<T>(self, [own, other]: [T; 2]) -> [T; 2] {
         match self {
             Self::First => [own, other],

@@ -20,7 +20,7 @@ use dovetail_numerics::space::{add_scaled, cross, distance, dot, norm, scaled, s
 
 /// Report of how a field at points in space was mapped to a surface, at the amplitude of its
 /// excitation. In complex vectors the real part comes first.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FieldMap {
     /// Source of the field.
@@ -126,23 +126,16 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
     let feet = feet(&field.points_m, facets);
     let mut forces = Forces::none(facets);
     let mut map = FieldMap {
-        field: String::new(),
-        surface: String::new(),
         points: feet.len(),
-        given_n: None,
-        applied_n: [[0.0; 3]; 2],
         largest_distance_m: feet.iter().map(|f| f.distance_m).fold(0.0, f64::max),
         rms_distance_m: rms(feet.iter().map(|f| f.distance_m)),
         far_points: feet
             .iter()
             .filter(|f| f.distance_m > facets.length_m(f.facet))
             .count(),
-        moment_error: None,
-        interpolation_error: None,
-        sum_error_n: None,
-        empty_facets: 0,
         facets: facets.nodes.len(),
         distances_m: feet.iter().map(|f| f.distance_m).collect(),
+        ..FieldMap::default()
     };
     match given(field, &feet) {
         Given::Forces(given) => {
