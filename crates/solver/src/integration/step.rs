@@ -37,8 +37,8 @@ use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::contact::PairLaw;
 use crate::problem::Problem;
-use crate::reduction::Load;
 use crate::reduction::damping::Rayleigh;
+use crate::reduction::{Load, ReducedModel};
 use dovetail_numerics::dense::{Lu, add_product, symmetrised};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -175,20 +175,18 @@ impl<'a> Stepper<'a> {
         let h = 2.0 / omega_rad_s * (std::f64::consts::PI / steps as f64).tan();
         let c = 2.0 / h + damping.mass_per_s;
         let half = damping.stiffness_s + 0.5 * h;
-        let modal: Vec<f64> = problem
-            .reduced
-            .omega2
-            .iter()
-            .map(|w2| c + half * w2)
-            .collect();
-        let n = problem.reduced.stiffness.nrows();
-        let mut matrix = Mat::from_fn(n, n, |i, j| {
-            c * problem.reduced.mass[(i, j)] + half * problem.reduced.stiffness[(i, j)]
-        });
-        let scaled = Mat::from_fn(n, modal.len(), |i, m| {
-            c * c * problem.reduced.coupling[(i, m)] / modal[m]
-        });
-        let coupling_t = problem.reduced.coupling.transpose();
+        let ReducedModel {
+            stiffness,
+            mass,
+            coupling,
+            omega2,
+            ..
+        } = &problem.reduced;
+        let modal: Vec<f64> = omega2.iter().map(|w2| c + half * w2).collect();
+        let n = stiffness.nrows();
+        let mut matrix = Mat::from_fn(n, n, |i, j| c * mass[(i, j)] + half * stiffness[(i, j)]);
+        let scaled = Mat::from_fn(n, modal.len(), |i, m| c * c * coupling[(i, m)] / modal[m]);
+        let coupling_t = coupling.transpose();
         matmul(&mut matrix, Accum::Add, &scaled, coupling_t, -1.0, Par::Seq);
         let mut inverse = Mat::<f64>::identity(n, n);
         Lu::new(matrix).solve_in_place(inverse.as_mut());
@@ -197,11 +195,7 @@ impl<'a> Stepper<'a> {
         if !positive {
             return Err(IntegrationError::Singular { frequency_hz });
         }
-        let friction = problem
-            .laws
-            .iter()
-            .map(PairLaw::computed_friction)
-            .collect();
+        let friction = problem.laws.iter().map(PairLaw::computed_friction);
         // V+ = 2 Vm - V.
         let mut delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
         for (i, compliance) in compliances(problem).into_iter().enumerate() {
@@ -215,7 +209,7 @@ impl<'a> Stepper<'a> {
             h,
             inverse,
             coupling_t: coupling_t.to_owned(),
-            contact: ContactProblem::new(delassus, friction),
+            contact: ContactProblem::new(delassus, friction.collect()),
             kx: vec![0.0; n],
             mv: vec![0.0; n],
             pv: vec![0.0; modal.len()],

@@ -54,12 +54,8 @@ pub struct CycleFields {
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     let per_area = |value: &dyn Fn(&PairCycle) -> f64| {
-        orbit
-            .cycles
-            .iter()
-            .zip(pairs)
-            .map(|(c, p)| value(c) / area_m2(p))
-            .collect()
+        let all = orbit.cycles.iter().zip(pairs);
+        all.map(|(c, p)| value(c) / area_m2(p)).collect()
     };
     CycleFields {
         status: orbit.cycles.iter().map(|c| c.status).collect(),
@@ -96,22 +92,15 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
     let tangential = |v: &[f64]| v.chunks_exact(3).map(|c| [c[1], c[2]]).collect();
     // 0 - x rather than -x: an open pair carries 0, not -0.
     let normal_force_n: Vec<f64> = state.lambda.chunks_exact(3).map(|l| 0.0 - l[0]).collect();
+    let forces = normal_force_n.iter().zip(pairs);
+    let places = state.x.chunks_exact(3).zip(pairs);
     StaticFields {
         status: state.status.clone(),
-        pressure_pa: normal_force_n
-            .iter()
-            .zip(pairs)
-            .map(|(f, p)| f / area_m2(p))
-            .collect(),
-        normal_force_n,
+        pressure_pa: forces.map(|(f, p)| f / area_m2(p)).collect(),
         friction_n: tangential(&state.lambda),
         slip_m: tangential(&state.x),
-        gap_m: state
-            .x
-            .chunks_exact(3)
-            .zip(pairs)
-            .map(|(x, p)| x[0] + p.gap_m())
-            .collect(),
+        gap_m: places.map(|(x, p)| x[0] + p.gap_m()).collect(),
+        normal_force_n,
     }
 }
 

@@ -400,12 +400,7 @@ mod tests {
                     self.heard.push(format!("{} begins: {title}", stage.id()));
                 }
                 Event::StageEnds(end) => {
-                    let StageEnd {
-                        title,
-                        unknowns,
-                        took,
-                        ..
-                    } = end;
+                    let (title, unknowns, took) = (&end.title, &end.unknowns, end.took);
                     self.heard
                         .push(format!("{title} ends: {unknowns:?}, {took:?}"));
                 }
