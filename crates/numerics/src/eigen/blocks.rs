@@ -216,11 +216,8 @@ fn orthonormalise(
             if length > bound {
                 own[(independent.len(), j)] = length;
                 independent.push(j);
-                for v in u.col_as_slice_mut(j) {
-                    *v /= length;
-                }
-                for v in weighted.col_as_slice_mut(j) {
-                    *v /= length;
+                for a in [&mut *u, &mut weighted] {
+                    a.col_as_slice_mut(j).iter_mut().for_each(|v| *v /= length);
                 }
             }
         }

@@ -80,12 +80,8 @@ impl Columns {
         let mut mean = first(&inexact.forces);
         if let Some(retention) = &linear.retention {
             for j in 0..motions {
-                let motion: Vec<f64> = inexact
-                    .motions
-                    .row(j)
-                    .iter()
-                    .map(|v| f64::from(*v))
-                    .collect();
+                let motion = inexact.motions.row(j);
+                let motion: Vec<f64> = motion.iter().map(|v| f64::from(*v)).collect();
                 let mut pull = vec![0.0; motion.len()];
                 retention.add_to(&motion, &mut pull);
                 for (i, h) in pull.iter().enumerate() {

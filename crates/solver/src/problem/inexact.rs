@@ -226,17 +226,11 @@ impl Inexact {
             let modal = Mat::from_fn(modal.nrows(), modal.ncols(), |j, m| {
                 mode(m) as f32 * modal[(j, m)]
             });
-            let y_mut = y.as_mut();
-            let inertia_t = self.inertia.transpose();
-            matmul(y_mut, Accum::Add, &inertia, inertia_t, -z as f32, Par::Seq);
-            matmul(
-                y.as_mut(),
-                Accum::Add,
-                &modal,
-                coupling.transpose(),
-                1.0,
-                Par::Seq,
-            );
+            let mut add = |a: &Mat<f32>, b: MatRef<'_, f32>, by: f32| {
+                matmul(y.as_mut(), Accum::Add, a, b.transpose(), by, Par::Seq);
+            };
+            add(&inertia, self.inertia.as_ref(), -z as f32);
+            add(&modal, coupling, 1.0);
             y
         };
         [
