@@ -113,6 +113,7 @@ fn left_of_group(folder: &Path) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::folder::Folder;
 
     #[test]
     fn what_the_system_says_is_read() {
@@ -149,18 +150,15 @@ mod tests {
 
     #[test]
     fn what_a_group_leaves_is_its_limit_less_its_use() {
-        let folder = std::env::temp_dir().join(format!("dovetail-group-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let write = |file: &str, text: &str| fs::write(folder.join(file), text).unwrap();
-        write("memory.max", "max\n");
-        write("memory.current", "700\n");
+        let folder = Folder::new("group");
+        folder.write("memory.max", "max\n");
+        folder.write("memory.current", "700\n");
         assert_eq!(left_of_group(&folder), None);
-        write("memory.max", "1000\n");
-        write("memory.stat", "anon 5\ninactive_file 200\n");
+        folder.write("memory.max", "1000\n");
+        folder.write("memory.stat", "anon 5\ninactive_file 200\n");
         assert_eq!(left_of_group(&folder), Some(500));
-        write("memory.current", "5000\n");
+        folder.write("memory.current", "5000\n");
         assert_eq!(left_of_group(&folder), Some(0));
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -42,6 +42,25 @@ pub fn scaled(a: Vector, s: f64) -> Vector {
     a.map(|c| c * s)
 }
 
+/// Computes sum += s a.
+pub fn add_scaled(sum: &mut Vector, s: f64, a: Vector) {
+    for (sum, c) in sum.iter_mut().zip(a) {
+        *sum += s * c;
+    }
+}
+
+/// Difference of the largest and the least of some numbers.
+pub fn extent(values: impl Iterator<Item = f64>) -> f64 {
+    let all = (f64::INFINITY, f64::NEG_INFINITY);
+    let (least, most) = values.fold(all, |(least, most), x| (least.min(x), most.max(x)));
+    most - least
+}
+
+/// Diagonal of the box around some points, along the axes.
+pub fn diagonal(points: &[Vector]) -> f64 {
+    norm([0, 1, 2].map(|axis| extent(points.iter().map(|p| p[axis]))))
+}
+
 /// Unit vector along a vector; `None` for a zero one.
 pub fn unit(a: Vector) -> Option<Vector> {
     let length = norm(a);

@@ -101,26 +101,24 @@ pub fn text(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::folder::Folder;
 
     #[test]
     fn only_regular_files_of_text_are_read() {
-        let folder = std::env::temp_dir().join(format!("dovetail-input-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = Folder::new("input");
         let said = |path: &Path| text(path).unwrap_err().to_string();
         assert!(said(&folder).contains("a folder"));
         if cfg!(target_os = "linux") {
             assert!(said(Path::new("/dev/zero")).contains("a device"));
             assert!(bytes(Path::new("/dev/zero")).is_err());
         }
-        let path = folder.join("a.toml");
-        std::fs::write(&path, b"ab\xffcd").unwrap();
+        let path = folder.write("a.toml", b"ab\xffcd");
         assert!(said(&path).contains("byte 3 is not UTF-8"));
-        std::fs::write(&path, "name = 1").unwrap();
+        folder.write("a.toml", "name = 1");
         assert_eq!(text(&path).unwrap(), "name = 1");
         // A file of holes: nothing of it need be on the disk.
         let long = File::create(&path).unwrap();
         long.set_len(1 << 40).unwrap();
         assert!(said(&path).contains("longer than 16 MiB"));
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -15,6 +15,6 @@ mod sequential;
 
 pub use packed::PackedSymmetric;
 pub use sequential::{
-    Lu, cholesky, is_definite, lowest_eigenvalue, product, self_adjoint_eigen,
+    Lu, add_product, cholesky, is_definite, lowest_eigenvalue, product, self_adjoint_eigen,
     self_adjoint_eigenvalues, solve_in_place, symmetrised,
 };

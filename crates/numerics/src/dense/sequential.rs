@@ -11,14 +11,22 @@ use faer::linalg::triangular_solve::{
 };
 use faer::perm::PermRef;
 use faer::prelude::ReborrowMut;
-use faer::traits::ComplexField;
+use faer::traits::{ComplexField, math_utils::one};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 /// Product a b.
-pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+pub fn product<T: ComplexField>(a: MatRef<'_, T>, b: MatRef<'_, T>) -> Mat<T> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(&mut c, Accum::Replace, a, b, 1.0, Par::Seq);
+    matmul(&mut c, Accum::Replace, a, b, one(), Par::Seq);
     c
+}
+
+/// Computes y += s a x.
+pub fn add_product(a: MatRef<'_, f64>, s: f64, x: &[f64], y: &mut [f64]) {
+    let (rows, columns) = (y.len(), x.len());
+    let y = MatMut::from_column_major_slice_mut(y, rows, 1);
+    let x = MatRef::from_column_major_slice(x, columns, 1);
+    matmul(y, Accum::Add, a, x, s, Par::Seq);
 }
 
 /// Factors P A = L U with partial pivoting. The solutions for a singular matrix are not finite.

@@ -254,10 +254,8 @@ pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eigen::assert_like_dense;
-    use crate::eigen::lowest_modes as lowest;
     use crate::eigen::sturm::certified;
-    use dovetail_testkit::lattice::Lattice;
+    use crate::eigen::{cantilever, lowest_modes as lowest};
 
     #[test]
     fn openblas_where_it_is_the_blas_has_one_thread() {
@@ -273,33 +271,9 @@ mod tests {
         );
     }
 
-    fn against_dense(lattice: Lattice, count: usize) {
-        let (k, m) = lattice.cantilever();
-        assert!(k.nrows() > smallest_size(count));
-        let modes = lowest(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
-        assert_like_dense(&k, &m, &modes, count);
-    }
-
-    #[test]
-    fn arpack_and_dense_agree() {
-        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
-        against_dense(lattice, 12);
-    }
-
-    #[test]
-    fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
-        // one.
-        for count in [7, 12, 21] {
-            let lattice = Lattice::new([9, 4, 4], 4e7, 0.1, 0.0);
-            against_dense(lattice, count);
-        }
-    }
-
     #[test]
     fn runs_are_the_same_to_the_bit_even_side_by_side() {
-        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
-        let (k, m) = lattice.cantilever();
+        let (k, m, _) = cantilever([9, 4, 3], 0.6);
         let run = || lowest(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
         let first = run();
         let (a, b) = rayon::join(run, run);
@@ -311,9 +285,7 @@ mod tests {
 
     #[test]
     fn none_all_and_too_many_modes() {
-        let lattice = Lattice::new([3, 2, 2], 4e7, 0.1, 0.1);
-        let (k, m) = lattice.cantilever();
-        let factor = Cholesky::factor(&k).unwrap();
+        let (k, m, factor) = cantilever([3, 2, 2], 0.1);
         for (asked, given) in [(0, 0), (1, 1), (24, 24), (99, 24)] {
             let modes = lowest(&k, &m, asked, &factor).unwrap();
             assert_eq!((modes.count(), modes.vectors.ncols()), (given, given));
@@ -326,9 +298,7 @@ mod tests {
 
     #[test]
     fn a_missing_mode_is_noticed() {
-        let lattice = Lattice::new([9, 4, 3], 4e7, 0.1, 0.6);
-        let (k, m) = lattice.cantilever();
-        let factor = Cholesky::factor(&k).unwrap();
+        let (k, m, factor) = cantilever([9, 4, 3], 0.6);
         let all = lanczos(&m, &factor, 10, 24, 0).unwrap();
         let keep: Vec<usize> = (0..10).filter(|i| *i != 2).collect();
         let some = Modes {

@@ -216,11 +216,8 @@ fn orthonormalise(
             if length > bound {
                 own[(independent.len(), j)] = length;
                 independent.push(j);
-                for v in u.col_as_slice_mut(j) {
-                    *v /= length;
-                }
-                for v in weighted.col_as_slice_mut(j) {
-                    *v /= length;
+                for a in [&mut *u, &mut weighted] {
+                    a.col_as_slice_mut(j).iter_mut().for_each(|v| *v /= length);
                 }
             }
         }
@@ -335,41 +332,15 @@ fn subtract(a: MatRef<'_, f64>, shares: MatRef<'_, f64>, u: MatMut<'_, f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eigen::assert_like_dense;
+    use crate::eigen::{assert_like_dense, cantilever};
     use dovetail_testkit::lattice::Lattice;
     use dovetail_testkit::threads::on_threads;
-
-    fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
-        let lattice = Lattice::new(shape, 4e7, 0.1, irregularity);
-        let (k, m) = lattice.cantilever();
-        let factor = Cholesky::factor(&k).unwrap();
-        let none = Modes::none(k.nrows());
-        let modes = lowest_modes(&k, &m, count, &factor, &none).unwrap();
-        assert_like_dense(&k, &m, &modes, count);
-    }
-
-    #[test]
-    fn modes_are_those_of_the_dense_solver() {
-        against_dense([9, 5, 4], 0.6, 12);
-        against_dense([12, 6, 5], 0.6, 30);
-    }
-
-    #[test]
-    fn repeated_modes_are_all_found() {
-        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts
-        // one.
-        for count in [7, 12, 21] {
-            against_dense([9, 4, 4], 0.0, count);
-        }
-    }
 
     #[test]
     fn modes_that_are_known_are_not_iterated_for_again() {
         // With and without pairs of equal modes, of which the known ones may hold one.
         for irregularity in [0.6, 0.0] {
-            let lattice = Lattice::new([12, 6, 6], 4e7, 0.1, irregularity);
-            let (k, m) = lattice.cantilever();
-            let factor = Cholesky::factor(&k).unwrap();
+            let (k, m, factor) = cantilever([12, 6, 6], irregularity);
             let none = Modes::none(k.nrows());
             for count in [1, 15] {
                 let known = lowest_modes(&k, &m, count, &factor, &none).unwrap();
@@ -386,7 +357,9 @@ mod tests {
     #[test]
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
-        against_dense([3, 2, 2], 0.1, 24);
+        let (k, m, factor) = cantilever([3, 2, 2], 0.1);
+        let modes = lowest_modes(&k, &m, 24, &factor, &Modes::none(24)).unwrap();
+        assert_like_dense(&k, &m, &modes, 24);
         // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions
         // at most.
         let spring = |i: usize| [1.0, 4.0, 9.0][i];
@@ -431,9 +404,7 @@ mod tests {
 
     #[test]
     fn threads_change_no_bit() {
-        let lattice = Lattice::new([30, 14, 12], 4e7, 0.1, 0.6);
-        let (k, m) = lattice.cantilever();
-        let factor = Cholesky::factor(&k).unwrap();
+        let (k, m, factor) = cantilever([30, 14, 12], 0.6);
         let run = |threads: usize| {
             on_threads(threads, || {
                 lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap()

@@ -129,13 +129,8 @@ mod tests {
         let k = dense(&k);
         let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();
         let motions = coarse_space(k.as_ref(), &weights, 40);
-        let mass = Mat::from_fn(
-            k.nrows(),
-            k.nrows(),
-            |i, j| {
-                if i == j { weights[i] } else { 0.0 }
-            },
-        );
+        let diagonal = |i, j| if i == j { weights[i] } else { 0.0 };
+        let mass = Mat::from_fn(k.nrows(), k.nrows(), diagonal);
         let modes = crate::eigen::dense::modes(k.as_ref(), mass.as_ref()).unwrap();
         for (j, exact) in modes.omega2[..20].iter().enumerate() {
             let w = motions.col(j);

@@ -18,7 +18,7 @@ mod sturm;
 
 pub use coarse_space::coarse_space;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
 use crate::memory::TooLittle;
@@ -172,6 +172,17 @@ fn has_mass(mass: &CscMatrix<f64>, unknown: usize) -> bool {
     entries.any(|(&row, &m)| row == unknown && m != 0.0)
 }
 
+/// Scales the vectors to unit modal mass, from their products with the mass, and fixes their signs.
+/// A modal mass below `least` counts as `least`.
+fn normalise(vectors: &mut Mat<f64>, weighted: MatRef<'_, f64>, least: f64) {
+    for j in 0..vectors.ncols() {
+        let modal_mass = (weighted.col(j).transpose() * vectors.col(j)).max(least);
+        let column = vectors.col_as_slice_mut(j);
+        column.iter_mut().for_each(|v| *v /= modal_mass.sqrt());
+    }
+    fix_signs(vectors);
+}
+
 /// Turns each vector so that its first entry of at least half the largest magnitude is positive.
 fn fix_signs(vectors: &mut Mat<f64>) {
     for j in 0..vectors.ncols() {
@@ -187,6 +198,15 @@ fn fix_signs(vectors: &mut Mat<f64>) {
             column.iter_mut().for_each(|v| *v = -*v);
         }
     }
+}
+
+/// Cantilever of a lattice, as stiffness, mass, and the factor of the stiffness.
+#[cfg(test)]
+fn cantilever(shape: [usize; 3], irregularity: f64) -> (CscMatrix<f64>, CscMatrix<f64>, Cholesky) {
+    let lattice = dovetail_testkit::lattice::Lattice::new(shape, 4e7, 0.1, irregularity);
+    let (k, m) = lattice.cantilever();
+    let factor = Cholesky::factor(&k).unwrap();
+    (k, m, factor)
 }
 
 /// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2
@@ -211,7 +231,26 @@ fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, coun
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dovetail_testkit::lattice::Lattice;
+
+    /// Springs that all differ, and a square section of equal ones, whose bending modes come in
+    /// equal pairs. An odd count cuts one.
+    #[test]
+    fn both_lanczos_methods_find_the_modes_of_the_dense_solver_repeated_ones_too() {
+        let irregular = [([9, 4, 3], 12), ([9, 5, 4], 12), ([12, 6, 5], 30)];
+        let irregular = irregular.map(|(shape, count)| (shape, 0.6, count));
+        let equal = [7, 12, 21].map(|count| ([9, 4, 4], 0.0, count));
+        for (shape, irregularity, count) in irregular.into_iter().chain(equal) {
+            let (k, m, factor) = cantilever(shape, irregularity);
+            assert!(k.nrows() > arpack::smallest_size(count));
+            let none = Modes::none(k.nrows());
+            for modes in [
+                arpack::lowest_modes(&k, &m, count, &factor),
+                blocks::lowest_modes(&k, &m, count, &factor, &none),
+            ] {
+                assert_like_dense(&k, &m, &modes.unwrap(), count);
+            }
+        }
+    }
 
     #[test]
     fn the_first_large_entry_decides_the_sign() {
@@ -233,8 +272,7 @@ mod tests {
     /// condensed out.
     #[test]
     fn unknowns_without_mass_follow_the_others() {
-        let lattice = Lattice::new([12, 5, 4], 4e7, 0.1, 0.3);
-        let (k, mut m) = lattice.cantilever();
+        let (k, mut m, factor) = cantilever([12, 5, 4], 0.3);
         let n = k.nrows();
         let without = |i: usize| i % 3 == 1;
         for (j, mut column) in m.col_iter_mut().enumerate() {
@@ -253,7 +291,6 @@ mod tests {
         dense::solve_in_place(inner.as_ref(), followed.as_mut());
         let condensed = part(&k, &with, &with) - part(&k, &with, &without) * followed;
         let exact = dense::modes(condensed.as_ref(), part(&m, &with, &with).as_ref()).unwrap();
-        let factor = Cholesky::factor(&k).unwrap();
         let count = 8;
         let found = [
             arpack::lowest_modes(&k, &m, count, &factor).unwrap(),

@@ -4,7 +4,7 @@
 
 use nalgebra_sparse::CscMatrix;
 
-use super::{EigenError, Modes, fix_signs};
+use super::{EigenError, Modes, normalise};
 use crate::sparse::{self, Cholesky, negative_eigenvalues};
 
 /// Number of modes computed beyond those asked for, to find a gap for the Sturm count; more at each
@@ -91,14 +91,7 @@ pub(super) fn certified(
         });
     }
     let mut vectors = modes.vectors.get(.., ..count).to_owned();
-    for j in 0..count {
-        let modal_mass = weighted.col(j).transpose() * modes.vectors.col(j);
-        vectors
-            .col_mut(j)
-            .iter_mut()
-            .for_each(|v| *v /= modal_mass.sqrt());
-    }
-    fix_signs(&mut vectors);
+    normalise(&mut vectors, weighted.as_ref(), f64::NEG_INFINITY);
     Ok(Modes {
         omega2: modes.omega2[..count].to_vec(),
         vectors,

@@ -57,10 +57,8 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
         // In scaled unknowns y = scaling x: columns divided.
         let mut jacobian = system.jacobian(x);
         for (j, s) in scaling.iter().enumerate() {
-            jacobian
-                .col_as_slice_mut(j)
-                .iter_mut()
-                .for_each(|v| *v /= s);
+            let column = jacobian.col_as_slice_mut(j).iter_mut();
+            column.for_each(|v| *v /= s);
         }
         let mut newton: Vec<f64> = f.iter().map(|v| -v).collect();
         Lu::new(jacobian.clone()).solve_column_in_place(&mut newton);

@@ -43,7 +43,12 @@ impl Symbolic {
             .map_err(|source| FactorError::TooLittleMemory { unknowns, source })?;
         let mut values = zeros(self.factor_entries(), unknowns)?;
         match plan.eliminate(&mut values) {
-            Ok(left) => Ok((self.factored(values, inner)?, left)),
+            Ok(left) => {
+                let symbolic = self.clone();
+                let factor = Cholesky { symbolic, values };
+                factor.check_pivots(inner)?;
+                Ok((factor, left))
+            }
             Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
             Err(EliminationError::NotPositiveDefinite) => {
                 drop(values);
@@ -63,10 +68,9 @@ impl Symbolic {
         let unknowns = symbolic.nrows();
         let mut values = zeros(symbolic.len_val(), unknowns)?;
         let params = faer::Spec::default();
-        let mut memory = buffer(
-            symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, params),
-            unknowns,
-        )?;
+        let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, params);
+        let mut memory =
+            MemBuffer::try_new(scratch).map_err(|_| FactorError::OutOfMemory { unknowns })?;
         let outcome = symbolic.factorize_numeric_ldlt(
             &mut values,
             view(matrix),
@@ -110,16 +114,6 @@ impl Symbolic {
             Some((dof, share)) => FactorError::Singular { dof, share },
             None => FactorError::Singular { dof: 0, share: 0.0 },
         }
-    }
-
-    /// Cholesky factor of `matrix` from its values, laid out by supernodes.
-    fn factored(&self, values: Vec<f64>, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
-        let factor = Cholesky {
-            symbolic: self.clone(),
-            values,
-        };
-        factor.check_pivots(matrix)?;
-        Ok(factor)
     }
 }
 
@@ -246,10 +240,6 @@ fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
     Ok(values)
 }
 
-fn buffer(size: faer::dyn_stack::StackReq, unknowns: usize) -> Result<MemBuffer, FactorError> {
-    MemBuffer::try_new(size).map_err(|_| FactorError::OutOfMemory { unknowns })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -261,17 +251,13 @@ mod tests {
         Lattice::new([7, 5, 4], 3e7, 0.2, 0.4)
     }
 
-    fn right_hand_sides(n: usize, columns: usize) -> Mat<f64> {
-        Mat::from_fn(n, columns, |i, j| scattered(i + n * j))
-    }
-
     #[test]
     fn a_factor_solves() {
         let (k, _) = block().cantilever();
         let n = k.nrows();
         let symbolic = Symbolic::analyse(&k).unwrap();
         for columns in [1, 5, 33, 300] {
-            let b = right_hand_sides(n, columns);
+            let b = Mat::from_fn(n, columns, |i, j| scattered(i + n * j));
             let mut x = b.clone();
             symbolic.cholesky(&k).unwrap().solve_in_place(x.as_mut());
             let error = (dense(&k) * &x - &b).norm_l2() / b.norm_l2();

@@ -162,7 +162,7 @@ impl<'a> Tree<'a> {
         } = &mut front;
         let mut columns = MatMut::from_column_major_slice_mut(values, height, width);
         for child in children {
-            child.add_to_front(&mut columns);
+            child.add_to_columns(0, &mut columns);
         }
         for &(factor, matrix) in terms {
             self.add_entries(s, factor, matrix, &mut columns)?;
@@ -339,33 +339,13 @@ pub(super) struct ChildContribution {
 }
 
 impl ChildContribution {
-    /// Adds the block to the columns of its parent's front.
-    fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
-        let width = front.ncols();
-        for (j, &column) in self.rows.iter().enumerate() {
-            if column >= width {
-                break;
-            }
-            let Some(into) = front.rb_mut().col_mut(column).try_as_col_major_mut() else {
-                continue;
-            };
-            let into = into.as_slice_mut();
-            for (&row, v) in self.rows[j..].iter().zip(self.contribution.column(j)) {
-                into[row] += v;
-            }
-        }
-    }
-
-    /// Adds the block to the columns from `start` on of the contribution block of its parent, which
-    /// has `width` columns.
-    fn add_to_panel(&self, start: usize, width: usize, panel: &mut MatMut<'_, f64>) {
-        let above = width + start;
-        let first = self.rows.partition_point(|&row| row < above);
-        let end = self
-            .rows
-            .partition_point(|&row| row < above + panel.ncols());
+    /// Adds the block to the columns of its parent's front from number `above` on, given from the
+    /// row of that number down.
+    fn add_to_columns(&self, above: usize, columns: &mut MatMut<'_, f64>) {
+        let end = above + columns.ncols();
+        let [first, end] = [above, end].map(|end| self.rows.partition_point(|&row| row < end));
         for j in first..end {
-            let column = panel.rb_mut().col_mut(self.rows[j] - above);
+            let column = columns.rb_mut().col_mut(self.rows[j] - above);
             let Some(into) = column.try_as_col_major_mut() else {
                 continue;
             };
@@ -406,7 +386,7 @@ pub(super) fn schur_complement(
             matmul(below, Accum::Replace, a, b.transpose(), -1.0, Par::Seq);
         }
         for child in children {
-            child.add_to_panel(start, width, &mut panel);
+            child.add_to_columns(width + start, &mut panel);
         }
     };
     let panels = contribution.panels_mut();

@@ -83,13 +83,22 @@ fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatri
 
 /// Product `a x` for a dense block of columns.
 pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    by_panels(a, x, |y, x| panel_times(a, x, y))
+}
+
+/// Product `a x`, with `compute` called for each panel of its columns and of those of `x`.
+fn by_panels(
+    a: &CscMatrix<f64>,
+    x: MatRef<'_, f64>,
+    compute: impl Fn(MatMut<'_, f64>, MatRef<'_, f64>) + Sync,
+) -> Mat<f64> {
     let mut y = Mat::zeros(a.nrows(), x.ncols());
     if a.nrows() == 0 || a.ncols() == 0 || x.ncols() == 0 {
         return y;
     }
     y.par_col_chunks_mut(PANEL)
         .zip(x.par_col_chunks(PANEL))
-        .for_each(|(y, x)| panel_times(a, x, y));
+        .for_each(|(y, x)| compute(y, x));
     y
 }
 
@@ -122,38 +131,31 @@ fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
 /// Product `a x` for a symmetric `a` with both triangles stored and a dense block of columns. Each
 /// row of the product is gathered in registers.
 pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
-    let mut y = Mat::zeros(a.nrows(), x.ncols());
-    if a.nrows() == 0 || x.ncols() == 0 {
-        return y;
-    }
-    y.par_col_chunks_mut(PANEL)
-        .zip(x.par_col_chunks(PANEL))
-        .for_each(|(mut y, x)| {
-            let mut rows = vec![[0.0; PANEL]; a.nrows()];
-            for (c, column) in x.col_iter().enumerate() {
-                for (row, v) in rows.iter_mut().zip(column.iter()) {
-                    row[c] = *v;
-                }
+    by_panels(a, x, |mut y, x| {
+        let mut rows = vec![[0.0; PANEL]; a.nrows()];
+        for (c, column) in x.col_iter().enumerate() {
+            for (row, v) in rows.iter_mut().zip(column.iter()) {
+                row[c] = *v;
             }
-            let product: Vec<[f64; PANEL]> = a
-                .col_iter()
-                .map(|column| {
-                    let mut sum = [0.0; PANEL];
-                    for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                        for (s, r) in sum.iter_mut().zip(&rows[i]) {
-                            *s += v * r;
-                        }
+        }
+        let product: Vec<[f64; PANEL]> = a
+            .col_iter()
+            .map(|column| {
+                let mut sum = [0.0; PANEL];
+                for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                    for (s, r) in sum.iter_mut().zip(&rows[i]) {
+                        *s += v * r;
                     }
-                    sum
-                })
-                .collect();
-            for (c, column) in y.as_mut().col_iter_mut().enumerate() {
-                for (into, row) in column.iter_mut().zip(&product) {
-                    *into = row[c];
                 }
+                sum
+            })
+            .collect();
+        for (c, column) in y.as_mut().col_iter_mut().enumerate() {
+            for (into, row) in column.iter_mut().zip(&product) {
+                *into = row[c];
             }
-        });
-    y
+        }
+    })
 }
 
 /// Computes `y = a x` for a symmetric `a` with both triangles stored, on the calling thread.

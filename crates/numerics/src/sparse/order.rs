@@ -32,7 +32,10 @@ impl Order {
     }
 
     fn of_permutation(new_to_old: Vec<usize>) -> Self {
-        let old_to_new = inverse(&new_to_old);
+        let mut old_to_new = vec![0; new_to_old.len()];
+        for (new, &old) in new_to_old.iter().enumerate() {
+            old_to_new[old] = new;
+        }
         Self {
             new_to_old,
             old_to_new,
@@ -76,11 +79,8 @@ pub fn nested_dissection(pattern: &SparsityPattern, block: usize) -> Result<Orde
             columns: pattern.major_dim(),
         });
     }
-    let block = if block > 0 && unknowns.is_multiple_of(block) {
-        block
-    } else {
-        1
-    };
+    let divides = block > 0 && unknowns.is_multiple_of(block);
+    let block = if divides { block } else { 1 };
     let graph = node_graph(pattern, block);
     let too_large = || OrderError::TooLarge {
         unknowns: graph.nodes(),
@@ -211,14 +211,6 @@ fn postorder(parent: &[usize]) -> Vec<usize> {
     order
 }
 
-fn inverse(permutation: &[usize]) -> Vec<usize> {
-    let mut inverse = vec![0; permutation.len()];
-    for (new, &old) in permutation.iter().enumerate() {
-        inverse[old] = new;
-    }
-    inverse
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,11 +222,8 @@ mod tests {
     fn grid(shape: [usize; 3]) -> SparsityPattern {
         let lattice = Lattice::new(shape, 1.0, 1.0, 0.0);
         let number: Vec<_> = (0..lattice.nodes()).map(Some).collect();
-        lattice
-            .matrices(&number, lattice.nodes())
-            .0
-            .pattern()
-            .clone()
+        let (k, _) = lattice.matrices(&number, lattice.nodes());
+        k.pattern().clone()
     }
 
     /// Entries of the Cholesky factor under an order, by symbolic elimination on sets.

@@ -75,6 +75,18 @@ struct Supernode<'a> {
     pattern: &'a [usize],
 }
 
+impl Supernode<'_> {
+    /// Solves with L on the own rows of right-hand sides, given as columns.
+    fn solve_lower(&self, own: MatMut<'_, f64>) {
+        solve_lower_triangular_in_place(self.pivots, own.transpose_mut(), Par::Seq);
+    }
+
+    /// Solves with L^T, like [`Supernode::solve_lower`].
+    fn solve_upper(&self, own: MatMut<'_, f64>) {
+        solve_upper_triangular_in_place(self.pivots.transpose(), own.transpose_mut(), Par::Seq);
+    }
+}
+
 impl<'a> Factor<'a> {
     fn supernode(self, s: usize) -> Supernode<'a> {
         let supernode = self.supernodes.supernode(s);
@@ -237,11 +249,7 @@ impl<'a> Plan<'a> {
             let supernode = self.factor.supernode(s);
             let (own, later) = split(x, &supernode.unknowns, base, width);
             let mut own = rows_mut(own, width);
-            solve_lower_triangular_in_place(
-                supernode.pivots,
-                own.rb_mut().transpose_mut(),
-                Par::Seq,
-            );
+            supernode.solve_lower(own.rb_mut());
             let mut above = Rows::of(branch.pattern);
             for (start, rows) in chunks(supernode.pattern) {
                 let product = &mut product[..rows.len() * width];
@@ -283,11 +291,7 @@ impl<'a> Plan<'a> {
                 let gathered = rows_ref(gathered, width);
                 matmul(own.rb_mut(), Accum::Add, gathered, below, -1.0, Par::Seq);
             }
-            solve_upper_triangular_in_place(
-                supernode.pivots.transpose(),
-                own.transpose_mut(),
-                Par::Seq,
-            );
+            supernode.solve_upper(own);
         }
     }
 
@@ -296,11 +300,7 @@ impl<'a> Plan<'a> {
             let supernode = self.factor.supernode(s);
             let (own, later) = split(x, &supernode.unknowns, 0, width);
             let mut own = rows_mut(own, width);
-            solve_lower_triangular_in_place(
-                supernode.pivots,
-                own.rb_mut().transpose_mut(),
-                Par::Seq,
-            );
+            supernode.solve_lower(own.rb_mut());
             let mut product = vec![0.0; supernode.pattern.len() * width];
             if product.is_empty() {
                 continue;
@@ -342,11 +342,7 @@ impl<'a> Plan<'a> {
                         matmul(own, Accum::Add, gathered, below, -1.0, Par::Seq);
                     });
             }
-            solve_upper_triangular_in_place(
-                supernode.pivots.transpose(),
-                own.transpose_mut(),
-                Par::Seq,
-            );
+            supernode.solve_upper(own);
         }
     }
 }

@@ -6,7 +6,7 @@
 //! between two samples count at their instants (`between_samples`).
 
 use super::between_samples::{self, Passed, Visit};
-use super::pair_signals::{PairInput, Periods, Signals};
+use super::pair_signals::{PERIODICITY, PairInput, Periods, Signals, add_own};
 use super::rounded;
 use crate::contact::coulomb::{Contact, length, slip_tangent, unilateral_coulomb};
 use dovetail_numerics::fourier::Fourier;
@@ -18,9 +18,6 @@ use pulp::{Arch, Simd, WithSimd};
 pub const PLAIN_PERIODS: usize = 6;
 /// Number of periods after which a force that is still not periodic is given up.
 pub const MOST_PERIODS: usize = 40;
-/// The force is periodic when the state moves by less than this fraction of the largest predicted
-/// force.
-const PERIODICITY: f64 = 1e-12;
 /// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
@@ -93,17 +90,19 @@ fn evaluate_pair(
             &mut signals.lambda_u[c * samples..(c + 1) * samples],
         );
     }
+    let mut end = PairEnd {
+        periodic: false,
+        always_stuck: input.rounding.is_none(),
+        open_samples: 0,
+        slid_n: 0.0,
+        history: History::FromStart(1),
+    };
     if let Some(rounding) = input.rounding {
-        let periodic = rounded::contact_forces(&input, rounding, signals);
+        end.periodic = rounded::contact_forces(&input, rounding, signals);
         signals.to_frequency(fourier, lambda);
         let normal = signals.lambda[..samples].iter();
-        return PairEnd {
-            periodic,
-            always_stuck: false,
-            open_samples: normal.filter(|n| **n == 0.0).count(),
-            slid_n: 0.0,
-            history: History::FromStart(1),
-        };
+        end.open_samples = normal.filter(|n| **n == 0.0).count();
+        return end;
     }
     signals.find_reversals(&input);
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -113,13 +112,6 @@ fn evaluate_pair(
         // periodic.
         state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
     }
-    let mut end = PairEnd {
-        periodic: false,
-        always_stuck: true,
-        open_samples: 0,
-        slid_n: 0.0,
-        history: History::FromStart(1),
-    };
     let mut slipping = state;
     for period in 1..=MOST_PERIODS {
         let before = state;
@@ -210,7 +202,7 @@ fn one_period(
             *state = passed.state;
             continue;
         }
-        let predicted = prediction(signals, samples, n, input.shift_n, *state);
+        let predicted = signals.prediction(n, input.shift_n, *state);
         let (contact, force) = unilateral_coulomb(predicted, input.friction);
         signals.contact[n] = contact;
         for (c, force) in force.iter().enumerate() {
@@ -309,21 +301,6 @@ impl Memory {
             }
         }
     }
-}
-
-#[inline(always)]
-fn prediction(
-    signals: &Signals,
-    samples: usize,
-    n: usize,
-    shift: f64,
-    state: [f64; 2],
-) -> [f64; 3] {
-    [
-        signals.lambda_u[n] + shift,
-        signals.lambda_u[samples + n] - state[0],
-        signals.lambda_u[2 * samples + n] - state[1],
-    ]
 }
 
 /// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
@@ -482,7 +459,7 @@ impl Pass<'_> {
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
             let shift_n = self.input.shift_n;
-            let predicted = prediction(self.signals, samples, n, shift_n, self.state);
+            let predicted = self.signals.prediction(n, shift_n, self.state);
             let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
             if contact == Contact::Stick && self.touch_n > 0.0 {
                 let margin =
@@ -619,16 +596,6 @@ fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64]
     let ends = tangential.iter_mut().zip(history);
     ends.for_each(|(t, g)| *t = -g);
     add_own(s, tangential);
-}
-
-/// Adds S_T to two rows of 3(2H+1).
-#[inline(always)]
-fn add_own(s: &[f64], rows: &mut [f64]) {
-    let width = s.len();
-    for start in [width, 5 * width] {
-        let own = rows[start..start + width].iter_mut();
-        own.zip(s).for_each(|(r, v)| *r += v);
-    }
 }
 
 /// Derivative where the pair slips: d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).

@@ -373,17 +373,13 @@ impl<'a> Balance<'a> {
                 },
             )
             .collect();
-        let mut jacobian = Jacobian {
-            active: vec![],
-            derivatives: vec![],
-        };
-        for (pair, derivative) in found.into_iter().enumerate() {
-            if let Some(derivative) = derivative {
-                jacobian.active.push(pair);
-                jacobian.derivatives.push(derivative);
-            }
+        let found = found.into_iter().enumerate();
+        let moving = found.filter_map(|(pair, derivative)| Some((pair, derivative?)));
+        let (active, derivatives) = moving.unzip();
+        Jacobian {
+            active,
+            derivatives,
         }
-        jacobian
     }
 
     /// Distance that a pair slides in a period, m.
@@ -476,17 +472,8 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
-
-    /// Computes Lambda U - F.
-    fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; u.len()];
-        balance.apply_stiffness(u, &mut out);
-        out.iter_mut()
-            .zip(&balance.force)
-            .for_each(|(o, f)| *o -= f);
-        out
-    }
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points, with_changed, without_contact};
+    use crate::problem::Problem;
 
     #[test]
     fn a_retained_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
@@ -559,24 +546,20 @@ mod tests {
     fn the_slope_over_the_frequency_is_that_by_differences() {
         use crate::model::Growth;
         at_sample_points(|what, sample, u| {
-            let mut problem = sample.setting.system.problem.clone();
-            problem.excitations[1].growth = Growth::Squared;
-            let system = ContactSystem::new(&problem, sample.setting.system.damping);
-            let setting = Setting {
-                system: &system,
-                ..*sample.setting
-            };
-            let at = |omega: f64| without_contact(&Balance::new(&setting, omega), u);
-            let step = 1e-6;
-            let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
-            let balance = Balance::new(&setting, OMEGA_RAD_S);
-            let slope = balance.frequency_slope(u, OMEGA_RAD_S);
-            let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            for ((a, b), slope) in above.iter().zip(&below).zip(&slope) {
-                let by_differences = (a - b) / (2.0 * step);
-                let off = (by_differences - slope).abs();
-                assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
-            }
+            let growing = |problem: &mut Problem| problem.excitations[1].growth = Growth::Squared;
+            with_changed(sample.setting, growing, |setting| {
+                let at = |omega: f64| without_contact(&Balance::new(setting, omega), u);
+                let step = 1e-6;
+                let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
+                let balance = Balance::new(setting, OMEGA_RAD_S);
+                let slope = balance.frequency_slope(u, OMEGA_RAD_S);
+                let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                for ((a, b), slope) in above.iter().zip(&below).zip(&slope) {
+                    let by_differences = (a - b) / (2.0 * step);
+                    let off = (by_differences - slope).abs();
+                    assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
+                }
+            });
         });
     }
 
@@ -598,17 +581,13 @@ mod tests {
     #[test]
     fn a_coefficient_of_friction_above_what_is_computed_counts_as_that() {
         at_sample_points(|_, sample, _| {
-            let mut problem = sample.setting.system.problem.clone();
-            problem.laws[0].friction = 1e6;
-            let system = ContactSystem::new(&problem, sample.setting.system.damping);
-            let setting = Setting {
-                system: &system,
-                ..*sample.setting
-            };
-            let balance = Balance::new(&setting, OMEGA_RAD_S);
-            let friction = |pair: usize| balance.input(pair, &sample.force).friction;
-            assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
-            assert_eq!(friction(1), problem.laws[1].friction);
+            let too_rough = |problem: &mut Problem| problem.laws[0].friction = 1e6;
+            with_changed(sample.setting, too_rough, |setting| {
+                let balance = Balance::new(setting, OMEGA_RAD_S);
+                let friction = |pair: usize| balance.input(pair, &sample.force).friction;
+                assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
+                assert_eq!(friction(1), setting.system.problem.laws[1].friction);
+            });
         });
     }
 
@@ -619,22 +598,20 @@ mod tests {
             let mut capped = Balance::new(setting, OMEGA_RAD_S);
             capped.force.copy_from_slice(&sample.force);
             capped.most_friction = most;
-            let mut problem = setting.system.problem.clone();
-            assert!(problem.laws.iter().any(|pair| pair.friction < most));
-            for pair in &mut problem.laws {
-                pair.friction = pair.friction.min(most);
-            }
-            let system = ContactSystem::new(&problem, setting.system.damping);
-            let setting = Setting {
-                system: &system,
-                ..*setting
+            let less_rough = |problem: &mut Problem| {
+                assert!(problem.laws.iter().any(|pair| pair.friction < most));
+                for pair in &mut problem.laws {
+                    pair.friction = pair.friction.min(most);
+                }
             };
-            let mut less_rough = Balance::new(&setting, OMEGA_RAD_S);
-            less_rough.force.copy_from_slice(&sample.force);
-            let [capped, less_rough, as_it_is] =
-                [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
-            assert_eq!(capped, less_rough);
-            assert_ne!(capped, as_it_is);
+            with_changed(setting, less_rough, |setting| {
+                let mut less_rough = Balance::new(setting, OMEGA_RAD_S);
+                less_rough.force.copy_from_slice(&sample.force);
+                let [capped, less_rough, as_it_is] =
+                    [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
+                assert_eq!(capped, less_rough);
+                assert_ne!(capped, as_it_is);
+            });
         });
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::linear_system::LinearSystem;
 use crate::problem::inexact::Inexact;
-use dovetail_numerics::dense::Lu;
+use dovetail_numerics::dense::{Lu, product};
 
 /// Most motions of all harmonics together: their factor should cost no more than some linear
 /// iterations.
@@ -50,8 +50,7 @@ impl Coarse {
         let width = v.ncols();
         let [motions, forces] =
             [&inexact.motions, &inexact.forces].map(|a| a.get(..self.motions, ..));
-        let mut right = Mat::zeros(self.motions, width);
-        matmul(right.as_mut(), Accum::Replace, motions, v, 1.0, Par::Seq);
+        let right = product(motions, v);
         let mut q = Mat::from_fn(self.motions * width, 1, |i, _| {
             f64::from(right[(i % self.motions, i / self.motions)])
         });
@@ -60,11 +59,7 @@ impl Coarse {
             let q = q[(h * self.motions + i, 0)] as f32;
             if q.is_finite() { q } else { 0.0 }
         });
-        [motions, forces].map(|a| {
-            let mut z = Mat::zeros(a.ncols(), width);
-            matmul(z.as_mut(), Accum::Replace, a.transpose(), &q, 1.0, Par::Seq);
-            z
-        })
+        [motions, forces].map(|a| product(a.transpose(), q.as_ref()))
     }
 }
 
@@ -85,12 +80,8 @@ impl Columns {
         let mut mean = first(&inexact.forces);
         if let Some(retention) = &linear.retention {
             for j in 0..motions {
-                let motion: Vec<f64> = inexact
-                    .motions
-                    .row(j)
-                    .iter()
-                    .map(|v| f64::from(*v))
-                    .collect();
+                let motion = inexact.motions.row(j);
+                let motion: Vec<f64> = motion.iter().map(|v| f64::from(*v)).collect();
                 let mut pull = vec![0.0; motion.len()];
                 retention.add_to(&motion, &mut pull);
                 for (i, h) in pull.iter().enumerate() {

@@ -102,10 +102,7 @@ mod tests {
     #[test]
     fn eps_is_the_median_of_the_dynamic_stiffness_and_no_less_than_the_static_one() {
         let problem = problem(4);
-        let damping = Rayleigh {
-            stiffness_s: 0.1,
-            mass_per_s: 0.15,
-        };
+        let damping = Rayleigh::new(0.1, 0.15);
         let system = ContactSystem::new(&problem, damping);
         let own = problem.reduced.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
@@ -139,11 +136,8 @@ mod tests {
         let problem = problem(3);
         let damping = Rayleigh::NONE;
         let system = ContactSystem::new(&problem, damping);
-        for choice in [
-            EpsChoice::Dynamic,
-            EpsChoice::Pair,
-            EpsChoice::SpectralRadius,
-        ] {
+        use EpsChoice::{Dynamic, Pair, SpectralRadius};
+        for choice in [Dynamic, Pair, SpectralRadius] {
             let one = Eps::new(choice).of(&system, 0.4, 3);
             let half = Eps { choice, scale: 0.5 }.of(&system, 0.4, 3);
             assert!(

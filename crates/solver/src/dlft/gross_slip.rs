@@ -1,7 +1,7 @@
 //! Ratio of the distance that pairs would slide if nothing rubbed to the distance that friction
 //! deforms them.
 //!
-//! Where it is large, bodies slide as a whole, and each reversal of friction is a step in time that
+//! Bodies slide as a whole where it is large. Each reversal of friction is then a step in time that
 //! is as wide as the elastic displacement mu N / eps: Newton's method does not find it, and the
 //! motion hardly depends on it.
 
@@ -143,7 +143,6 @@ mod tests {
         let known = |pairs: usize| {
             let mut problem = made_up::mass_with_a_stop(1.0);
             let n = 3 * pairs;
-            let unit = || Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
             let all = |v: &[f64]| v.iter().copied().cycle().take(n).collect::<Vec<f64>>();
             problem.laws = vec![problem.laws[0]; pairs];
             let excitation = &mut problem.excitations[0];
@@ -151,8 +150,8 @@ mod tests {
                 load.on_x = all(&load.on_x);
             }
             problem.reduced = ReducedModel {
-                stiffness: unit(),
-                mass: unit(),
+                stiffness: Mat::identity(n, n),
+                mass: Mat::identity(n, n),
                 coupling: Mat::zeros(n, 0),
                 observations: Vec::new(),
                 ..problem.reduced

@@ -41,6 +41,8 @@ pub enum Motion {
     StaysOpen,
 }
 
+use Motion::{LiftsOff, Slides, StaysOpen, Sticks};
+
 /// Numbers between -1 and 1, the same on every machine.
 pub fn mixed(i: usize, seed: usize) -> f64 {
     ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
@@ -101,36 +103,20 @@ pub const OPEN_AT_REST: usize = 5;
 
 /// Nine pairs of which most take part in the linear solves; the other list has two that do.
 const MANY: [Motion; 9] = [
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::LiftsOff,
-    Motion::StaysOpen,
-    Motion::Slides,
-    Motion::LiftsOff,
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::StaysOpen,
+    Sticks, Slides, LiftsOff, StaysOpen, Slides, LiftsOff, Sticks, Slides, StaysOpen,
 ];
 const FEW: [Motion; 9] = [
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::Slides,
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::Sticks,
-    Motion::LiftsOff,
-    Motion::Sticks,
-    Motion::Sticks,
+    Sticks, Sticks, Slides, Sticks, Sticks, Sticks, LiftsOff, Sticks, Sticks,
 ];
 
 /// Share of lambda_u that the law uses of a pair with this motion, in one block of 3 per
 /// coefficient. `shift_n` is what the law adds to N.
 fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[f64; 3]> {
     let (press, shake, rub) = match motion {
-        Motion::Sticks => (20.0, 0.2, 0.2),
-        Motion::Slides => (1.5, 0.2, 0.8),
-        Motion::LiftsOff => (0.3, 0.8, 0.6),
-        Motion::StaysOpen => (-8.0, 0.2, 0.6),
+        Sticks => (20.0, 0.2, 0.2),
+        Slides => (1.5, 0.2, 0.8),
+        LiftsOff => (0.3, 0.8, 0.6),
+        StaysOpen => (-8.0, 0.2, 0.6),
     };
     let mut blocks = vec![[-press - shift_n, start[0], start[1]]];
     for h in 1..=2 * HARMONICS {
@@ -162,10 +148,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
                 ));
             }
         }
-        let damping = Rayleigh {
-            stiffness_s: 0.1,
-            mass_per_s: 0.15,
-        };
+        let damping = Rayleigh::new(0.1, 0.15);
         let n = problem.reduced.stiffness.nrows();
         let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
         let lambda_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 92)).collect();
@@ -224,15 +207,15 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         balance.force = force;
         for (motion, end) in motions.iter().zip(balance.evaluate(&u).ends) {
             let does = match end.open_samples {
-                _ if end.always_stuck => Motion::Sticks,
-                0 => Motion::Slides,
-                SAMPLES => Motion::StaysOpen,
-                _ => Motion::LiftsOff,
+                _ if end.always_stuck => Sticks,
+                0 => Slides,
+                SAMPLES => StaysOpen,
+                _ => LiftsOff,
             };
             assert!(end.periodic && does == *motion, "{motion:?}: {end:?}");
-            assert!((end.slid_n > 0.1) == matches!(motion, Motion::Slides | Motion::LiftsOff));
+            assert!((end.slid_n > 0.1) == matches!(motion, Slides | LiftsOff));
         }
-        let moving = motions.iter().filter(|m| **m != Motion::Sticks).count();
+        let moving = motions.iter().filter(|m| **m != Sticks).count();
         let springs = if has_springs { ", springs" } else { "" };
         check(
             &format!("{moving} pairs move, mean {mean:?}{springs}"),
@@ -242,31 +225,65 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     }
 }
 
+/// Calls `check` with a setting whose problem is changed.
+pub fn with_changed(
+    setting: &Setting<'_>,
+    change: impl FnOnce(&mut Problem),
+    check: impl FnOnce(&Setting<'_>),
+) {
+    let mut problem = setting.system.problem.clone();
+    change(&mut problem);
+    let system = ContactSystem::new(&problem, setting.system.damping);
+    check(&Setting {
+        system: &system,
+        ..*setting
+    });
+}
+
+/// Computes Lambda U - F.
+pub fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; u.len()];
+    balance.apply_stiffness(u, &mut out);
+    out.iter_mut()
+        .zip(&balance.force)
+        .for_each(|(o, f)| *o -= f);
+    out
+}
+
 /// Jacobian d residual / d U by central differences.
 pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)
 }
 
-/// The corrections of unit residuals are -J^-1, and are multiplied by J from differences. This
-/// tests the matrix-free products, what is known of the pairs that stick, and what they do to the
-/// others, to single precision.
+/// Checks that corrections solve with a Jacobian by differences: those of unit residuals are -J^-1,
+/// and are multiplied by it.
+pub fn assert_solves(
+    system: &mut impl NonlinearSystem,
+    by_differences: Mat<f64>,
+    tolerance: f64,
+    what: &str,
+) {
+    let size = by_differences.ncols();
+    let mut corrections = Mat::zeros(size, size);
+    for j in 0..size {
+        let mut f = vec![0.0; size];
+        f[j] = -1.0;
+        assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
+    }
+    let product = by_differences * corrections;
+    assert_close(&Mat::identity(size, size), &product, tolerance, what);
+}
+
+/// This tests the matrix-free products, what is known of the pairs that stick, and what they do to
+/// the others, to single precision.
 #[test]
 fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
     at_sample_points(|what, balance, u| {
-        let size = u.len();
         let mut preconditioner = Preconditioner::default();
         let stays = |_: &[f64]| false;
         let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-6, 1e-9, &stays);
-        system.residual(u, &mut vec![0.0; size]);
+        system.residual(u, &mut vec![0.0; u.len()]);
         system.linearise(u);
-        let mut corrections = Mat::zeros(size, size);
-        for j in 0..size {
-            let mut f = vec![0.0; size];
-            f[j] = -1.0;
-            assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
-        }
-        let product = differences(balance, u) * corrections;
-        let unit = Mat::identity(size, size);
-        assert_close(&unit, &product, 1e-4, what);
+        assert_solves(&mut system, differences(balance, u), 1e-4, what);
     });
 }

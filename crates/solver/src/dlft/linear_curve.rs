@@ -30,13 +30,8 @@ pub fn linear_curve(
     };
     let excitations = system.problem.excitations.iter();
     let resonances = excitations.flat_map(|load| {
-        let modes = system
-            .problem
-            .reduced
-            .omega2
-            .iter()
-            .map(|w2| w2.max(0.0).sqrt());
-        modes.map(move |omega| omega / (TAU * load.harmonic as f64))
+        let modes = system.problem.reduced.omega2.iter();
+        modes.map(|w2| w2.max(0.0).sqrt() / (TAU * load.harmonic as f64))
     });
     points.extend(resonances.filter(inside).map(at));
     in_order(&mut points);

@@ -23,12 +23,11 @@ pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit
 /// friction at a distance of `gap_m`. It is on such springs along the stop, too, and nothing
 /// couples these motions with the first.
 pub fn mass_with_a_stop(gap_m: f64) -> Problem {
-    let unit = || Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)));
     let normal = |size: f64| vec![size, 0.0, 0.0];
     Problem {
         reduced: ReducedModel {
             observations: vec![ObservedDisplacement::new("mass", normal(1.0), vec![])],
-            ..ReducedModel::of_pairs(unit(), unit())
+            ..ReducedModel::of_pairs(Mat::identity(3, 3), Mat::identity(3, 3))
         },
         laws: vec![PairLaw {
             stiffness: Some(PairStiffness::new(5.0, 1.0)),
@@ -52,7 +51,4 @@ pub fn recorded<T>(
 }
 
 /// Damping of the mass.
-pub const DAMPING: Rayleigh = Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.03,
-};
+pub const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);

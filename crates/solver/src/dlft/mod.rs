@@ -349,9 +349,8 @@ impl Response {
 
     /// Returns `true` if the branches were followed along their length.
     pub fn is_followed(&self) -> bool {
-        self.branches
-            .iter()
-            .any(|branch| !branch.lengths.is_empty())
+        let mut branches = self.branches.iter();
+        branches.any(|branch| !branch.lengths.is_empty())
     }
 
     /// Positions in `orbits` of each curve without a gap: of each branch, or of its parts between

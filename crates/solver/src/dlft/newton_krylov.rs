@@ -78,12 +78,8 @@ const ROUNDING: f64 = 1e-14;
 /// rounding; where nothing is excited, it is |F|.
 pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
-    let whole = balance
-        .setting
-        .system
-        .problem
-        .steady_force_n()
-        .hypot(harmonic);
+    let problem = balance.setting.system.problem;
+    let whole = problem.steady_force_n().hypot(harmonic);
     if harmonic == 0.0 {
         return [whole; 2];
     }
@@ -93,10 +89,8 @@ pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
 /// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|, so that the vibration converges on its own scale.
 pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
     let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
-    let (mean, rest) = (
-        ratio(norm(&f[..n]), scale[0]),
-        ratio(norm(&f[n..]), scale[1]),
-    );
+    let [mean, rest] = [&f[..n], &f[n..]].map(norm);
+    let (mean, rest) = (ratio(mean, scale[0]), ratio(rest, scale[1]));
     if mean.is_nan() || rest.is_nan() {
         f64::NAN
     } else {

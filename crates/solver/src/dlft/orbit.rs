@@ -1,15 +1,17 @@
 //! Conversion of a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion,
 //! pair cycles, powers.
 
-use super::balance::{Balance, Evaluation};
+use super::balance::{Balance, Evaluation, Setting, apply_real};
 use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::reduction::{Load, ObservedDisplacement};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
 use faer::c64;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// Number of instants at which the largest departure from the mean is looked for.
 const AMPLITUDE_INSTANTS: usize = 720;
@@ -23,17 +25,9 @@ pub fn orbit(
     outcome: Outcome,
 ) -> Orbit {
     let n = balance.unknowns_per_block();
-    let system = balance.setting.system;
-    let fourier = balance.setting.fourier;
-    let harmonics = fourier.harmonics();
-    let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, u);
-    let observed = observe(system, harmonics, u, &modal);
-    let Powers {
-        input_w,
-        viscous_w,
-        kinetic_energy_j,
-    } = powers(system, harmonics, omega, u, &modal);
+    let Setting {
+        system, fourier, ..
+    } = balance.setting;
     let cycles: Vec<PairCycle> = (0..n / 3)
         .into_par_iter()
         .with_min_len(16)
@@ -43,28 +37,54 @@ pub fn orbit(
         )
         .collect();
     Orbit {
-        harmonics,
+        outcome,
         x: u.to_vec(),
         lambda: evaluation.lambda.clone(),
+        friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
+        cycles,
+        retention_n: balance.retention_n(u),
+        ..motion(system, fourier.harmonics(), u, frequency_hz)
+    }
+}
+
+/// Orbit of a converged U with what follows from its displacements alone: modal amplitudes,
+/// observed motion, and the powers of excitation and damping.
+fn motion(system: &ContactSystem<'_>, harmonics: usize, u: &[f64], frequency_hz: f64) -> Orbit {
+    let omega = TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, u);
+    let observed = observe(system, harmonics, u, &modal);
+    let Powers {
+        input_w,
+        viscous_w,
+        kinetic_energy_j,
+    } = powers(system, harmonics, omega, u, &modal);
+    Orbit {
+        harmonics,
         modal,
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
-        friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
         viscous_power_w: viscous_w,
         input_power_w: input_w,
         kinetic_energy_j,
-        cycles,
-        retention_n: balance.retention_n(u),
-        ..Orbit::without_motion(frequency_hz, outcome)
+        ..Orbit::without_motion(frequency_hz, Outcome::Converged)
     }
 }
 
 /// Amplitudes of the observed displacements of U, m: the largest departures from their means.
 pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
-    let system = balance.setting.system;
-    let harmonics = balance.setting.fourier.harmonics();
-    let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, u);
+    let Setting {
+        system, fourier, ..
+    } = balance.setting;
+    amplitudes_m(system, fourier.harmonics(), u, frequency_hz)
+}
+
+fn amplitudes_m(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    u: &[f64],
+    frequency_hz: f64,
+) -> Vec<f64> {
+    let modal = modal_amplitudes(system, harmonics, TAU * frequency_hz, u);
     let observed = observe(system, harmonics, u, &modal);
     observed.iter().map(|c| amplitude(c)).collect()
 }
@@ -108,12 +128,9 @@ pub fn linear_point(
     harmonics: usize,
     frequency_hz: f64,
 ) -> LinearPoint {
-    let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, &[]);
-    let observed = observe(system, harmonics, &[], &modal);
     LinearPoint {
         frequency_hz,
-        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed_amplitude_m: amplitudes_m(system, harmonics, &[], frequency_hz),
     }
 }
 
@@ -124,24 +141,9 @@ pub fn linear_orbit(
     harmonics: usize,
     (point, frequency_hz): (usize, f64),
 ) -> Orbit {
-    let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, &[]);
-    let observed = observe(system, harmonics, &[], &modal);
-    let Powers {
-        input_w,
-        viscous_w,
-        kinetic_energy_j,
-    } = powers(system, harmonics, omega, &[], &modal);
     Orbit {
         point,
-        harmonics,
-        modal,
-        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
-        observed,
-        viscous_power_w: viscous_w,
-        input_power_w: input_w,
-        kinetic_energy_j,
-        ..Orbit::without_motion(frequency_hz, Outcome::Converged)
+        ..motion(system, harmonics, &[], frequency_hz)
     }
 }
 
@@ -162,7 +164,7 @@ pub fn amplitude(coefficients: &[f64]) -> f64 {
                 .enumerate()
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .unwrap_or_default();
-            let start = std::f64::consts::TAU * n as f64 / signal.len() as f64;
+            let start = TAU * n as f64 / signal.len() as f64;
             sampled.max(refined(coefficients, start).abs())
         }
     }
@@ -182,7 +184,7 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
         }
         sums
     };
-    let reach = std::f64::consts::TAU / AMPLITUDE_INSTANTS as f64;
+    let reach = TAU / AMPLITUDE_INSTANTS as f64;
     let mut t = start;
     for _ in 0..3 {
         let [_, slope, curvature] = parts(t);
@@ -196,17 +198,11 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 /// Complex loads on the modes in harmonic k: `cosine - i sine`.
 fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
     let mut out = vec![c64::new(0.0, 0.0); system.problem.reduced.omega2.len()];
-    for load in system
-        .problem
-        .excitations
-        .iter()
-        .filter(|l| l.harmonic == k)
-    {
+    let loads = system.problem.excitations.iter();
+    for load in loads.filter(|load| load.harmonic == k) {
         let factor = load.factor(omega);
-        for (o, (c, s)) in out
-            .iter_mut()
-            .zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
-        {
+        let parts = load.cosine.on_modes.iter().zip(&load.sine.on_modes);
+        for (o, (c, s)) in out.iter_mut().zip(parts) {
             *o += factor * c64::new(*c, -*s);
         }
     }
@@ -226,15 +222,12 @@ fn modal_amplitudes(
     omega: f64,
     u: &[f64],
 ) -> Vec<f64> {
-    let (n, m) = (system.unknowns(), system.problem.reduced.omega2.len());
+    let reduced = &system.problem.reduced;
+    let (n, m) = (system.unknowns(), reduced.omega2.len());
     let mut out = vec![0.0; blocks(harmonics) * m];
-    let statics = &system.problem.reduced.static_load.on_modes;
-    for (i, (f, w2)) in statics
-        .iter()
-        .zip(&system.problem.reduced.omega2)
-        .enumerate()
-    {
-        out[i] = f / w2;
+    let statics = reduced.static_load.on_modes.iter().zip(&reduced.omega2);
+    for (out, (f, w2)) in out.iter_mut().zip(statics) {
+        *out = f / w2;
     }
     for k in 1..=harmonics {
         let x = complex_block(u, n, k);
@@ -253,21 +246,16 @@ fn observe(
     u: &[f64],
     modal: &[f64],
 ) -> Vec<Vec<f64>> {
-    let (n, m) = (system.unknowns(), system.problem.reduced.omega2.len());
-    system
-        .problem
-        .reduced
-        .observations
-        .iter()
-        .map(|point| {
-            (0..blocks(harmonics))
-                .map(|h| {
-                    dot(&point.on_x, &u[h * n..(h + 1) * n])
-                        + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
-                })
-                .collect()
-        })
-        .collect()
+    let reduced = &system.problem.reduced;
+    let (n, m) = (system.unknowns(), reduced.omega2.len());
+    let of_point = |point: &ObservedDisplacement| {
+        let block = |h: usize| {
+            dot(&point.on_x, &u[h * n..(h + 1) * n])
+                + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
+        };
+        (0..blocks(harmonics)).map(block).collect()
+    };
+    reduced.observations.iter().map(of_point).collect()
 }
 
 /// Powers and kinetic energy, means over a period.
@@ -302,7 +290,7 @@ fn powers(
         };
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
-            let work = |f: &crate::reduction::Load, part: usize| {
+            let work = |f: &Load, part: usize| {
                 dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
             };
             let work = work(&load.cosine, 1) - work(&load.sine, 0);
@@ -311,14 +299,14 @@ fn powers(
         for part in 0..2 {
             let (x, q) = (at(u, n, part), at(modal, m, part));
             let mut energy = 0.0;
-            super::balance::apply_real(&problem.reduced.stiffness, &x, &mut product);
+            apply_real(&problem.reduced.stiffness, &x, &mut product);
             let stiff = dot(&x, &product)
                 + q.iter()
                     .zip(&problem.reduced.omega2)
                     .map(|(q, w2)| w2 * q * q)
                     .sum::<f64>();
             energy += system.damping.stiffness_s * stiff;
-            super::balance::apply_real(&problem.reduced.mass, &x, &mut product);
+            apply_real(&problem.reduced.mass, &x, &mut product);
             let mut mass = dot(&x, &product) + dot(&q, &q);
             for (j, q) in q.iter().enumerate() {
                 mass += 2.0 * q * dot(&x, problem.reduced.coupling.col_as_slice(j));
@@ -377,13 +365,13 @@ fn pair_cycle(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::balance::Setting;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
+    use crate::dlft::jacobians::{
+        OMEGA_RAD_S, OPEN_AT_REST, at_sample_points, with_changed, without_contact,
+    };
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
+    use crate::reduction::ReducedModel;
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
     use faer::Mat;
-    use std::f64::consts::TAU;
 
     const FREQUENCY_HZ: f64 = OMEGA_RAD_S / TAU;
     /// Number of instants over which means of products of two motions are exact.
@@ -457,13 +445,7 @@ mod tests {
             let (problem, damping) = (system.problem, system.damping);
             let (a, b) = (damping.stiffness_s, damping.mass_per_s);
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
-            let free = Balance::new(balance.setting, OMEGA_RAD_S);
-            let mut of_balance = vec![0.0; u.len()];
-            free.apply_stiffness(u, &mut of_balance);
-            of_balance
-                .iter_mut()
-                .zip(&free.force)
-                .for_each(|(o, f)| *o -= f);
+            let of_balance = without_contact(&Balance::new(balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
             for i in 0..7 {
                 let phase = 0.9 * f64::from(i);
@@ -541,20 +523,14 @@ mod tests {
     #[test]
     fn a_pair_without_friction_has_no_friction_power() {
         at_sample_points(|_, balance, u| {
-            let setting = balance.setting;
-            let mut problem = setting.system.problem.clone();
-            for pair in &mut problem.laws {
-                pair.friction = 0.0;
-            }
-            let system = ContactSystem::new(&problem, setting.system.damping);
-            let setting = Setting {
-                system: &system,
-                ..*setting
+            let smooth = |problem: &mut Problem| {
+                problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
             };
-            let balance = Balance::new(&setting, OMEGA_RAD_S);
-            let (orbit, _) = orbit_of(&balance, u);
-            assert_eq!(orbit.friction_power_w, 0.0);
-            assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
+            with_changed(balance.setting, smooth, |setting| {
+                let (orbit, _) = orbit_of(&Balance::new(setting, OMEGA_RAD_S), u);
+                assert_eq!(orbit.friction_power_w, 0.0);
+                assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
+            });
         });
     }
 
@@ -669,10 +645,7 @@ mod tests {
             excitations: vec![HarmonicLoad::cosine(1, load(force))],
         };
         let (a, b) = (0.1, 0.05);
-        let damping = Rayleigh {
-            stiffness_s: a,
-            mass_per_s: b,
-        };
+        let damping = Rayleigh::new(a, b);
         let orbit = linear_orbit(&ContactSystem::new(&problem, damping), 1, (0, FREQUENCY_HZ));
         let w = OMEGA_RAD_S;
         let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));

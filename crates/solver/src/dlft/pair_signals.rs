@@ -4,6 +4,10 @@ use super::between_samples::{self, IntervalLaw, Window};
 use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 
+/// The force is periodic when the state moves by less than this fraction of the largest predicted
+/// force.
+pub const PERIODICITY: f64 = 1e-12;
+
 /// Number of periods of a pair that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Periods {
@@ -107,6 +111,13 @@ impl Signals {
         }
     }
 
+    /// Trial force (N, t1, t2) at sample `n`, N, from the state lambda_x before it.
+    #[inline(always)]
+    pub fn prediction(&self, n: usize, shift_n: f64, state: [f64; 2]) -> [f64; 3] {
+        let at = |c: usize| self.lambda_u[c * self.samples() + n];
+        [at(0) + shift_n, at(1) - state[0], at(2) - state[1]]
+    }
+
     /// Sample before sample `n`; the last sample precedes the first.
     #[inline(always)]
     pub fn before(&self, n: usize) -> usize {
@@ -155,5 +166,15 @@ impl Signals {
     #[inline(always)]
     pub fn lands(&self, n: usize, shift_n: f64) -> bool {
         self.lambda_u[self.before(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
+    }
+}
+
+/// Adds S_T to two rows of 3(2H+1), the derivatives by all coefficients of lambda_u.
+#[inline(always)]
+pub fn add_own(s: &[f64], rows: &mut [f64]) {
+    let width = s.len();
+    for start in [width, 5 * width] {
+        let own = rows[start..start + width].iter_mut();
+        own.zip(s).for_each(|(r, v)| *r += v);
     }
 }

@@ -87,13 +87,9 @@ impl<'a> Holding<'a> {
         if self.without_contact() {
             return None;
         }
-        let Self { problem, .. } = self;
-        let found = self.retention.get_or_init(|| {
-            Retention::new(
-                &problem.reduced.stiffness,
-                &problem.reduced.diagonal_stiffness(),
-            )
-        });
+        let reduced = &self.problem.reduced;
+        let find = || Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness());
+        let found = self.retention.get_or_init(find);
         found.is_needed().then_some(found)
     }
 
@@ -143,19 +139,20 @@ impl Retention {
         let tangential = tangential(n);
         let size = tangential.len();
         let mean_stiffness = tangential.iter().map(|&i| own[i]).sum::<f64>() / size.max(1) as f64;
-        let mut retention = Self {
-            motions: vec![],
-            stiffness_n_m: mean_stiffness,
-        };
         let k = Mat::from_fn(size, size, |i, j| stiffness[(tangential[i], tangential[j])]);
-        for free in softer_than(&k, mean_stiffness, SOFT) {
+        let with_normals = |free: Vec<f64>| {
             let mut motion = vec![0.0; n];
-            for (&i, v) in tangential.iter().zip(free) {
-                motion[i] = v;
-            }
-            retention.motions.push(motion);
+            tangential
+                .iter()
+                .zip(free)
+                .for_each(|(&i, v)| motion[i] = v);
+            motion
+        };
+        let free = softer_than(&k, mean_stiffness, SOFT).into_iter();
+        Self {
+            motions: free.map(with_normals).collect(),
+            stiffness_n_m: mean_stiffness,
         }
-        retention
     }
 
     /// Returns `true` if there is any such motion.
@@ -321,10 +318,8 @@ fn orthonormalise(block: &mut Mat<f64>) {
         }
         let length = norm(block.col_as_slice(j));
         if length > 0.0 {
-            block
-                .col_as_slice_mut(j)
-                .iter_mut()
-                .for_each(|v| *v /= length);
+            let column = block.col_as_slice_mut(j).iter_mut();
+            column.for_each(|v| *v /= length);
         }
     }
 }
@@ -400,13 +395,9 @@ mod tests {
             assert!((f - s).abs() < 1e-9, "{force:?}");
         }
         assert!((retention.force_n(&slide, &[0.0; 12]) - 4.0).abs() < 1e-9);
-        let stretch: Vec<f64> = (0..12).map(|i| (i as f64 - 5.5) * slide[i]).collect();
-        let centred = stretch.iter().sum::<f64>() / 4.0;
-        let stretch: Vec<f64> = stretch
-            .iter()
-            .zip(&slide)
-            .map(|(v, s)| v - centred * s)
-            .collect();
+        let mut stretch: Vec<f64> = (0..12).map(|i| (i as f64 - 5.5) * slide[i]).collect();
+        let centre = stretch.iter().sum::<f64>() / 4.0;
+        axpy(-centre, &slide, &mut stretch);
         assert!(retention.force_n(&stretch, &[0.0; 12]) < 1e-9);
     }
 

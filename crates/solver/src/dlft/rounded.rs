@@ -7,16 +7,13 @@
 //! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
 //! motion at a small q from far away, and follows it as q grows.
 
-use super::pair_signals::{PairInput, Rounding, Signals};
+use super::pair_signals::{PERIODICITY, PairInput, Rounding, Signals, add_own};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
 
 /// Most periods evaluated; each but the first begins where Newton's method expects the periodic
 /// state.
 const MOST_PERIODS: usize = 40;
-/// The force is periodic when the state moves by less than this fraction of the largest predicted
-/// force.
-const PERIODICITY: f64 = 1e-12;
 
 /// Matrix of two rows and two columns, row by row.
 type Square = [[f64; 2]; 2];
@@ -93,17 +90,14 @@ struct March {
     memory: Square,
 }
 
-fn one_period(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> March {
-    let samples = lambda_u.len() / 3;
+fn one_period(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> March {
+    let samples = signals.samples();
     let start = input.start;
     let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
     for n in 0..samples {
-        let law = rounded(
-            prediction(lambda_u, n, input, state),
-            input.friction,
-            rounding,
-        );
-        state = [1, 2].map(|c| lambda_u[c * samples + n] - law.force[c]);
+        let predicted = signals.prediction(n, input.shift_n, state);
+        let law = rounded(predicted, input.friction, rounding);
+        state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
         memory = product(law.by_tangential, memory);
     }
     March {
@@ -113,20 +107,13 @@ fn one_period(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> Ma
     }
 }
 
-#[inline(always)]
-fn prediction(lambda_u: &[f64], n: usize, input: &PairInput<'_>, state: [f64; 2]) -> [f64; 3] {
-    let samples = lambda_u.len() / 3;
-    let at = |c: usize| lambda_u[c * samples + n];
-    [at(0) + input.shift_n, at(1) - state[0], at(2) - state[1]]
-}
-
 /// Last period evaluated, and whether it is periodic.
-fn periodic(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> (March, bool) {
-    let scale = lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+fn periodic(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> (March, bool) {
+    let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut input = *input;
     let mut periods = 0;
     loop {
-        let march = one_period(&input, lambda_u, rounding);
+        let march = one_period(&input, signals, rounding);
         let moved = [0, 1].map(|c| march.state[c] - march.start[c]);
         periods += 1;
         let is_periodic = moved[0].hypot(moved[1]) <= PERIODICITY * scale;
@@ -141,11 +128,11 @@ fn periodic(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> (Mar
 /// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns
 /// `true` if they are periodic.
 pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut Signals) -> bool {
-    let (march, is_periodic) = periodic(input, &signals.lambda_u, rounding);
-    let samples = signals.lambda_u.len() / 3;
+    let (march, is_periodic) = periodic(input, signals, rounding);
+    let samples = signals.samples();
     let mut state = march.start;
     for n in 0..samples {
-        let predicted = prediction(&signals.lambda_u, n, input, state);
+        let predicted = signals.prediction(n, input.shift_n, state);
         let law = rounded(predicted, input.friction, rounding);
         for (c, force) in law.force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
@@ -165,8 +152,7 @@ pub fn derivative_rows(
 ) -> Vec<f64> {
     let (samples, width) = (fourier.samples(), fourier.width());
     let full = 3 * width;
-    let lambda_u = &signals.lambda_u;
-    let (march, _) = periodic(input, lambda_u, rounding);
+    let (march, _) = periodic(input, signals, rounding);
     // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic
     // state.
     let mut history = vec![0.0; 2 * full];
@@ -175,7 +161,7 @@ pub fn derivative_rows(
         let mut state = march.start;
         for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
             let s = fourier.synthesis_row(n);
-            let predicted = prediction(lambda_u, n, input, state);
+            let predicted = signals.prediction(n, input.shift_n, state);
             let law = rounded(predicted, input.friction, rounding);
             let (normal, force) = row.split_at_mut(width);
             if is_last {
@@ -195,12 +181,8 @@ pub fn derivative_rows(
                 }
             }
             history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);
-            for c in 0..2 {
-                let own = c * full + (c + 1) * width;
-                let own = history[own..own + width].iter_mut();
-                own.zip(s).for_each(|(h, s)| *h += s);
-            }
-            state = [1, 2].map(|c| lambda_u[c * samples + n] - law.force[c]);
+            add_own(s, &mut history);
+            state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
         }
         if !is_last {
             let (first, second) = history.split_at_mut(full);

@@ -5,9 +5,9 @@
 //! All pairs open is a valid state where supports and springs hold the bodies; elsewhere nothing
 //! holds them then.
 //!
-//! Where friction does not hold a motion that nothing else holds (at a coefficient of 0 it never
-//! does) there is no state to be found, or one far away: the motion is then retained at rest, as in
-//! the dynamic solve ([`super::retention`]).
+//! A motion that nothing else holds is retained at rest, as in the dynamic solve
+//! ([`super::retention`]), where friction does not hold it either (at a coefficient of 0 it never
+//! does): there is no state to be found then, or one far away.
 
 use super::balance::apply_real;
 use super::coarse::Coarse;
@@ -282,11 +282,8 @@ impl<'a> StaticSystem<'a> {
             if end.status != NewtonStatus::Converged {
                 break;
             }
-            forces = self
-                .forces(&x)
-                .into_iter()
-                .map(|(_, force)| force)
-                .collect();
+            let reached = self.forces(&x).into_iter();
+            forces = reached.map(|(_, force)| force).collect();
         }
         self.state(x, end)
     }
@@ -294,13 +291,8 @@ impl<'a> StaticSystem<'a> {
     /// Sets the load step that ends at this fraction of the load, and begins at `x` with these
     /// forces of the pairs.
     fn set_load(&mut self, fraction: f64, x: &[f64], forces: &[[f64; 3]]) {
-        for (f, full) in self
-            .load
-            .iter_mut()
-            .zip(&self.problem.reduced.static_load.on_x)
-        {
-            *f = fraction * full;
-        }
+        let full = &self.problem.reduced.static_load.on_x;
+        self.load = full.iter().map(|full| fraction * full).collect();
         for (law, pair) in self.laws.iter_mut().zip(&self.problem.laws) {
             law.gap_m = pair.gap_m.max(fraction * pair.gap_m);
         }
@@ -436,15 +428,10 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn linearise(&mut self, x: &[f64]) {
-        let derivatives: Vec<[[f64; 3]; 3]> = self
-            .trials(x)
-            .into_iter()
-            .enumerate()
-            .map(|(pair, trial)| self.law(pair).derivative(trial))
-            .collect();
-        let outs = self.linear.derivatives.chunks_exact_mut(9);
-        for (derivative, out) in derivatives.into_iter().zip(outs) {
-            for (i, out) in out.iter_mut().enumerate() {
+        for (pair, trial) in self.trials(x).into_iter().enumerate() {
+            let derivative = self.law(pair).derivative(trial);
+            let outs = self.linear.derivatives[9 * pair..][..9].iter_mut();
+            for (i, out) in outs.enumerate() {
                 *out = derivative[i % 3][i / 3] as f32;
             }
         }
@@ -489,7 +476,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{mixed, problem};
+    use crate::dlft::jacobians::{assert_solves, mixed, problem};
     use crate::dlft::retention::Mean;
     use dovetail_testkit::differences::{assert_close, central};
 
@@ -521,30 +508,10 @@ mod tests {
         let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
         let retention =
             (mean == Mean::Retained).then(|| Retention::new(&problem.reduced.stiffness, &eps));
-        let mut stiffness = Cow::Borrowed(&problem.reduced.stiffness);
-        if let Some(retention) = &retention {
-            assert!(retention.is_needed());
-            retention.add_to_matrix(stiffness.to_mut());
-        }
-        let mut system = StaticSystem {
-            problem: &problem,
-            stiffness,
-            eps: &eps,
-            load: vec![0.0; n],
-            laws: problem.laws.clone(),
-            most_friction: f64::INFINITY,
-            slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
-            scale: 1.0,
-            linear: LinearSystem {
-                inexact,
-                harmonics: vec![],
-                derivatives: vec![0.0; 3 * n],
-                retention,
-                eps: eps.iter().map(|v| *v as f32).collect(),
-            },
-            coarse: None,
-            refresh: RefreshPolicy::default(),
-        };
+        assert!(retention.as_ref().is_none_or(Retention::is_needed));
+        let mut system = StaticSystem::new(&problem, &inexact, &eps, retention.as_ref());
+        system.slid_force = all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect();
+        system.scale = 1.0;
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
         let without_load = system.trials(&x).into_iter().flatten();
         system.load = without_load
@@ -600,16 +567,7 @@ mod tests {
             with_system(mean, |system, x| {
                 let by_differences = differences(system, x);
                 system.linearise(x);
-                let size = x.len();
-                let mut corrections = Mat::zeros(size, size);
-                for j in 0..size {
-                    let mut f = vec![0.0; size];
-                    f[j] = -1.0;
-                    assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
-                }
-                let product = by_differences * corrections;
-                let unit = Mat::identity(size, size);
-                assert_close(&unit, &product, 5e-4, &format!("mean {mean:?}"));
+                assert_solves(system, by_differences, 5e-4, &format!("mean {mean:?}"));
             });
         }
     }

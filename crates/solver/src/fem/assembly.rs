@@ -6,6 +6,8 @@
 //! Every sum runs over the elements in ascending order whatever the number of threads: each thread
 //! has a range of columns of its own.
 
+use std::ops::Range;
+
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::prelude::*;
@@ -131,6 +133,9 @@ pub fn sum_elements<const W: usize>(
     const CHUNK: usize = 512;
     let mut sums = vec![[0.0; W]; pattern.lower_offsets[pattern.nodes()]];
     let ranges = column_ranges(pattern, rayon::current_num_threads());
+    let blocks = |columns: &Range<usize>| {
+        pattern.lower_offsets[columns.end] - pattern.lower_offsets[columns.start]
+    };
     let count = body.elements.len();
     let mut buffer = Vec::new();
     for first in (0..count).step_by(CHUNK) {
@@ -143,13 +148,14 @@ pub fn sum_elements<const W: usize>(
             .enumerate()
             .for_each(|(k, out)| element(first + k, out));
         let matrices = &*matrices;
-        split_by_ranges(&mut sums, pattern, &ranges)
+        split(&mut sums, ranges.iter().map(blocks))
             .into_par_iter()
-            .for_each(|(columns, owned)| {
+            .zip(&ranges)
+            .for_each(|(owned, columns)| {
                 let base = pattern.lower_offsets[columns.start];
                 for (k, matrix) in matrices.iter().enumerate() {
                     let nodes = body.elements.of(first + k);
-                    scatter::<W>(body, pattern, nodes, matrix, &columns, base, owned);
+                    scatter::<W>(body, pattern, nodes, matrix, columns, base, owned);
                 }
             });
     }
@@ -185,7 +191,7 @@ fn scatter<const W: usize>(
     pattern: &NodePattern,
     nodes: &[u32],
     matrix: &[[f64; W]],
-    columns: &std::ops::Range<usize>,
+    columns: &Range<usize>,
     base: usize,
     owned: &mut [[f64; W]],
 ) {
@@ -270,22 +276,17 @@ fn matrix(
 fn fill(
     pattern: &NodePattern,
     lower: &LowerBlocks<9>,
-    mut values: &mut [f64],
+    values: &mut [f64],
     rows: Option<&mut [usize]>,
 ) {
-    let mut rows = rows.unwrap_or_default();
-    let mut columns = Vec::with_capacity(pattern.nodes());
-    for node in 0..pattern.nodes() {
-        let size = 9 * pattern.of(node).len();
-        let (own_values, rest) = std::mem::take(&mut values).split_at_mut(size);
-        values = rest;
-        let count = size.min(rows.len());
-        let (own_rows, rest) = std::mem::take(&mut rows).split_at_mut(count);
-        rows = rest;
-        columns.push((own_values, own_rows));
-    }
-    columns
+    let sizes = (0..pattern.nodes()).map(|node| 9 * pattern.of(node).len());
+    let own_rows = match rows {
+        Some(rows) => split(rows, sizes.clone()),
+        None => sizes.clone().map(|_| &mut [] as &mut [usize]).collect(),
+    };
+    split(values, sizes)
         .into_par_iter()
+        .zip(own_rows)
         .enumerate()
         .for_each(|(node, (values, rows))| {
             let neighbours = pattern.of(node);
@@ -344,7 +345,7 @@ fn elements_of_nodes(
 }
 
 /// Consecutive column ranges of about equal numbers of blocks.
-fn column_ranges(pattern: &NodePattern, count: usize) -> Vec<std::ops::Range<usize>> {
+fn column_ranges(pattern: &NodePattern, count: usize) -> Vec<Range<usize>> {
     let total = pattern.lower_offsets[pattern.nodes()];
     let cut = |k: usize| {
         pattern
@@ -352,21 +353,4 @@ fn column_ranges(pattern: &NodePattern, count: usize) -> Vec<std::ops::Range<usi
             .partition_point(|&o| o < total * k / count)
     };
     (0..count).map(|k| cut(k)..cut(k + 1)).collect()
-}
-
-type Owned<'a, const W: usize> = (std::ops::Range<usize>, &'a mut [[f64; W]]);
-
-fn split_by_ranges<'a, const W: usize>(
-    mut sums: &'a mut [[f64; W]],
-    pattern: &NodePattern,
-    ranges: &[std::ops::Range<usize>],
-) -> Vec<Owned<'a, W>> {
-    let mut parts = Vec::with_capacity(ranges.len());
-    for range in ranges {
-        let length = pattern.lower_offsets[range.end] - pattern.lower_offsets[range.start];
-        let (owned, rest) = sums.split_at_mut(length);
-        sums = rest;
-        parts.push((range.clone(), owned));
-    }
-    parts
 }

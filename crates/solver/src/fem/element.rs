@@ -169,13 +169,9 @@ impl<const N: usize> Element for Isoparametric<N> {
     }
 
     fn geometric_stiffness(&self, deformed: &Deformed<'_>, out: &mut [[f64; 1]]) {
-        let Deformed {
-            coords_m,
-            displacement_m,
-            lame,
-        } = *deformed;
-        let stress = |_, g: &[[f64; 3]; N]| stress_at(g, nodal(displacement_m), lame);
-        elasticity::geometric_stiffness(nodal(coords_m), &self.tables.stiffness, stress, out);
+        let (coords, u) = (nodal(deformed.coords_m), nodal(deformed.displacement_m));
+        let stress = |_, g: &[[f64; 3]; N]| stress_at(g, u, deformed.lame);
+        elasticity::geometric_stiffness(coords, &self.tables.stiffness, stress, out);
     }
 
     fn centre_stress(&self, deformed: &Deformed<'_>) -> [f64; 6] {

@@ -10,6 +10,7 @@ use super::element::MOST_NODES;
 use super::elements::element_mass;
 use crate::model::{AppliedLoad, Body, Traction};
 use dovetail_mesh::facet::{Share, shares};
+use dovetail_numerics::space::add_scaled;
 
 /// Adds a load on a body to `load_n` (free degrees of freedom). Loads on fixed nodes go to their
 /// support.
@@ -66,9 +67,7 @@ pub fn add_inertia(
             let mut force = [0.0; 3];
             for (b, &other) in nodes.iter().enumerate() {
                 let weight = mass[a * nodes.len() + b][0];
-                for (f, x) in force.iter_mut().zip(acceleration_m_s2[other as usize]) {
-                    *f += weight * x;
-                }
+                add_scaled(&mut force, weight, acceleration_m_s2[other as usize]);
             }
             add_at(body, node, force, load_n);
         }

@@ -5,6 +5,7 @@ use super::element::MOST_NODES;
 use super::elements::Elements;
 use super::{FemError, spin};
 use crate::model::{Body, Rotation};
+use dovetail_numerics::space::add_scaled;
 
 /// Mass properties of one body, computed from its finite elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,9 +41,7 @@ pub fn mass_properties(
         for (row, x) in mass.chunks_exact(coords.len()).zip(coords.iter()) {
             let at_node: f64 = row.iter().flatten().sum();
             sum += at_node;
-            for (moment, x) in moment.iter_mut().zip(x) {
-                *moment += at_node * x;
-            }
+            add_scaled(&mut moment, at_node, *x);
         }
     }
     let centre_m = moment.map(|moment| moment / sum);

@@ -5,7 +5,7 @@ use nalgebra_sparse::CscMatrix;
 
 use super::FemError;
 use crate::model::{Body, DofMap};
-use dovetail_numerics::space::norm;
+use dovetail_numerics::space::diagonal;
 use dovetail_numerics::sparse::{Cholesky, FactorError, submatrix};
 
 /// Error of a symmetric positive definite system that was not solved.
@@ -75,7 +75,7 @@ pub fn held_displacement(
 /// # Errors
 /// The errors of [`held_displacement`].
 pub fn prestressing(body: &Body, free: &[f64]) -> Result<Vec<[f64; 3]>, FemError> {
-    let size = extent_m(body);
+    let size = diagonal(&body.nodes_m);
     let largest = free.iter().map(|u| u.abs()).enumerate();
     match largest.max_by(|a, b| a.1.total_cmp(&b.1)) {
         // A singular matrix may pass a factorisation by rounding; its solution is then absurd.
@@ -89,15 +89,6 @@ pub fn prestressing(body: &Body, free: &[f64]) -> Result<Vec<[f64; 3]>, FemError
 
 /// Displacements of this many body sizes are rounding, not elasticity.
 const ABSURD: f64 = 1e6;
-
-/// Diagonal of the bounding box of the body, m.
-fn extent_m(body: &Body) -> f64 {
-    let range = |k: usize| {
-        let values = body.nodes_m.iter().map(|x| x[k]);
-        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
-    };
-    norm([0, 1, 2].map(range))
-}
 
 /// Displacement (or any vector field) of every node of a body from its free degrees of freedom.
 /// Fixed nodes get zero, tied ones the mean of their two nodes.

@@ -11,10 +11,7 @@ use crate::model::Body;
 pub fn stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     let lame = Lame::from(body.material);
     let of = |e: usize| {
-        let (coords, u) = (
-            values(body, e, &body.nodes_m),
-            values(body, e, displacement_m),
-        );
+        let [coords, u] = [&body.nodes_m[..], displacement_m].map(|field| values(body, e, field));
         integrals(body, e).centre_stress(&Deformed::new(&coords, &u, lame))
     };
     (0..body.elements.len()).into_par_iter().map(of).collect()
@@ -28,10 +25,7 @@ pub fn nodal_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     let mut volumes = vec![0.0; body.nodes_m.len()];
     let mut stress = [[0.0; 6]; MOST_NODES];
     for (e, nodes) in body.elements.iter().enumerate() {
-        let (coords, u) = (
-            values(body, e, &body.nodes_m),
-            values(body, e, displacement_m),
-        );
+        let [coords, u] = [&body.nodes_m[..], displacement_m].map(|field| values(body, e, field));
         let deformed = Deformed::new(&coords, &u, lame);
         let element = integrals(body, e);
         let volume = element.form(&coords).volume_m3;

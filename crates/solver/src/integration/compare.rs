@@ -275,12 +275,8 @@ mod tests {
         assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
 
         let retained = with_retention_force(&problem, orbit);
-        let loads = retained
-            .reduced
-            .static_load
-            .on_x
-            .iter()
-            .zip(&problem.reduced.static_load.on_x);
+        let [with, without] = [&retained, &problem].map(|p| &p.reduced.static_load);
+        let loads = with.on_x.iter().zip(&without.on_x);
         let added_n: Vec<f64> = loads.map(|(retained, free)| retained - free).collect();
         let along_n: f64 = added_n.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
         assert!(
@@ -293,9 +289,6 @@ mod tests {
         let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
         let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
         assert!(work_j < 0.0, "{work_j}");
-        assert_eq!(
-            retained.reduced.static_load.on_modes,
-            problem.reduced.static_load.on_modes
-        );
+        assert_eq!(with.on_modes, without.on_modes);
     }
 }

@@ -16,9 +16,8 @@
 //! no part of its correction helps (P has kinks, between which it can go to and fro), a few sweeps
 //! of Gauss-Seidel from pair to pair find the states from which it does.
 
-use dovetail_numerics::dense::Lu;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use dovetail_numerics::dense::{Lu, add_product};
+use faer::Mat;
 
 /// Residual at which a step is solved, relative to the largest force.
 const TOLERANCE: f64 = 1e-10;
@@ -134,16 +133,8 @@ impl ContactProblem {
 
     /// Computes u = free - D lambda.
     fn velocity(&self, free: &[f64], lambda: &[f64], u: &mut [f64]) {
-        let n = u.len();
         u.copy_from_slice(free);
-        matmul(
-            MatMut::from_column_major_slice_mut(u, n, 1),
-            Accum::Add,
-            &self.delassus,
-            MatRef::from_column_major_slice(lambda, n, 1),
-            -1.0,
-            Par::Seq,
-        );
+        add_product(self.delassus.as_ref(), -1.0, lambda, u);
     }
 
     /// Computes lambda - P(lambda + r (u + offset)) and the point that is projected. Returns the

@@ -37,11 +37,11 @@ use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::contact::PairLaw;
 use crate::problem::Problem;
-use crate::reduction::Load;
 use crate::reduction::damping::Rayleigh;
-use dovetail_numerics::dense::Lu;
+use crate::reduction::{Load, ReducedModel};
+use dovetail_numerics::dense::{Lu, add_product, symmetrised};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, Par};
 use std::f64::consts::TAU;
 
 /// Weight k of the tangential velocity at the start of a step, relative to that at its end.
@@ -128,24 +128,25 @@ pub struct Stepper<'a> {
     pv: Vec<f64>,
 }
 
-/// Compliances 1 / kappa of a pair (N, t1, t2), m/N; 0 for rigid contact.
-fn compliances(law: &PairLaw) -> [f64; 3] {
-    law.stiffness.map_or([0.0; 3], |springs| {
-        let along = 1.0 / springs.tangential_n_m;
-        [1.0 / springs.normal_n_m, along, along]
-    })
+/// Compliances 1 / kappa of the pairs, N, t1 and t2 of each, m/N; 0 for rigid contact.
+fn compliances(problem: &Problem) -> Vec<f64> {
+    let of = |law: &PairLaw| {
+        law.stiffness.map_or([0.0; 3], |springs| {
+            let along = 1.0 / springs.tangential_n_m;
+            [1.0 / springs.normal_n_m, along, along]
+        })
+    };
+    problem.laws.iter().flat_map(of).collect()
 }
 
 /// Positions of the points that touch while the pairs are displaced by `x` under `lambda`; in N
 /// they are at the clearance.
 pub fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
-    let mut touching = vec![0.0; x.len()];
-    for (pair, law) in problem.laws.iter().enumerate() {
-        let [_, along, across] = compliances(law);
-        touching[3 * pair] = -law.gap_m;
-        for (i, compliance) in [(3 * pair + 1, along), (3 * pair + 2, across)] {
-            touching[i] = x[i] - compliance * lambda[i];
-        }
+    let springs = compliances(problem).into_iter().zip(lambda);
+    let moved = x.iter().zip(springs);
+    let mut touching: Vec<f64> = moved.map(|(x, (c, lambda))| x - c * lambda).collect();
+    for (normal, law) in touching.iter_mut().step_by(3).zip(&problem.laws) {
+        *normal = -law.gap_m;
     }
     touching
 }
@@ -174,45 +175,31 @@ impl<'a> Stepper<'a> {
         let h = 2.0 / omega_rad_s * (std::f64::consts::PI / steps as f64).tan();
         let c = 2.0 / h + damping.mass_per_s;
         let half = damping.stiffness_s + 0.5 * h;
-        let modal: Vec<f64> = problem
-            .reduced
-            .omega2
-            .iter()
-            .map(|w2| c + half * w2)
-            .collect();
-        let n = problem.reduced.stiffness.nrows();
-        let mut matrix = Mat::from_fn(n, n, |i, j| {
-            c * problem.reduced.mass[(i, j)] + half * problem.reduced.stiffness[(i, j)]
-        });
-        let scaled = Mat::from_fn(n, modal.len(), |i, m| {
-            c * c * problem.reduced.coupling[(i, m)] / modal[m]
-        });
-        matmul(
-            &mut matrix,
-            Accum::Add,
-            &scaled,
-            problem.reduced.coupling.transpose(),
-            -1.0,
-            Par::Seq,
-        );
+        let ReducedModel {
+            stiffness,
+            mass,
+            coupling,
+            omega2,
+            ..
+        } = &problem.reduced;
+        let modal: Vec<f64> = omega2.iter().map(|w2| c + half * w2).collect();
+        let n = stiffness.nrows();
+        let mut matrix = Mat::from_fn(n, n, |i, j| c * mass[(i, j)] + half * stiffness[(i, j)]);
+        let scaled = Mat::from_fn(n, modal.len(), |i, m| c * c * coupling[(i, m)] / modal[m]);
+        let coupling_t = coupling.transpose();
+        matmul(&mut matrix, Accum::Add, &scaled, coupling_t, -1.0, Par::Seq);
         let mut inverse = Mat::<f64>::identity(n, n);
         Lu::new(matrix).solve_in_place(inverse.as_mut());
-        let inverse = Mat::from_fn(n, n, |i, j| 0.5 * (inverse[(i, j)] + inverse[(j, i)]));
+        let inverse = symmetrised(inverse.as_ref());
         let positive = (0..n).all(|i| inverse[(i, i)] > 0.0 && inverse[(i, i)].is_finite());
         if !positive {
             return Err(IntegrationError::Singular { frequency_hz });
         }
-        let friction = problem
-            .laws
-            .iter()
-            .map(PairLaw::computed_friction)
-            .collect();
+        let friction = problem.laws.iter().map(PairLaw::computed_friction);
         // V+ = 2 Vm - V.
         let mut delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
-        for (pair, law) in problem.laws.iter().enumerate() {
-            for (c, compliance) in compliances(law).into_iter().enumerate() {
-                delassus[(3 * pair + c, 3 * pair + c)] += 4.0 / h * compliance;
-            }
+        for (i, compliance) in compliances(problem).into_iter().enumerate() {
+            delassus[(i, i)] += 4.0 / h * compliance;
         }
         Ok(Self {
             problem,
@@ -221,8 +208,8 @@ impl<'a> Stepper<'a> {
             omega_rad_s,
             h,
             inverse,
-            coupling_t: problem.reduced.coupling.transpose().to_owned(),
-            contact: ContactProblem::new(delassus, friction),
+            coupling_t: coupling_t.to_owned(),
+            contact: ContactProblem::new(delassus, friction.collect()),
             kx: vec![0.0; n],
             mv: vec![0.0; n],
             pv: vec![0.0; modal.len()],
@@ -259,16 +246,8 @@ impl<'a> Stepper<'a> {
             let phase = (excitation.harmonic * step) % self.steps;
             let strength = excitation.factor(self.omega_rad_s);
             let (s, c) = (TAU * phase as f64 / self.steps as f64).sin_cos();
-            let mut add = |part: &Load, factor: f64| {
-                for (sum, f) in load.on_x.iter_mut().zip(&part.on_x) {
-                    *sum += factor * f;
-                }
-                for (sum, f) in load.on_modes.iter_mut().zip(&part.on_modes) {
-                    *sum += factor * f;
-                }
-            };
-            add(&excitation.cosine, strength * c);
-            add(&excitation.sine, strength * s);
+            load.add(strength * c, &excitation.cosine);
+            load.add(strength * s, &excitation.sine);
         }
         load
     }
@@ -303,10 +282,8 @@ impl<'a> Stepper<'a> {
             ContactEnd::NotSolved { residual } => return Err(residual),
         }
         // The springs do not belong to the motion.
-        for (pair, law) in problem.laws.iter().enumerate() {
-            for (c, compliance) in compliances(law).into_iter().enumerate() {
-                v[3 * pair + c] += 4.0 / h * compliance * state.lambda[3 * pair + c];
-            }
+        for (i, compliance) in compliances(problem).into_iter().enumerate() {
+            v[i] += 4.0 / h * compliance * state.lambda[i];
         }
         let mut pv = vec![0.0; self.modal.len()];
         apply(&self.coupling_t, &v, &mut pv);
@@ -370,7 +347,12 @@ impl<'a> Stepper<'a> {
         let mut right: Vec<f64> = (0..n)
             .map(|i| problem.reduced.static_load.on_x[i] + force[i] + s * self.mv[i] - self.kx[i])
             .collect();
-        add(&problem.reduced.coupling, &on_modes, &mut right);
+        add_product(
+            problem.reduced.coupling.as_ref(),
+            1.0,
+            &on_modes,
+            &mut right,
+        );
         let mut free = vec![0.0; n];
         apply(&self.inverse, &right, &mut free);
         for (f, v) in free.iter_mut().zip(&state.v) {
@@ -438,20 +420,7 @@ fn mean(x: &[f64], y: &[f64]) -> Vec<f64> {
 /// Computes y = A x.
 fn apply(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     y.fill(0.0);
-    add(a, x, y);
-}
-
-/// Computes y += A x.
-fn add(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
-    let rows = y.len();
-    matmul(
-        MatMut::from_column_major_slice_mut(y, rows, 1),
-        Accum::Add,
-        a,
-        MatRef::from_column_major_slice(x, x.len(), 1),
-        1.0,
-        Par::Seq,
-    );
+    add_product(a.as_ref(), 1.0, x, y);
 }
 
 #[cfg(test)]

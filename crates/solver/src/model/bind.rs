@@ -5,7 +5,7 @@ use super::builder::BodyBuilder;
 use super::excitations::excitations;
 use super::groups::{find_group, first_tags};
 use super::joints::joints;
-use super::loads::applied_load;
+use super::loads::{applied_load, check_owned, is_fixed};
 use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use super::{BodyPrestress, Prestress};
@@ -108,30 +108,20 @@ fn group_nodes(
     group: &str,
     used_by: String,
 ) -> Result<Vec<BodyNode>, ModelError> {
-    let nodes = &find_group(mesh, group, None, &used_by)?.nodes;
-    let of = |n: u32| bodies.iter().position(|b| b.has(n));
-    let group = group.to_string();
-    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| of(n).is_none()));
-    if count > 0 {
-        return Err(ModelError::NodesElsewhere {
-            used_by,
-            group,
-            count,
-            tags,
-        });
-    }
-    let is_fixed = |n: u32| bodies.iter().any(|b| b.has(n) && b.is_fixed(n));
-    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| is_fixed(n)));
+    let found = find_group(mesh, group, None, &used_by)?;
+    check_owned(mesh, bodies, found, &used_by, group)?;
+    let nodes = &found.nodes;
+    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| is_fixed(bodies, n)));
     if count > 0 {
         return Err(ModelError::NodesFixed {
             used_by,
-            group,
+            group: group.to_string(),
             count,
             tags,
         });
     }
     let on_body = |n: u32| {
-        let body = of(n)?;
+        let body = bodies.iter().position(|b| b.has(n))?;
         let node = bodies[body].local(n);
         Some(BodyNode { body, node })
     };

@@ -56,9 +56,7 @@ impl BodyBuilder {
             local,
             roles: Roles {
                 fixed: vec![false; group.nodes.len()],
-                contact: Vec::new(),
-                tied: Vec::new(),
-                auxiliary: Vec::new(),
+                ..Roles::default()
             },
             held: vec![[false; 3]; group.nodes.len()],
             loads: Vec::new(),

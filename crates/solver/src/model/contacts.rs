@@ -5,7 +5,9 @@ use super::mortar::{Mortar, Reach, Row, mortar};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
 use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
-use dovetail_numerics::space::{Vector, cross, distance, dot, middle, scaled, sub, unit};
+use dovetail_numerics::space::{
+    Vector, add_scaled, cross, distance, dot, middle, scaled, sub, unit,
+};
 
 /// Default search distance, relative to the longest edge of both facets.
 const REACH: f64 = 0.5;
@@ -99,10 +101,7 @@ pub(super) fn contact(
     held: impl Fn(BodyNode) -> [bool; 3],
 ) -> Result<Contact, ModelError> {
     let along = first.flank.along;
-    let [own, other] = match slave {
-        Side::First => [first, second],
-        Side::Second => [second, first],
-    };
+    let [own, other] = slave.ordered([first, second]);
     let reach = spec
         .search_distance_m
         .map_or(Reach::OfFacets(REACH), Reach::Given);
@@ -118,10 +117,7 @@ pub(super) fn contact(
     let mut summary = FlankMatch {
         name: spec.name.clone(),
         slave,
-        covered: match slave {
-            Side::First => found.covered,
-            Side::Second => [found.covered[1], found.covered[0]],
-        },
+        covered: slave.ordered(found.covered),
         largest_mismatch_m: 0.0,
         largest_separation_m: 0.0,
         facet_m: own.flank.facet_area_m2().sqrt(),
@@ -140,10 +136,8 @@ pub(super) fn contact(
         summary.largest_mismatch_m = summary.largest_mismatch_m.max(mismatch);
         summary.nodes_match &= row.masters.len() == 1;
         // Out of the second flank is into the first.
-        let (normals, points) = match slave {
-            Side::First => ([own.flank.normals[i], met_normal], [own.nodes_m[i], met_m]),
-            Side::Second => ([met_normal, own.flank.normals[i]], [met_m, own.nodes_m[i]]),
-        };
+        let normals = slave.ordered([own.flank.normals[i], met_normal]);
+        let points = slave.ordered([own.nodes_m[i], met_m]);
         let position_m = middle(points[0], points[1]);
         let cosine = unit(met_normal).map_or(0.0, |met| dot(own.flank.normals[i], met));
         let normal = unit(sub(normals[1], normals[0])).filter(|_| cosine < -0.5);
@@ -190,9 +184,7 @@ pub(super) fn contact(
 fn mean(of: &[Vector], row: &Row) -> Vector {
     let mut sum = [0.0; 3];
     for &(k, weight) in &row.masters {
-        for (sum, v) in sum.iter_mut().zip(of[k as usize]) {
-            *sum += weight * v;
-        }
+        add_scaled(&mut sum, weight, of[k as usize]);
     }
     sum
 }
@@ -312,9 +304,7 @@ fn frame(n: Vector, along: Vector) -> [Vector; 3] {
 fn order_along(pairs: &[ContactPair], along: Vector) -> Vec<usize> {
     let mut mean = [0.0; 3];
     for pair in pairs {
-        for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
-            *sum += n;
-        }
+        add_scaled(&mut mean, 1.0, pair.frame[0]);
     }
     let axes = frame(unit(mean).unwrap_or([0.0, 0.0, 1.0]), along);
     let coordinates: Vec<[f64; 3]> = pairs

@@ -2,7 +2,7 @@
 
 use super::ContactPair;
 use crate::model::CrownSpec;
-use dovetail_numerics::space::{Vector, dot, scaled, sub, unit};
+use dovetail_numerics::space::{Vector, add_scaled, dot, scaled, sub, unit};
 
 /// Adds the crown's clearance d^2 / (2 R) to the pairs of one contact. d is measured in the tangent
 /// plane of the flank (across its mean normal): from the centre or, with an axis, from the line
@@ -14,9 +14,7 @@ pub(super) fn add_crown(pairs: &mut [ContactPair], crown: &CrownSpec) -> Result<
     let mean = |of: &dyn Fn(&ContactPair) -> Vector| -> Vector {
         let mut sum = [0.0; 3];
         for pair in pairs.iter() {
-            for (sum, v) in sum.iter_mut().zip(of(pair)) {
-                *sum += pair.area_m2 / area * v;
-            }
+            add_scaled(&mut sum, pair.area_m2 / area, of(pair));
         }
         sum
     };

@@ -181,6 +181,17 @@ pub enum Side {
     Second,
 }
 
+impl Side {
+    /// Values of the first and of the second flank, from those of this flank and of the other one,
+    /// or the other way round.
+    pub fn ordered<T>(self, [own, other]: [T; 2]) -> [T; 2] {
+        match self {
+            Self::First => [own, other],
+            Self::Second => [other, own],
+        }
+    }
+}
+
 /// Springs between two flanks, per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankStiffness {

@@ -11,7 +11,7 @@ use crate::model::{
 };
 use dovetail_mesh::Mesh;
 use dovetail_mesh::surface_field::SurfaceField;
-use dovetail_numerics::space::distance;
+use dovetail_numerics::space::diagonal;
 
 /// Excitations of the scene, and the reports of how its fields were mapped.
 pub(super) fn excitations(
@@ -92,7 +92,7 @@ fn field_forces(
     let builder = &bodies[body];
     let facets = Facets::new(facets, |node| builder.nodes_m()[node as usize]);
     let (forces, mut map) = mapping::map(field, &facets);
-    let size_m = size_m(builder);
+    let size_m = diagonal(builder.nodes_m());
     let count = map.farther_than(size_m);
     if count > 0 {
         return Err(ModelError::FieldFar {
@@ -109,17 +109,4 @@ fn field_forces(
     map.surface = on.to_owned();
     map.scale(spec.amplitude);
     Ok((body, forces, map))
-}
-
-/// Diagonal of the bounding box of a body, m.
-fn size_m(body: &BodyBuilder) -> f64 {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for at in body.nodes_m() {
-        let nodes = low.iter_mut().zip(&mut high);
-        for ((low, high), x) in nodes.zip(at) {
-            *low = low.min(*x);
-            *high = high.max(*x);
-        }
-    }
-    distance(low, high)
 }

@@ -7,7 +7,7 @@ use super::groups::{Face, faces};
 use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
-use dovetail_numerics::space::{distance, dot, norm, scaled, sub, unit};
+use dovetail_numerics::space::{add_scaled, distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
 /// six-node triangle vanish at its corners, and those of an eight-node quadrilateral are negative
@@ -76,9 +76,7 @@ pub(super) fn flank(
         let last = facet.len();
         for k in 0..last {
             let i = facet[k] as usize;
-            for (sum, part) in normals[i].iter_mut().zip(parts[k].normal_m2) {
-                *sum += part;
-            }
+            add_scaled(&mut normals[i], 1.0, parts[k].normal_m2);
             areas_m2[i] += parts[k].area_m2;
             longest = longest.max(distance(corners[k], corners[(k + 1) % last]));
         }
@@ -230,9 +228,7 @@ fn direction_of_edge(facets: &[Vec<u32>], x: impl Fn(u32) -> [f64; 3]) -> [f64; 
     let mut sum = [0.0; 3];
     for &(e, l) in &edges {
         let c = dot(best.0, e);
-        for k in 0..3 {
-            sum[k] += l * share(c) * c.signum() * e[k];
-        }
+        add_scaled(&mut sum, l * share(c) * c.signum(), e);
     }
     positive(unit(sum).unwrap_or(best.0))
 }

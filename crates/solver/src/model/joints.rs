@@ -110,10 +110,7 @@ impl Joints {
         }
         let slave = finer(both);
         attempt(slave).or_else(|refused| {
-            let other = match slave {
-                Side::First => Side::Second,
-                Side::Second => Side::First,
-            };
+            let [_, other] = slave.ordered([Side::First, Side::Second]);
             attempt(other).map_err(|_| refused)
         })
     }
@@ -167,9 +164,7 @@ impl Joints {
         }
         check_held(bodies, &found.pairs, spec, mesh)
     }
-}
 
-impl Joints {
     /// Name of the contact through which these nodes, followed from slave to masters, lead back to
     /// one of `own`.
     fn way_back(&self, mut nodes: Vec<BodyNode>, own: &BTreeSet<BodyNode>) -> Option<&String> {

@@ -7,7 +7,7 @@ use faer::Mat;
 
 use super::neighbours::PointTree;
 use dovetail_numerics::dense::self_adjoint_eigen;
-use dovetail_numerics::space::{dot, norm, sub};
+use dovetail_numerics::space::{add_scaled, dot, norm, sub};
 
 /// Fewest and most points of a fit, if that many exist.
 pub const FEWEST: usize = 12;
@@ -73,9 +73,7 @@ impl Fit {
         weights.iter_mut().for_each(|w| *w /= sum);
         let mut middle_m = [0.0; 3];
         for ((i, _), w) in near.iter().zip(&weights) {
-            for k in 0..3 {
-                middle_m[k] += w * points_m[*i][k];
-            }
+            add_scaled(&mut middle_m, *w, points_m[*i]);
         }
         let mut covariance = Mat::<f64>::zeros(3, 3);
         for ((i, _), w) in near.iter().zip(&weights) {

@@ -86,6 +86,31 @@ pub(super) fn only_body(
     })
 }
 
+/// Checks that every node belongs to a body.
+pub(super) fn check_owned(
+    mesh: &Mesh,
+    bodies: &[BodyBuilder],
+    group: &Group,
+    used_by: &str,
+    name: &str,
+) -> Result<(), ModelError> {
+    let is_elsewhere = |n: &&u32| !bodies.iter().any(|b| b.has(**n));
+    match first_tags(mesh, group.nodes.iter().filter(is_elsewhere)) {
+        (0, _) => Ok(()),
+        (count, tags) => Err(ModelError::NodesElsewhere {
+            used_by: used_by.to_string(),
+            group: name.to_string(),
+            count,
+            tags,
+        }),
+    }
+}
+
+/// Returns `true` if a node does not move on some body that has it.
+pub(super) fn is_fixed(bodies: &[BodyBuilder], node: u32) -> bool {
+    bodies.iter().any(|b| b.has(node) && b.is_fixed(node))
+}
+
 /// Checks that every node belongs to a body, and that not all of them are held against `vector`.
 pub(super) fn check_nodes(
     mesh: &Mesh,
@@ -95,18 +120,9 @@ pub(super) fn check_nodes(
     used_by: &str,
     name: &str,
 ) -> Result<(), ModelError> {
-    let is_elsewhere = |n: &&u32| !bodies.iter().any(|b| b.has(**n));
-    let (count, tags) = first_tags(mesh, group.nodes.iter().filter(is_elsewhere));
+    check_owned(mesh, bodies, group, used_by, name)?;
     let (used_by, name) = (used_by.to_string(), name.to_string());
-    if count > 0 {
-        return Err(ModelError::NodesElsewhere {
-            used_by,
-            group: name,
-            count,
-            tags,
-        });
-    }
-    let is_fixed = |n: &&u32| bodies.iter().any(|b| b.has(**n) && b.is_fixed(**n));
+    let is_fixed = |n: &&u32| is_fixed(bodies, **n);
     let is_held = |n: &&u32| {
         let held = |b: &BodyBuilder| {
             let mut axes = vector.iter().enumerate();

@@ -16,11 +16,11 @@ use super::neighbours::{FacetTree, PointTree};
 use dovetail_mesh::element::facet_corners;
 use dovetail_mesh::facet::{self, FacetPoint};
 use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
-use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
+use dovetail_numerics::space::{add_scaled, cross, distance, dot, norm, scaled, sub, unit};
 
 /// Report of how a field at points in space was mapped to a surface, at the amplitude of its
 /// excitation. In complex vectors the real part comes first.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FieldMap {
     /// Source of the field.
@@ -113,9 +113,7 @@ impl Facets {
             for (point, weight) in facet::points(coords) {
                 let part = weight * norm(point.normal_m2);
                 area += part;
-                for (sum, x) in sum.iter_mut().zip(point.position_m) {
-                    *sum += part * x;
-                }
+                add_scaled(&mut sum, part, point.position_m);
             }
         }
         scaled(sum, 1.0 / area)
@@ -128,23 +126,16 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
     let feet = feet(&field.points_m, facets);
     let mut forces = Forces::none(facets);
     let mut map = FieldMap {
-        field: String::new(),
-        surface: String::new(),
         points: feet.len(),
-        given_n: None,
-        applied_n: [[0.0; 3]; 2],
         largest_distance_m: feet.iter().map(|f| f.distance_m).fold(0.0, f64::max),
         rms_distance_m: rms(feet.iter().map(|f| f.distance_m)),
         far_points: feet
             .iter()
             .filter(|f| f.distance_m > facets.length_m(f.facet))
             .count(),
-        moment_error: None,
-        interpolation_error: None,
-        sum_error_n: None,
-        empty_facets: 0,
         facets: facets.nodes.len(),
         distances_m: feet.iter().map(|f| f.distance_m).collect(),
+        ..FieldMap::default()
     };
     match given(field, &feet) {
         Given::Forces(given) => {
@@ -358,9 +349,7 @@ fn sum(vectors: impl Iterator<Item = [[f64; 3]; 2]>) -> [[f64; 3]; 2] {
     let mut sum = [[0.0; 3]; 2];
     for vector in vectors {
         for (sum, part) in sum.iter_mut().zip(vector) {
-            for (sum, c) in sum.iter_mut().zip(part) {
-                *sum += c;
-            }
+            add_scaled(sum, 1.0, part);
         }
     }
     sum
@@ -397,9 +386,7 @@ impl Forces {
         for (node, share) in nodes.iter().zip(shapes) {
             let index = self.index(*node);
             for (sum, part) in self.on_node[index].iter_mut().zip(force) {
-                for (sum, f) in sum.iter_mut().zip(part) {
-                    *sum += share * f;
-                }
+                add_scaled(sum, *share, part);
             }
         }
     }
@@ -598,9 +585,8 @@ mod tests {
         let mut sum = [0.0; 3];
         for coords in &facets.coords_m {
             for (point, weight) in facet::points(coords) {
-                for (sum, n) in sum.iter_mut().zip(point.normal_m2) {
-                    *sum -= weight * p(point.position_m)[0] * n;
-                }
+                let force_n = -weight * p(point.position_m)[0];
+                add_scaled(&mut sum, force_n, point.normal_m2);
             }
         }
         sum

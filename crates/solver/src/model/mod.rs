@@ -389,10 +389,7 @@ impl ContactPair {
     pub fn bodies(&self) -> [Option<usize>; 2] {
         let slave = Some(self.slave.node.body);
         let master = self.slave.masters.first().map(|(node, _)| node.body);
-        match self.side {
-            Side::First => [slave, master],
-            Side::Second => [master, slave],
-        }
+        self.side.ordered([slave, master])
     }
 }
 

@@ -511,56 +511,55 @@ mod tests {
     use super::*;
     use dovetail_mesh::facet::shares;
 
+    /// A flank and the positions of its nodes.
+    type Surface = (Flank, Vec<Vector>);
+
     /// A flank of n x m cells, each a quadrilateral or two triangles, put in space by `map`; its
-    /// outward normal is +z of the map, or -z where it lies on the other side.
-    struct Grid {
-        cells: [usize; 2],
+    /// outward normal is +z of the map, or -z where it lies on top of the other one.
+    fn grid(
+        [n, m]: [usize; 2],
         quadrilaterals: bool,
         on_top: bool,
-    }
-
-    impl Grid {
-        fn flank(&self, map: impl Fn([f64; 2]) -> Vector) -> (Flank, Vec<Vector>) {
-            let [n, m] = self.cells;
-            let at = |i: usize, j: usize| (i + (n + 1) * j) as u32;
-            let nodes_m: Vec<Vector> = (0..=m)
-                .flat_map(|j| (0..=n).map(move |i| [i as f64 / n as f64, j as f64 / m as f64]))
-                .map(map)
-                .collect();
-            let mut facets = Vec::new();
-            for j in 0..m {
-                for i in 0..n {
-                    let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    // The diagonals of neighbours cross.
-                    if self.quadrilaterals {
-                        facets.push(vec![a, b, c, d]);
-                    } else if (i + j) % 2 == 0 {
-                        facets.extend([vec![a, b, c], vec![a, c, d]]);
-                    } else {
-                        facets.extend([vec![a, b, d], vec![b, c, d]]);
-                    }
+        map: impl Fn([f64; 2]) -> Vector,
+    ) -> Surface {
+        let at = |i: usize, j: usize| (i + (n + 1) * j) as u32;
+        let nodes_m: Vec<Vector> = (0..=m)
+            .flat_map(|j| (0..=n).map(move |i| [i as f64 / n as f64, j as f64 / m as f64]))
+            .map(map)
+            .collect();
+        let mut facets = Vec::new();
+        for j in 0..m {
+            for i in 0..n {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                // The diagonals of neighbours cross.
+                if quadrilaterals {
+                    facets.push(vec![a, b, c, d]);
+                } else if (i + j) % 2 == 0 {
+                    facets.extend([vec![a, b, c], vec![a, c, d]]);
+                } else {
+                    facets.extend([vec![a, b, d], vec![b, c, d]]);
                 }
             }
-            if self.on_top {
-                facets.iter_mut().for_each(|f| f.reverse());
-            }
-            let mut areas_m2 = vec![0.0; nodes_m.len()];
-            for facet in &facets {
-                let corners: Vec<Vector> = facet.iter().map(|&k| nodes_m[k as usize]).collect();
-                for (&k, share) in facet.iter().zip(shares(&corners)) {
-                    areas_m2[k as usize] += share.area_m2;
-                }
-            }
-            let flank = Flank {
-                nodes: (0..nodes_m.len() as u32).collect(),
-                normals: vec![[0.0, 0.0, if self.on_top { -1.0 } else { 1.0 }]; nodes_m.len()],
-                middles: vec![Vec::new(); facets.len()],
-                facets,
-                areas_m2,
-                along: [1.0, 0.0, 0.0],
-            };
-            (flank, nodes_m)
         }
+        if on_top {
+            facets.iter_mut().for_each(|f| f.reverse());
+        }
+        let mut areas_m2 = vec![0.0; nodes_m.len()];
+        for facet in &facets {
+            let corners: Vec<Vector> = facet.iter().map(|&k| nodes_m[k as usize]).collect();
+            for (&k, share) in facet.iter().zip(shares(&corners)) {
+                areas_m2[k as usize] += share.area_m2;
+            }
+        }
+        let flank = Flank {
+            nodes: (0..nodes_m.len() as u32).collect(),
+            normals: vec![[0.0, 0.0, if on_top { -1.0 } else { 1.0 }]; nodes_m.len()],
+            middles: vec![Vec::new(); facets.len()],
+            facets,
+            areas_m2,
+            along: [1.0, 0.0, 0.0],
+        };
+        (flank, nodes_m)
     }
 
     const SIZE: [f64; 2] = [3e-2, 1e-2];
@@ -577,7 +576,7 @@ mod tests {
         [SIZE[0] * u, SIZE[1] * v, 0.2]
     }
 
-    fn found(slave: &(Flank, Vec<Vector>), master: &(Flank, Vec<Vector>), reach: Reach) -> Mortar {
+    fn found(slave: &Surface, master: &Surface, reach: Reach) -> Mortar {
         mortar([&slave.0, &master.0], [&slave.1, &master.1], reach)
     }
 
@@ -598,13 +597,8 @@ mod tests {
         let grids = [[3, 2], [4, 3], [7, 5]];
         for (below, above) in [(0, 1), (0, 2), (2, 0), (2, 1)] {
             for quadrilaterals in [[false; 2], [true; 2], [true, false], [false, true]] {
-                let grid = |i: usize, side: usize| Grid {
-                    cells: grids[i],
-                    quadrilaterals: quadrilaterals[side],
-                    on_top: side == 1,
-                };
-                let slave = grid(below, 0).flank(bent);
-                let master = grid(above, 1).flank(even);
+                let slave = grid(grids[below], quadrilaterals[0], false, bent);
+                let master = grid(grids[above], quadrilaterals[1], true, even);
                 let mortar = found(&slave, &master, FAR);
                 for covered in mortar.covered {
                     assert!((covered - 1.0).abs() < 1e-12, "{covered}");
@@ -637,13 +631,8 @@ mod tests {
             let (s, c) = 0.4f64.sin_cos();
             [c * x - s * y + 4e-3, s * x + c * y - 5e-3, z]
         };
-        let triangles = |cells, on_top| Grid {
-            cells,
-            quadrilaterals: false,
-            on_top,
-        };
-        let slave = triangles([9, 4], false).flank(even);
-        let master = triangles([6, 5], true).flank(turned);
+        let slave = grid([9, 4], false, false, even);
+        let master = grid([6, 5], false, true, turned);
         let mortar = found(&slave, &master, FAR);
         // Both have the same area, and so has what they share.
         let [own, other] = mortar.covered;
@@ -660,12 +649,8 @@ mod tests {
     #[test]
     fn where_facets_match_each_node_meets_one_with_its_share_of_the_area() {
         for quadrilaterals in [false, true] {
-            let grid = |on_top| Grid {
-                cells: [5, 3],
-                quadrilaterals,
-                on_top,
-            };
-            let (slave, master) = (grid(false).flank(bent), grid(true).flank(bent));
+            let [slave, master] =
+                [false, true].map(|on_top| grid([5, 3], quadrilaterals, on_top, bent));
             let mortar = found(&slave, &master, FAR);
             for (s, row) in mortar.rows.iter().enumerate() {
                 let row = row.as_ref().unwrap();
@@ -681,13 +666,9 @@ mod tests {
     /// the element.
     #[test]
     fn the_nodes_of_a_quadrilateral_far_from_a_parallelogram_have_their_areas() {
-        let grid = |on_top| Grid {
-            cells: [1, 1],
-            quadrilaterals: true,
-            on_top,
-        };
         let kite = |[u, v]: [f64; 2]| even([u - 0.4 * u * v, v - 0.4 * u * v]);
-        let (slave, master) = (grid(false).flank(kite), grid(true).flank(even));
+        let slave = grid([1, 1], true, false, kite);
+        let master = grid([1, 1], true, true, even);
         let mortar = found(&slave, &master, FAR);
         for (row, own) in mortar.rows.iter().zip(&slave.0.areas_m2) {
             let off = row.as_ref().unwrap().area_m2 / own - 1.0;
@@ -699,13 +680,8 @@ mod tests {
     /// there has the area of half a column, and almost nothing of the third.
     #[test]
     fn what_is_hardly_covered_carries_nothing() {
-        let grid = |cells, on_top| Grid {
-            cells,
-            quadrilaterals: true,
-            on_top,
-        };
-        let slave = grid([4, 1], false).flank(even);
-        let master = grid([1, 1], true).flank(|[u, v]| even([0.5025 * u, v]));
+        let slave = grid([4, 1], true, false, even);
+        let master = grid([1, 1], true, true, |[u, v]| even([0.5025 * u, v]));
         let mortar = found(&slave, &master, Reach::Given(1e-6));
         let [own, other] = mortar.covered;
         assert!((own - 0.5025).abs() < 1e-12 && (other - 1.0).abs() < 1e-12);
@@ -713,7 +689,7 @@ mod tests {
         assert_eq!(carries[..5], [true, true, true, false, false]);
         assert_eq!(mortar.met[0], [true, true, true, false]);
         // No other facet is nearer.
-        let above = grid([2, 2], true).flank(|p| {
+        let above = grid([2, 2], true, true, |p| {
             let [x, y, z] = even(p);
             [x, y, z + 3e-3]
         });
@@ -722,7 +698,7 @@ mod tests {
         let missed = mortar.missed.unwrap();
         assert!((missed.distance_m - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
         // A facet that faces the same way is not opposite.
-        let same_way = grid([2, 2], false).flank(even);
+        let same_way = grid([2, 2], true, false, even);
         let missed = found(&slave, &same_way, FAR).missed.unwrap();
         assert!(missed.degrees < 1.0, "{missed:?}");
     }

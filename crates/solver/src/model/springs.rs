@@ -7,6 +7,7 @@ use super::{BodyNode, ModelError, Slave, Spring, SpringChain, SpringSupport};
 use crate::model::SpringSpec;
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
+use dovetail_numerics::space::extent;
 
 /// A node does not count if its weight is below this fraction of the largest one.
 const NO_WEIGHT: f64 = 1e-12;
@@ -165,10 +166,7 @@ impl<'a> Place<'a> {
         let largest = weights
             .iter()
             .fold(0.0f64, |most, weight| most.max(weight.abs()));
-        let along = |axis: usize| {
-            let values = nodes.iter().map(|&n| position(body.local(n))[axis]);
-            values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
-        };
+        let along = |axis: usize| extent(nodes.iter().map(|&n| position(body.local(n))[axis]));
         let axis = (0..3).max_by(|&a, &b| along(a).total_cmp(&along(b)));
         let axis = axis.unwrap_or(0);
         let all = nodes.iter().zip(&weights);

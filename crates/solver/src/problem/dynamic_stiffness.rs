@@ -57,27 +57,54 @@ impl<'a> ContactSystem<'a> {
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
     pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
-        let model = &self.problem.reduced;
-        HarmonicStiffness {
-            model,
-            omega,
-            harmonics: (1..=harmonics)
-                .map(|k| coefficients(&model.omega2, self.damping, k as f64 * omega))
-                .collect(),
-        }
+        self.of_harmonics(omega, harmonics, |k| self.coefficients(k * omega))
     }
 
     /// Derivative of Lambda with respect to the frequency of the first harmonic, at `omega` rad/s
     /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
     /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
     pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
-        let model = &self.problem.reduced;
+        self.of_harmonics(omega, harmonics, |k| self.slopes(k, omega))
+    }
+
+    /// Combination of K, M and p by the coefficients of each harmonic, which `of` gives by its
+    /// number.
+    fn of_harmonics(
+        &self,
+        omega: f64,
+        harmonics: usize,
+        of: impl Fn(f64) -> Coefficients,
+    ) -> HarmonicStiffness<'a> {
         HarmonicStiffness {
-            model,
+            model: &self.problem.reduced,
             omega,
-            harmonics: (1..=harmonics)
-                .map(|k| slopes(&model.omega2, self.damping, k as f64, omega))
-                .collect(),
+            harmonics: (1..=harmonics).map(|k| of(k as f64)).collect(),
+        }
+    }
+
+    fn coefficients(&self, omega: f64) -> Coefficients {
+        let (s, z) = s_and_z(self.damping, omega);
+        let mode = |w2: &f64| -(z * z) / (s * *w2 - z);
+        Coefficients {
+            s,
+            z,
+            modes: self.problem.reduced.omega2.iter().map(mode).collect(),
+        }
+    }
+
+    /// Derivatives of the coefficients of harmonic `k` with respect to the frequency of the first
+    /// one.
+    fn slopes(&self, k: f64, omega: f64) -> Coefficients {
+        let (s, z) = s_and_z(self.damping, k * omega);
+        let (ds, dz) = s_and_z_slopes(self.damping, k * omega);
+        let mode = |w2: &f64| {
+            let (d, dd) = (s * *w2 - z, ds * *w2 - dz);
+            -(z * (dz * d * 2.0 - z * dd)) / (d * d) * k
+        };
+        Coefficients {
+            s: ds * k,
+            z: dz * k,
+            modes: self.problem.reduced.omega2.iter().map(mode).collect(),
         }
     }
 
@@ -141,9 +168,7 @@ impl<'a> ContactSystem<'a> {
             })
             .collect()
     }
-}
 
-impl ContactSystem<'_> {
     /// Amplitude of each stuck mode for a unit of `p_m . X` at `omega`: z / d_m.
     pub fn modal_shares(&self, omega: f64) -> Vec<c64> {
         let (s, z) = s_and_z(self.damping, omega);
@@ -154,13 +179,9 @@ impl ContactSystem<'_> {
 
 /// s and z at `omega` rad/s.
 fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
-    let Rayleigh {
-        stiffness_s,
-        mass_per_s,
-    } = damping;
     (
-        c64::new(1.0, omega * stiffness_s),
-        c64::new(omega * omega, -omega * mass_per_s),
+        c64::new(1.0, omega * damping.stiffness_s),
+        c64::new(omega * omega, -omega * damping.mass_per_s),
     )
 }
 
@@ -170,31 +191,6 @@ fn s_and_z_slopes(damping: Rayleigh, omega: f64) -> (c64, c64) {
         c64::new(0.0, damping.stiffness_s),
         c64::new(2.0 * omega, -damping.mass_per_s),
     )
-}
-
-/// Derivatives of the coefficients of harmonic `k` with respect to the frequency of the first one.
-fn slopes(omega2: &[f64], damping: Rayleigh, k: f64, omega: f64) -> Coefficients {
-    let (s, z) = s_and_z(damping, k * omega);
-    let (ds, dz) = s_and_z_slopes(damping, k * omega);
-    let mode = |w2: &f64| {
-        let (d, dd) = (s * *w2 - z, ds * *w2 - dz);
-        -(z * (dz * d * 2.0 - z * dd)) / (d * d) * k
-    };
-    Coefficients {
-        s: ds * k,
-        z: dz * k,
-        modes: omega2.iter().map(mode).collect(),
-    }
-}
-
-fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {
-    let (s, z) = s_and_z(damping, omega);
-    let mode = |w2: &f64| -(z * z) / (s * *w2 - z);
-    Coefficients {
-        s,
-        z,
-        modes: omega2.iter().map(mode).collect(),
-    }
 }
 
 /// Computes `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K
@@ -352,10 +348,7 @@ mod tests {
     #[test]
     fn the_diagonal_is_that_of_the_formed_matrix() {
         let problem = dovetail72(1.0);
-        let damping = Rayleigh {
-            stiffness_s: 1e-6,
-            mass_per_s: 30.0,
-        };
+        let damping = Rayleigh::new(1e-6, 30.0);
         let omega = 0.98 * problem.reduced.omega2[0].sqrt();
         let stiffness = ContactSystem::new(&problem, damping).stiffness(omega, 2);
         for k in 1..=2 {

@@ -198,7 +198,7 @@ impl Inexact {
         let modes = harmonics.first().map_or(0, |c| c.modes.len());
         let coupling = self.coupling.get(.., ..modes);
         for (basis, is_inertia) in [(self.inertia.as_ref(), true), (coupling, false)] {
-            let mut amplitudes = times(basis.transpose(), x.get(.., 1..));
+            let mut amplitudes = dense::product(basis.transpose(), x.get(.., 1..));
             for (k, c) in harmonics.iter().enumerate() {
                 for i in 0..basis.ncols() {
                     let by = if is_inertia { -c.z } else { c.modes[i] };
@@ -217,7 +217,8 @@ impl Inexact {
     pub fn dynamic_motions(&self, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
         let motions = self.motions.get(..count, ..);
         let coupling = self.coupling.get(.., ..c.modes.len());
-        let [inertia, modal] = [self.inertia.as_ref(), coupling].map(|basis| times(motions, basis));
+        let [inertia, modal] =
+            [self.inertia.as_ref(), coupling].map(|basis| dense::product(motions, basis));
         let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
             let mut y = Mat::from_fn(count, self.unknowns(), |j, i| {
                 s as f32 * self.forces[(j, i)]
@@ -225,17 +226,11 @@ impl Inexact {
             let modal = Mat::from_fn(modal.nrows(), modal.ncols(), |j, m| {
                 mode(m) as f32 * modal[(j, m)]
             });
-            let y_mut = y.as_mut();
-            let inertia_t = self.inertia.transpose();
-            matmul(y_mut, Accum::Add, &inertia, inertia_t, -z as f32, Par::Seq);
-            matmul(
-                y.as_mut(),
-                Accum::Add,
-                &modal,
-                coupling.transpose(),
-                1.0,
-                Par::Seq,
-            );
+            let mut add = |a: &Mat<f32>, b: MatRef<'_, f32>, by: f32| {
+                matmul(y.as_mut(), Accum::Add, a, b.transpose(), by, Par::Seq);
+            };
+            add(&inertia, self.inertia.as_ref(), -z as f32);
+            add(&modal, coupling, 1.0);
             y
         };
         [
@@ -250,12 +245,6 @@ fn scale_by_complex(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
     let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
     a[(i, cosine)] = (by.re * c + by.im * s) as f32;
     a[(i, cosine + 1)] = (by.re * s - by.im * c) as f32;
-}
-
-fn times(a: MatRef<'_, f32>, b: MatRef<'_, f32>) -> Mat<f32> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
 }
 
 fn narrow(a: MatRef<'_, f64>) -> Mat<f32> {

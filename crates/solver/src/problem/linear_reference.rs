@@ -103,15 +103,13 @@ impl LinearReference {
             )
         };
         let observations = reduced.observations.iter().map(observed);
+        let nothing = |modes| Mat::zeros(0, modes);
+        let coupling = nothing(self.omega2.len());
         let on_modes = ReducedModel {
-            stiffness: Mat::zeros(0, 0),
-            mass: Mat::zeros(0, 0),
-            coupling: Mat::zeros(0, self.omega2.len()),
-            omega2: self.omega2.clone(),
-            stuck_modes: self.omega2.len(),
             static_load: load(&reduced.static_load),
             unit_loads: reduced.unit_loads.iter().map(load).collect(),
             observations: observations.collect(),
+            ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
         };
         Problem {
             reduced: on_modes,

@@ -135,11 +135,7 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
         for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
             let amplitude = force.amplitude * share(force.phase_rad);
             let zero = || Load::zeros(unit.on_x.len(), unit.on_modes.len());
-            let sum = sum.get_or_insert_with(zero);
-            let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
-            for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
-                *into += amplitude * unit;
-            }
+            sum.get_or_insert_with(zero).add(amplitude, unit);
         }
         sum
     };

@@ -93,7 +93,7 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
 pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, ReductionError> {
     let bodies = coordinates(structure, &Loads::of(structure))?;
     let stuck = Stuck::of(structure, &bodies)?;
-    let m_gg = stuck.matrix(&bodies, BodyMatrix::Mass);
+    let m_gg = on_g(&stuck.transformation, &bodies, BodyMatrix::Mass);
     let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
     Ok(modes
         .map_err(|source| ReductionError::Stuck { source })?
@@ -139,10 +139,6 @@ impl Stuck {
             k_gg,
             factor,
         })
-    }
-
-    fn matrix(&self, bodies: &[Coordinates<'_>], which: BodyMatrix) -> CscMatrix<f64> {
-        on_g(&self.transformation, bodies, which)
     }
 }
 

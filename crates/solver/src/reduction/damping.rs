@@ -33,20 +33,22 @@ impl Rayleigh {
     /// No damping.
     pub const NONE: Self = Self::of_stiffness(0.0);
 
-    /// Damping proportional to the stiffness, with the coefficient in s.
-    pub const fn of_stiffness(stiffness_s: f64) -> Self {
+    /// Damping of these coefficients, in s and in 1/s.
+    pub const fn new(stiffness_s: f64, mass_per_s: f64) -> Self {
         Self {
             stiffness_s,
-            mass_per_s: 0.0,
+            mass_per_s,
         }
+    }
+
+    /// Damping proportional to the stiffness, with the coefficient in s.
+    pub const fn of_stiffness(stiffness_s: f64) -> Self {
+        Self::new(stiffness_s, 0.0)
     }
 
     /// Damping proportional to the mass, with the coefficient in 1/s.
     pub const fn of_mass(mass_per_s: f64) -> Self {
-        Self {
-            stiffness_s: 0.0,
-            mass_per_s,
-        }
+        Self::new(0.0, mass_per_s)
     }
 
     /// Damping proportional to the stiffness that has a ratio to critical damping at the angular
@@ -82,10 +84,7 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
         DampingSpec::Rayleigh {
             stiffness_s,
             mass_per_s,
-        } => Ok(Rayleigh {
-            stiffness_s,
-            mass_per_s,
-        }),
+        } => Ok(Rayleigh::new(stiffness_s, mass_per_s)),
         DampingSpec::Ratio { ratio, linear_mode } => {
             let missing = match omega2.len() {
                 0 => DampingError::NoModes,
@@ -105,17 +104,15 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
 mod tests {
     use super::*;
 
+    /// Coefficients of 1 % of critical damping on a mode.
+    fn of_mode(linear_mode: usize, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
+        let ratio = 0.01;
+        rayleigh(&DampingSpec::Ratio { ratio, linear_mode }, omega2)
+    }
+
     #[test]
     fn the_ratio_is_reached_on_the_chosen_mode() {
-        let omega2 = [4.0, 25.0];
-        let c = rayleigh(
-            &DampingSpec::Ratio {
-                ratio: 0.01,
-                linear_mode: 2,
-            },
-            &omega2,
-        )
-        .unwrap();
+        let c = of_mode(2, &[4.0, 25.0]).unwrap();
         // zeta = (a omega + b / omega) / 2
         assert!((0.5 * (c.stiffness_s * 5.0 + c.mass_per_s / 5.0) - 0.01).abs() < 1e-16);
         let given = DampingSpec::Rayleigh {
@@ -129,19 +126,9 @@ mod tests {
     #[test]
     fn a_mode_that_does_not_exist_is_an_error() {
         for linear_mode in [0, 3] {
-            let error = rayleigh(
-                &DampingSpec::Ratio {
-                    ratio: 0.01,
-                    linear_mode,
-                },
-                &[4.0, 25.0],
-            );
-            assert!(error.unwrap_err().to_string().contains("choose 1 to 2"));
+            let error = of_mode(linear_mode, &[4.0, 25.0]).unwrap_err();
+            assert!(error.to_string().contains("choose 1 to 2"));
         }
-        let ratio = DampingSpec::Ratio {
-            ratio: 0.01,
-            linear_mode: 1,
-        };
-        assert_eq!(rayleigh(&ratio, &[]), Err(DampingError::NoModes));
+        assert_eq!(of_mode(1, &[]), Err(DampingError::NoModes));
     }
 }

@@ -323,15 +323,20 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::folder::Folder;
     use std::time::{Duration, Instant};
 
-    fn read_text(name: &str, text: &str) -> Result<Mat<f64>, String> {
-        let name = format!("dovetail-matrix-{name}-{}.mtx", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::write(&path, text).unwrap();
-        let read = read(&path);
-        std::fs::remove_file(&path).unwrap();
-        read
+    fn read_text(text: &str) -> Result<Mat<f64>, String> {
+        read(&Folder::new("matrix").write("a.mtx", text))
+    }
+
+    /// Checks that a text is not read, for a reason in these words.
+    #[track_caller]
+    fn assert_refused(text: &str, words: &[&str]) {
+        let message = read_text(text).unwrap_err();
+        for words in words {
+            assert!(message.contains(words), "{words}: {text}: {message}");
+        }
     }
 
     #[test]
@@ -352,57 +357,30 @@ mod tests {
             ("coordinate pattern general", "3 3 100".to_owned()),
         ] {
             let text = format!("%%MatrixMarket matrix {header}\n% a comment\n{size}\n1 1 1\n");
-            let message = read_text("header", &text).unwrap_err();
-            assert!(
-                message.contains("line 3") && message.contains("bytes"),
-                "{header}, {size}: {message}"
-            );
+            assert_refused(&text, &["line 3", "bytes"]);
         }
         assert!(begin.elapsed() < Duration::from_secs(5));
     }
 
     #[test]
     fn matrices_of_every_form_are_read() {
+        let (even, odd) = ([1.0, 2.0, 2.0, 5.0], [0.0, -3.0, 3.0, 0.0]);
+        let ones = [1.0, 0.0, 1.0, 0.0];
+        // Entries at the same position are added.
+        let sums = [0.0, 7.0, 0.0, 5.0];
+        let added = "2 2 3\n1 2 4\n1 2 3\n2 2 5";
+        let lower = "2 2 3\n1 1 1\n2 1 2\n2 2 5\n";
         for (header, text, expected) in [
-            (
-                "array real general",
-                "2 2\n1\n2\n2\n5",
-                [1.0, 2.0, 2.0, 5.0],
-            ),
-            (
-                "array real symmetric",
-                "2 2\n1\n\n2\n% 3\n5\n",
-                [1.0, 2.0, 2.0, 5.0],
-            ),
-            (
-                "array integer skew-symmetric",
-                "2 2\n3\n",
-                [0.0, -3.0, 3.0, 0.0],
-            ),
-            (
-                "coordinate real symmetric",
-                "2 2 3\n1 1 1\n2 1 2\n2 2 5\n",
-                [1.0, 2.0, 2.0, 5.0],
-            ),
-            // Entries at the same position are added.
-            (
-                "coordinate integer general",
-                "2 2 3\n1 2 4\n1 2 3\n2 2 5",
-                [0.0, 7.0, 0.0, 5.0],
-            ),
-            (
-                "coordinate real skew-symmetric",
-                "2 2 1\n2 1 3\n",
-                [0.0, -3.0, 3.0, 0.0],
-            ),
-            (
-                "coordinate pattern general",
-                "2 2 2\n1 1\n2 1\n",
-                [1.0, 0.0, 1.0, 0.0],
-            ),
+            ("array real general", "2 2\n1\n2\n2\n5", even),
+            ("array real symmetric", "2 2\n1\n\n2\n% 3\n5\n", even),
+            ("array integer skew-symmetric", "2 2\n3\n", odd),
+            ("coordinate real symmetric", lower, even),
+            ("coordinate integer general", added, sums),
+            ("coordinate real skew-symmetric", "2 2 1\n2 1 3\n", odd),
+            ("coordinate pattern general", "2 2 2\n1 1\n2 1\n", ones),
         ] {
             let text = format!("%%MatrixMarket matrix {header}\n{text}");
-            let a = read_text("forms", &text).unwrap();
+            let a = read_text(&text).unwrap();
             let found = [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
             assert_eq!(found, expected, "{text}");
         }
@@ -411,20 +389,18 @@ mod tests {
             "%MatrixMarket matrix array real general\n9 9\n{}7",
             "1\n".repeat(80)
         );
-        assert_eq!(read_text("shortest", &shortest).unwrap()[(8, 8)], 7.0);
+        assert_eq!(read_text(&shortest).unwrap()[(8, 8)], 7.0);
         let places = |i: usize| format!("{} {}\n", i / 9 + 1, i % 9 + 1);
         let places: String = (0..81).map(places).collect();
         let shortest = format!("%MatrixMarket matrix coordinate pattern general\n9 9 81\n{places}");
-        assert_eq!(read_text("shortest", shortest.trim()).unwrap()[(8, 8)], 1.0);
+        assert_eq!(read_text(shortest.trim()).unwrap()[(8, 8)], 1.0);
     }
 
     #[test]
     fn what_is_wrong_is_told_with_its_line() {
         let (placed, array) = ("coordinate real general", "array real general");
-        let (half, skew) = (
-            "coordinate real symmetric",
-            "coordinate real skew-symmetric",
-        );
+        let half = "coordinate real symmetric";
+        let skew = "coordinate real skew-symmetric";
         let pattern = "coordinate pattern general";
         for (header, text, line, words) in [
             (
@@ -470,31 +446,23 @@ mod tests {
             (skew, "0 3 0", 2, "is square, not 0 x 3"),
         ] {
             let text = format!("%%MatrixMarket matrix {header}\n{text}\n");
-            let message = read_text("wrong", &text).unwrap_err();
+            let message = read_text(&text).unwrap_err();
             let is_told = message.starts_with(&format!("line {line}: ")) && message.contains(words);
             assert!(is_told, "{text}: {message}");
         }
+        let forms = "skew-symmetric may stand";
         for (header, text, words) in [
-            (
-                "array complex general",
-                "1 1\n1",
-                "skew-symmetric may stand",
-            ),
-            (
-                "array pattern general",
-                "1 1\n1",
-                "skew-symmetric may stand",
-            ),
-            ("array real hermitian", "1 1\n1", "skew-symmetric may stand"),
+            ("array complex general", "1 1\n1", forms),
+            ("array pattern general", "1 1\n1", forms),
+            ("array real hermitian", "1 1\n1", forms),
             (array, "1 2\n1", "2 entries are announced, 1 found"),
             (array, "1 2\n1\n2\n3", "2 entries are announced, 3 found"),
         ] {
             let text = format!("%%MatrixMarket matrix {header}\n{text}\n");
-            let message = read_text("wrong", &text).unwrap_err();
-            assert!(message.contains(words), "{text}: {message}");
+            assert_refused(&text, &[words]);
         }
         let nothing = "%%MatrixMarket matrix array real skew-symmetric\n0 0\n";
-        assert_eq!(read_text("nothing", nothing).unwrap().nrows(), 0);
+        assert_eq!(read_text(nothing).unwrap().nrows(), 0);
     }
 
     #[test]
@@ -503,11 +471,9 @@ mod tests {
             "%%MatrixMarket matrix array real general\n1 1\n{}\n",
             " ".repeat(100_000)
         );
-        let message = read_text("line", &text).unwrap_err();
-        assert!(message.contains("line 3 is longer"), "{message}");
+        assert_refused(&text, &["line 3 is longer"]);
         for text in ["", "\n\n", "\0\0\0", "%%MatrixMarket", "1 1\n1\n"] {
-            let message = read_text("first-line", text).unwrap_err();
-            assert!(message.contains("first line"), "{text:?}: {message}");
+            assert_refused(text, &["first line"]);
         }
     }
 }

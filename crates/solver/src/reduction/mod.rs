@@ -309,6 +309,14 @@ impl Load {
     pub fn zeros(n: usize, m: usize) -> Self {
         Self::new(vec![0.0; n], vec![0.0; m])
     }
+
+    /// Adds a multiple of another load.
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        let into = self.on_x.iter_mut().chain(&mut self.on_modes);
+        for (into, f) in into.zip(other.on_x.iter().chain(&other.on_modes)) {
+            *into += factor * f;
+        }
+    }
 }
 
 /// Observed displacement `on_x . X + on_modes . q`.

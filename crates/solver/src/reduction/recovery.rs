@@ -37,6 +37,13 @@ impl Recovery {
         self.bodies(g.as_ref(), x)
     }
 
+    /// Motion of all free degrees of freedom of each body in the first `count` modes, one a column.
+    pub fn modes(&self, count: usize) -> Vec<Mat<f64>> {
+        let still = Mat::zeros(self.coupling.ncols(), count);
+        let each = Mat::<f64>::identity(self.modes.ncols(), count);
+        self.full_motion(still.as_ref(), each.as_ref())
+    }
+
     /// Static displacement of all free degrees of freedom of each body, under the steady load and
     /// the contact forces that belong to the static `x`. It is exact, whatever the number of modes
     /// kept.

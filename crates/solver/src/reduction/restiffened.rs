@@ -21,12 +21,8 @@ pub fn frequency_change(
     other: &Structure,
 ) -> Option<f64> {
     let model = &reduction.model;
-    let (all, count) = (model.omega2.len(), model.stuck_modes);
-    let still = Mat::zeros(model.stiffness.nrows(), count);
-    let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
-    let motion = reduction
-        .recovery
-        .full_motion(still.as_ref(), each.as_ref());
+    let count = model.stuck_modes;
+    let motion = reduction.recovery.modes(count);
     let omega2 = model.stuck_omega2();
     let mut projected = Mat::from_fn(count, count, |i, j| if i == j { omega2[i] } else { 0.0 });
     let bodies = structure.bodies.iter().zip(&other.bodies);

@@ -521,6 +521,7 @@ fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::folder::Folder;
 
     fn small() -> Superelement {
         let value = |seed: usize| (seed as f64 * 0.7531).sin() * 10f64.powi((seed % 7) as i32 - 3);
@@ -550,20 +551,33 @@ mod tests {
         }
     }
 
-    fn folder(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!(
-            "dovetail-superelement-{name}-{}",
-            std::process::id()
-        ));
-        std::fs::create_dir_all(&folder).unwrap();
+    /// Model with twice the stiffness.
+    fn stiffer() -> Superelement {
+        let mut element = small();
+        element.model.stiffness *= faer::Scale(2.0);
+        element
+    }
+
+    /// Folder of a model.
+    fn written(element: &Superelement) -> Folder {
+        let folder = Folder::new("superelement");
+        write(&folder, element).unwrap();
         folder
+    }
+
+    /// Checks that a folder is not read, for a reason in these words.
+    #[track_caller]
+    fn assert_refused(folder: &Folder, words: &[&str]) {
+        let message = read(folder).unwrap_err().to_string();
+        for words in words {
+            assert!(message.contains(words), "{words}: {message}");
+        }
     }
 
     #[test]
     fn what_is_written_reads_back_to_the_bit() {
-        let (folder, element) = (folder("round-trip"), small());
-        write(&folder, &element).unwrap();
-        let back = read(&folder).unwrap();
+        let element = small();
+        let back = read(&written(&element)).unwrap();
         let (a, b) = (&element.model, &back.model);
         assert_eq!(a.stiffness, b.stiffness);
         assert_eq!(a.mass, b.mass);
@@ -575,13 +589,12 @@ mod tests {
         assert_eq!(a.observations, b.observations);
         assert_eq!(element.positions_m, back.positions_m);
         assert_eq!(element.areas_m2, back.areas_m2);
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn a_model_without_modes_replaces_one_with_modes() {
-        let (folder, mut element) = (folder("no-modes"), small());
-        write(&folder, &element).unwrap();
+        let mut element = small();
+        let folder = written(&element);
         let model = &mut element.model;
         model.coupling = Mat::zeros(6, 0);
         model.omega2.clear();
@@ -597,183 +610,136 @@ mod tests {
         assert_eq!(back.model.static_load, element.model.static_load);
         assert_eq!(back.areas_m2, None);
         // Half of the modes is a mistake, not m = 0.
-        std::fs::write(folder.join("p.mtx"), "").unwrap();
-        let message = read(&folder).unwrap_err();
-        assert!(message.to_string().contains("w2.mtx"), "{message}");
-        std::fs::remove_dir_all(folder).unwrap();
+        folder.write("p.mtx", "");
+        assert_refused(&folder, &["w2.mtx"]);
     }
 
     #[test]
     fn the_matrices_of_two_models_are_not_read_together() {
-        let (first, second, element) = (folder("first"), folder("second"), small());
-        write(&first, &element).unwrap();
-        let mut stiffer = small();
-        stiffer.model.stiffness *= faer::Scale(2.0);
-        write(&second, &stiffer).unwrap();
+        let [first, second] = [small(), stiffer()].map(|element| written(&element));
         std::fs::copy(second.join("M.mtx"), first.join("M.mtx")).unwrap();
-        let message = read(&first).unwrap_err().to_string();
-        for words in ["M.mtx", "K.mtx", "one model", "dovetail reduce"] {
-            assert!(message.contains(words), "{words}: {message}");
-        }
+        assert_refused(&first, &["M.mtx", "K.mtx", "one model", "dovetail reduce"]);
         // A matrix that names no model is the user's own.
-        let text = std::fs::read_to_string(second.join("M.mtx")).unwrap();
+        let text = second.text("M.mtx");
         let without = text.lines().filter(|line| !line.starts_with("% "));
         let without: Vec<&str> = without.collect();
-        std::fs::write(first.join("M.mtx"), without.join("\n")).unwrap();
+        first.write("M.mtx", without.join("\n"));
         assert!(read(&first).is_ok());
         // The same model has the same name.
-        write(&second, &element).unwrap();
+        write(&second, &small()).unwrap();
         std::fs::copy(second.join("K.mtx"), first.join("K.mtx")).unwrap();
         assert!(read(&first).is_ok());
-        for folder in [first, second] {
-            std::fs::remove_dir_all(folder).unwrap();
-        }
     }
 
     /// Wherever the writing of a second model ends, by a file that cannot take its name, nothing
     /// can be read but the whole of one of the two.
     #[test]
     fn a_folder_that_was_not_written_to_its_end_is_not_read() {
-        let element = small();
-        let mut stiffer = small();
-        stiffer.model.stiffness *= faer::Scale(2.0);
         for name in FILES {
-            let folder = folder(&format!("broken-off-{name}"));
-            write(&folder, &element).unwrap();
+            let folder = written(&small());
             // A folder of this name cannot be replaced by a file.
             std::fs::remove_file(folder.join(name)).unwrap();
             std::fs::create_dir_all(folder.join(name).join("in the way")).unwrap();
-            let error = write(&folder, &stiffer).unwrap_err();
+            let error = write(&folder, &stiffer()).unwrap_err();
             assert!(matches!(error, SuperelementError::Write { .. }), "{error}");
             std::fs::remove_dir_all(folder.join(name)).unwrap();
-            let read = read(&folder);
-            assert!(read.is_err(), "{name}");
-            std::fs::remove_dir_all(folder).unwrap();
+            assert!(read(&folder).is_err(), "{name}");
         }
-        let folder = folder("not-whole");
-        write(&folder, &element).unwrap();
+        let folder = written(&small());
         std::fs::remove_file(folder.join(POSITIONS)).unwrap();
-        let message = read(&folder).unwrap_err().to_string();
-        for words in ["xyz.mtx", "a part of a reduced model", "dovetail reduce"] {
-            assert!(message.contains(words), "{words}: {message}");
-        }
-        std::fs::remove_dir_all(folder).unwrap();
+        let words = ["xyz.mtx", "a part of a reduced model", "dovetail reduce"];
+        assert_refused(&folder, &words);
     }
 
     #[test]
     fn malformed_files_are_named_with_line_and_shape() {
-        let (folder, element) = (folder("malformed"), small());
-        write(&folder, &element).unwrap();
-        let spoil = |file: &str, text: &str| {
-            let path = folder.join(file);
-            let whole = std::fs::read_to_string(&path).unwrap();
-            std::fs::write(&path, text).unwrap();
-            let message = read(&folder).unwrap_err().to_string();
-            std::fs::write(&path, whole).unwrap();
-            message
-        };
+        let folder = written(&small());
         let head = "%%MatrixMarket matrix array real general\n";
-        let message = spoil("w2.mtx", &format!("{head}4 1\n1\n2\nthree\n4\n"));
-        assert!(
-            message.contains("w2.mtx") && message.contains("line 5: \"three\""),
-            "{message}"
-        );
-        let message = spoil("w2.mtx", &format!("{head}4 1\n1\n3\n2\n4\n"));
-        assert!(
-            message.contains("squared frequency 3") && message.contains("ascending"),
-            "{message}"
-        );
+        let skew = Mat::from_fn(6, 6, |i, j| i as f64 - 2.0 * j as f64);
+        let skew = (0..36).map(|i| format!("{}\n", skew[(i % 6, i / 6)]));
+        let skew = format!("6 6\n{}", skew.collect::<String>());
+        let cases: [(&str, &str, &[&str]); 5] = [
+            (
+                "w2.mtx",
+                "4 1\n1\n2\nthree\n4\n",
+                &["w2.mtx", "line 5: \"three\""],
+            ),
+            (
+                "w2.mtx",
+                "4 1\n1\n3\n2\n4\n",
+                &["squared frequency 3", "ascending"],
+            ),
+            (
+                "tip_x.mtx",
+                "5 1\n1\n3\n2\n4\n5\n",
+                &["5 x 1, expected 6 x 1"],
+            ),
+            ("f_static.mtx", "6 1\n1\n3\n2\n4\n5\n", &["6 entries", "5"]),
+            ("K.mtx", &skew, &["symmetric", "(1, 2)"]),
+        ];
+        for (file, text, words) in cases {
+            let whole = folder.text(file);
+            folder.write(file, format!("{head}{text}"));
+            assert_refused(&folder, words);
+            folder.write(file, whole);
+        }
         let lenient = format!("{}4 1\n1\n2\n3\n4\n", &head[1..]);
-        std::fs::write(folder.join("fm_static.mtx"), lenient).unwrap();
+        folder.write("fm_static.mtx", lenient);
         let read_back = read(&folder).unwrap().model.static_load.on_modes;
         assert_eq!(read_back, [1.0, 2.0, 3.0, 4.0]);
-        let message = spoil("tip_x.mtx", &format!("{head}5 1\n1\n3\n2\n4\n5\n"));
-        assert!(message.contains("5 x 1, expected 6 x 1"), "{message}");
-        let message = spoil("f_static.mtx", &format!("{head}6 1\n1\n3\n2\n4\n5\n"));
-        assert!(
-            message.contains("6 entries") && message.contains('5'),
-            "{message}"
-        );
-        let skew = Mat::from_fn(6, 6, |i, j| i as f64 - 2.0 * j as f64);
-        let text = (0..36).map(|i| format!("{}\n", skew[(i % 6, i / 6)]));
-        let text = format!("{head}6 6\n{}", text.collect::<String>());
-        let message = spoil("K.mtx", &text);
-        assert!(
-            message.contains("symmetric") && message.contains("(1, 2)"),
-            "{message}"
-        );
-        assert!(read(&folder).is_ok());
-        std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    /// Message that a model with this change, written and read again, gives.
-    fn said_of(name: &str, change: impl FnOnce(&mut ReducedModel)) -> Result<(), String> {
-        let (folder, mut element) = (folder(name), small());
-        change(&mut element.model);
-        write(&folder, &element).unwrap();
-        let read = read(&folder);
-        std::fs::remove_dir_all(folder).unwrap();
-        read.map(|_| ()).map_err(|e| e.to_string())
     }
 
     #[test]
     fn a_stiffness_or_mass_that_no_body_has_is_refused() {
+        let with = |change: &dyn Fn(&mut ReducedModel)| {
+            let mut element = small();
+            change(&mut element.model);
+            written(&element)
+        };
         let diagonal =
             |values: [f64; 6]| Mat::from_fn(6, 6, |i, j| if i == j { values[i] } else { 0.0 });
-        let stiffness =
-            |values: [f64; 6]| said_of("stiffness", |model| model.stiffness = diagonal(values));
+        let stiffness = |values: [f64; 6]| with(&|model| model.stiffness = diagonal(values));
         // Contact alone may hold the body, and spin may soften it.
-        assert_eq!(stiffness([0.0, 0.0, 0.0, 0.0, 0.0, 6.0]), Ok(()));
-        assert_eq!(stiffness([-0.9e-3, 1.0, 1.0, 1.0, 1.0, 2.0]), Ok(()));
-        let message = stiffness([-1.1e-3, 1.0, 1.0, 1.0, 1.0, 2.0]).unwrap_err();
-        for words in ["K.mtx", "lowest eigenvalue", "-1.100e-3 N/m", "sign of K"] {
-            assert!(message.contains(words), "{words}: {message}");
+        for values in [
+            [0.0, 0.0, 0.0, 0.0, 0.0, 6.0],
+            [-0.9e-3, 1.0, 1.0, 1.0, 1.0, 2.0],
+        ] {
+            assert!(read(&stiffness(values)).is_ok());
         }
-        let message = stiffness([-1.0; 6]).unwrap_err();
-        assert!(
-            message.contains("K.mtx") && message.contains("-1.000e0 N/m"),
-            "{message}"
-        );
-        assert!(stiffness([0.0; 6]).is_err());
-        assert!(stiffness([1e308, -1e308, 1e308, 1e308, 1e308, 1e308]).is_err());
+        let too_soft = stiffness([-1.1e-3, 1.0, 1.0, 1.0, 1.0, 2.0]);
+        let words = ["K.mtx", "lowest eigenvalue", "-1.100e-3 N/m", "sign of K"];
+        assert_refused(&too_soft, &words);
+        assert_refused(&stiffness([-1.0; 6]), &["K.mtx", "-1.000e0 N/m"]);
+        assert_refused(&stiffness([0.0; 6]), &[]);
+        let huge = stiffness([1e308, -1e308, 1e308, 1e308, 1e308, 1e308]);
+        assert_refused(&huge, &[]);
 
         let mass = |mass: f64, coupling: f64| {
-            said_of("mass", |model| {
+            with(&|model| {
                 model.mass = diagonal([mass; 6]);
                 model.coupling = Mat::from_fn(6, 4, |i, j| if i == j { coupling } else { 0.0 });
             })
         };
         // Massless pairs, and pairs whose mass is all in the modes, to rounding.
-        assert_eq!(mass(0.0, 0.0), Ok(()));
-        assert_eq!(mass(2.0, 2f64.sqrt()), Ok(()));
-        assert_eq!(mass(2.0, (2f64 + 1e-7).sqrt()), Ok(()));
-        let message = mass(2.0, 3f64.sqrt()).unwrap_err();
-        for words in ["M.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"] {
-            assert!(message.contains(words), "{words}: {message}");
+        for (kg, coupling) in [(0.0, 0.0), (2.0, 2f64.sqrt()), (2.0, (2f64 + 1e-7).sqrt())] {
+            assert!(read(&mass(kg, coupling)).is_ok());
         }
-        assert!(mass(-1.0, 0.0).is_err() && mass(0.0, 1.0).is_err());
-        assert!(mass(1e300, 1e200).is_err());
+        let words = ["M.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"];
+        assert_refused(&mass(2.0, 3f64.sqrt()), &words);
+        for (kg, coupling) in [(-1.0, 0.0), (0.0, 1.0), (1e300, 1e200)] {
+            assert_refused(&mass(kg, coupling), &[]);
+        }
     }
 
     #[test]
     fn a_model_without_pairs_is_refused() {
-        let (folder, element) = (folder("no-pairs"), small());
-        write(&folder, &element).unwrap();
-        let nothing = "%%MatrixMarket matrix array real general\n0 3\n";
-        std::fs::write(folder.join("xyz.mtx"), nothing).unwrap();
-        let message = read(&folder).unwrap_err();
-        assert!(
-            message.to_string().contains("at least one pair"),
-            "{message}"
-        );
-        std::fs::remove_dir_all(folder).unwrap();
+        let folder = written(&small());
+        folder.write("xyz.mtx", "%%MatrixMarket matrix array real general\n0 3\n");
+        assert_refused(&folder, &["at least one pair"]);
     }
 
     #[test]
     fn a_missing_file_is_named() {
-        let folder = folder("missing");
-        let message = read(&folder).unwrap_err().to_string();
-        assert!(message.contains("xyz.mtx"), "{message}");
-        std::fs::remove_dir_all(folder).unwrap();
+        assert_refused(&Folder::new("missing"), &["xyz.mtx"]);
     }
 }

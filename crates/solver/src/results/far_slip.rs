@@ -5,6 +5,7 @@
 use super::pairs::PairTable;
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::space::extent;
 use dovetail_numerics::spectrum::Spectrum;
 
 /// Fraction of the shorter side of a flank beyond which a slide deserves a warning.
@@ -27,14 +28,10 @@ impl ShorterSides {
         let of_contact = |contact: usize| {
             let own = || pairs.rows.iter().filter(|row| row.contact == contact);
             let [_, t1, t2] = own().next()?.frame?;
-            let extent = |t: [f64; 3]| {
-                let along = own().map(|row| (0..3).map(|a| t[a] * row.position_m[a]).sum());
-                let (least, most) = along.fold((f64::MAX, f64::MIN), |(least, most), s: f64| {
-                    (least.min(s), most.max(s))
-                });
-                most - least
+            let side = |t: [f64; 3]| {
+                extent(own().map(|row| (0..3).map(|a| t[a] * row.position_m[a]).sum()))
             };
-            Some(extent(t1).min(extent(t2))).filter(|side| *side > 0.0)
+            Some(side(t1).min(side(t2))).filter(|side| *side > 0.0)
         };
         let sides: Vec<Option<f64>> = (0..pairs.contacts.len()).map(of_contact).collect();
         Self(pairs.rows.iter().map(|row| sides[row.contact]).collect())

@@ -54,12 +54,8 @@ pub struct CycleFields {
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     let per_area = |value: &dyn Fn(&PairCycle) -> f64| {
-        orbit
-            .cycles
-            .iter()
-            .zip(pairs)
-            .map(|(c, p)| value(c) / area_m2(p))
-            .collect()
+        let all = orbit.cycles.iter().zip(pairs);
+        all.map(|(c, p)| value(c) / area_m2(p)).collect()
     };
     CycleFields {
         status: orbit.cycles.iter().map(|c| c.status).collect(),
@@ -96,22 +92,15 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
     let tangential = |v: &[f64]| v.chunks_exact(3).map(|c| [c[1], c[2]]).collect();
     // 0 - x rather than -x: an open pair carries 0, not -0.
     let normal_force_n: Vec<f64> = state.lambda.chunks_exact(3).map(|l| 0.0 - l[0]).collect();
+    let forces = normal_force_n.iter().zip(pairs);
+    let places = state.x.chunks_exact(3).zip(pairs);
     StaticFields {
         status: state.status.clone(),
-        pressure_pa: normal_force_n
-            .iter()
-            .zip(pairs)
-            .map(|(f, p)| f / area_m2(p))
-            .collect(),
-        normal_force_n,
+        pressure_pa: forces.map(|(f, p)| f / area_m2(p)).collect(),
         friction_n: tangential(&state.lambda),
         slip_m: tangential(&state.x),
-        gap_m: state
-            .x
-            .chunks_exact(3)
-            .zip(pairs)
-            .map(|(x, p)| x[0] + p.gap_m())
-            .collect(),
+        gap_m: places.map(|(x, p)| x[0] + p.gap_m()).collect(),
+        normal_force_n,
     }
 }
 
@@ -439,25 +428,18 @@ fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
 mod tests {
     use super::*;
     use crate::dlft::{LinearPoint, Outcome, PairCycle};
-    use crate::model::ContactPair;
     use crate::problem::LinearReference;
     use crate::problem::dovetail72::dovetail72;
+    use crate::results::pairs::PairRow;
     use dovetail_numerics::spectrum::{cosine, sine};
 
-    fn pair(area_m2: f64) -> ContactPair {
-        ContactPair {
+    fn pair(area_m2: f64) -> PairRow {
+        PairRow {
             contact: 0,
-            slave: crate::model::Slave {
-                node: crate::model::BodyNode { body: 0, node: 0 },
-                masters: Vec::new(),
-            },
-            side: crate::model::Side::First,
             position_m: [0.0; 3],
-            frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            area_m2,
+            frame: None,
+            area_m2: Some(area_m2),
             gap_m: 1e-6,
-            friction: 0.3,
-            stiffness: None,
         }
     }
 
@@ -514,6 +496,16 @@ mod tests {
         }
     }
 
+    /// Response of frequencies that were swept, each with an amplitude.
+    fn swept(points: &[(f64, f64)]) -> Response {
+        let converged = |(f, a): &(f64, f64)| orbit(*f, Outcome::Converged, *a);
+        Response {
+            orbits: points.iter().map(converged).collect(),
+            branches: vec![Branch::swept(points.len())],
+            ..response()
+        }
+    }
+
     #[test]
     fn a_pair_that_is_open_at_rest_does_not_separate() {
         let statuses = [CycleStatus::Open, CycleStatus::Closing];
@@ -526,9 +518,9 @@ mod tests {
         response.orbits[0].cycles = statuses.map(of_status).to_vec();
         let fields = cycle_fields(&response.orbits[0], &[pair(1.0), pair(1.0)]);
         assert_eq!(fields.status, statuses);
-        let swept = sweep_fields(&response, 2);
-        assert_eq!(swept.separates, [false; 2]);
-        assert_eq!(swept.opening_share, [0.0; 2]);
+        let fields = sweep_fields(&response, 2);
+        assert_eq!(fields.separates, [false; 2]);
+        assert_eq!(fields.opening_share, [0.0; 2]);
     }
 
     #[test]
@@ -558,13 +550,9 @@ mod tests {
     #[test]
     fn a_curve_of_a_grid_jumps_where_it_changes_far_faster_than_on_either_side() {
         let on_grid = |amplitudes: &[f64]| {
-            let mut response = response();
             let numbered = amplitudes.iter().enumerate();
-            response.orbits = numbered
-                .map(|(i, a)| orbit(10.0 + i as f64, Outcome::Converged, *a))
-                .collect();
-            response.branches = vec![Branch::swept(amplitudes.len())];
-            response
+            let points = numbered.map(|(i, a)| (10.0 + i as f64, *a));
+            swept(&points.collect::<Vec<_>>())
         };
         let jump = |amplitudes: &[f64]| jump_hz(&on_grid(amplitudes), 0);
         assert_eq!(jump(&[1.0, 1.2, 0.3, 0.25]), Some([11.0, 12.0]));
@@ -642,8 +630,7 @@ mod tests {
             (60.0, 2.0),
             (70.0, 9.0),
         ];
-        let mut listed = response();
-        listed.orbits = curve.map(|(f, a)| orbit(f, Outcome::Converged, a)).to_vec();
+        let mut listed = swept(&curve);
         // A frequency without a result is passed over.
         listed
             .orbits
@@ -731,11 +718,7 @@ mod tests {
     fn a_parabola_is_found_between_the_points() {
         // 4 - (f - 21)^2 / 1000, on a grid of unequal steps.
         let amplitude = |f: f64| 4.0 - (f - 21.0).powi(2) / 1000.0;
-        let mut curve = response();
-        curve.orbits = [5.0, 10.0, 20.0, 33.0, 40.0]
-            .map(|f| orbit(f, Outcome::Converged, amplitude(f)))
-            .to_vec();
-        curve.branches = vec![Branch::swept(5)];
+        let mut curve = swept(&[5.0, 10.0, 20.0, 33.0, 40.0].map(|f| (f, amplitude(f))));
         let rise = peak_rise(&curve, 0).unwrap();
         assert!(
             (rise - (4.0 / amplitude(20.0) - 1.0)).abs() < 1e-12,

@@ -3,7 +3,7 @@
 use super::recovery::NodalField;
 use crate::model::Model;
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::space::{Vector, cross, dot, norm, scaled, sub, unit};
+use dovetail_numerics::space::{Vector, add_scaled, cross, dot, norm, scaled, sub, unit};
 use faer::Mat;
 
 /// A body counts as moving from this fraction of the largest motion of a body on.
@@ -71,8 +71,7 @@ impl RigidMotion {
         });
         let mut moment = [0.0; 3];
         for (r, u) in arms.iter().zip(field) {
-            let own = cross(*r, *u);
-            (0..3).for_each(|axis| moment[axis] += own[axis]);
+            add_scaled(&mut moment, 1.0, cross(*r, *u));
         }
         Lu::new(inertia).solve_column_in_place(&mut moment);
         let is_known = moment.iter().all(|w| w.is_finite());

@@ -7,6 +7,7 @@ use super::pairs::PairTable;
 use crate::dlft::{Response, StaticState};
 use crate::model::Model;
 use crate::results::quantities::{cycle_fields, static_fields, with_motion};
+use dovetail_numerics::space::extent;
 
 /// Displacement that deserves a warning, relative to the longest side of its body.
 pub const LARGE_DISPLACEMENT: f64 = 0.1;
@@ -63,11 +64,7 @@ pub struct AtContact {
 impl<'m> Sizes<'m> {
     /// Sizes of an assembly.
     pub fn of(model: &'m Model) -> Self {
-        let side = |nodes_m: &[[f64; 3]], axis: usize| {
-            let along = nodes_m.iter().map(|p| p[axis]);
-            let (least, most) = along.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
-            most - least
-        };
+        let side = |nodes_m: &[[f64; 3]], axis: usize| extent(nodes_m.iter().map(|p| p[axis]));
         let longest = |nodes_m: &[[f64; 3]]| (0..3).map(|a| side(nodes_m, a)).fold(0.0, f64::max);
         let sides = ShorterSides::of(&PairTable::of_model(model));
         let flank_m = |contact: usize| {

@@ -126,11 +126,8 @@ impl Bodies {
         let mut shapes = Vec::new();
         if let Some(recovery) = self.recovery() {
             let reduced = &problem.reduced;
-            let all = reduced.omega2.len();
             let count = reduced.stuck_modes.min(LISTED_MODES);
-            let still = Mat::zeros(3 * self.model().pairs.len(), count);
-            let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
-            let motion = recovery.full_motion(still.as_ref(), each.as_ref());
+            let motion = recovery.modes(count);
             shapes.extend((0..count).map(|j| {
                 ModeShape {
                     shape: (0..bodies.len())

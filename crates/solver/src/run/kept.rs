@@ -80,11 +80,8 @@ impl ReductionInputs {
             }
         }
         for excitation in &mut model.excitations {
-            (
-                excitation.amplitude,
-                excitation.harmonic,
-                excitation.phase_rad,
-            ) = (0.0, 0, 0.0);
+            (excitation.amplitude, excitation.phase_rad) = (0.0, 0.0);
+            excitation.harmonic = 0;
         }
         model.maps.clear();
         Self {

@@ -328,11 +328,8 @@ impl<'o> Session<'o> {
         let title = stage.title();
         let _ = self.tell(&Event::StageBegins { stage, title });
         let _ = self.tell(&Event::StageEnds(&StageEnd {
-            stage,
-            title: title.to_owned(),
-            from_store: true,
             took: Some(time),
-            unknowns: Vec::new(),
+            ..StageEnd::of_caller(stage, true)
         }));
     }
 
@@ -416,12 +413,7 @@ mod tests {
                     self.heard.push(format!("{} begins: {title}", stage.id()));
                 }
                 Event::StageEnds(end) => {
-                    let StageEnd {
-                        title,
-                        unknowns,
-                        took,
-                        ..
-                    } = end;
+                    let (title, unknowns, took) = (&end.title, &end.unknowns, end.took);
                     self.heard
                         .push(format!("{title} ends: {unknowns:?}, {took:?}"));
                 }
@@ -433,18 +425,24 @@ mod tests {
         }
     }
 
+    /// Listener that has heard what `run` tells.
+    fn heard(run: impl FnOnce(&Session<'_>)) -> Listener {
+        let mut listener = Listener::default();
+        run(&Session::new(&mut listener, &mut ()));
+        listener
+    }
+
     #[test]
     fn stages_are_told_in_the_order_of_their_ends() {
-        let mut listener = Listener::default();
-        let mut store = ();
-        let session = Session::new(&mut listener, &mut store);
-        {
-            let _outer = session.stage(Stage::Model);
-            let inner = session.titled_stage(Stage::Response, "inner");
-            inner.solves(3);
-            inner.solves(7);
-        }
-        session.kept_stage(Stage::Reduction, Duration::from_secs(2));
+        let listener = heard(|session| {
+            {
+                let _outer = session.stage(Stage::Model);
+                let inner = session.titled_stage(Stage::Response, "inner");
+                inner.solves(3);
+                inner.solves(7);
+            }
+            session.kept_stage(Stage::Reduction, Duration::from_secs(2));
+        });
         assert_eq!(
             listener.heard,
             [
@@ -460,24 +458,21 @@ mod tests {
 
     #[test]
     fn steps_of_all_threads_are_heard() {
-        let mut listener = Listener::default();
-        let mut store = ();
-        let session = Session::new(&mut listener, &mut store);
-        let steps = session.steps(1000, "points");
-        (0..1000).into_par_iter().for_each(|_| steps.step());
-        drop(steps);
+        let listener = heard(|session| {
+            let steps = session.steps(1000, "points");
+            (0..1000).into_par_iter().for_each(|_| steps.step());
+        });
         assert_eq!(listener.steps, 1000);
     }
 
     #[test]
     fn an_observer_ends_a_run_for_good() {
-        let mut listener = Listener::default();
-        let mut store = ();
-        let session = Session::new(&mut listener, &mut store);
-        assert!(session.goes_on().is_ok());
-        drop(session.steps(0, "points"));
-        assert!(matches!(session.goes_on(), Err(Error::Stopped)));
-        assert!(session.tell(&Event::LoopEnds).is_err());
+        heard(|session| {
+            assert!(session.goes_on().is_ok());
+            drop(session.steps(0, "points"));
+            assert!(matches!(session.goes_on(), Err(Error::Stopped)));
+            assert!(session.tell(&Event::LoopEnds).is_err());
+        });
     }
 
     #[test]

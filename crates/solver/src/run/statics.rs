@@ -36,11 +36,7 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
     }
     let stage = session.stage(Stage::StaticState);
     stage.solves(problem.reduced.stiffness.nrows());
-    let StaticOptions {
-        load_steps,
-        tolerance,
-        max_iterations,
-    } = static_options(scene);
-    let newton = NewtonOptions::new(tolerance, max_iterations);
-    solve_static(problem, load_steps, newton)
+    let options = static_options(scene);
+    let newton = NewtonOptions::new(options.tolerance, options.max_iterations);
+    solve_static(problem, options.load_steps, newton)
 }

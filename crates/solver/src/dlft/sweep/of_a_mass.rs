@@ -103,20 +103,13 @@ fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
         ..made_up::orbit(1.0, outcome, &[1.0])
     };
     use Outcome::{AccuracyNotReached, Converged, Stagnated};
+    let missed = |error| at(AccuracyNotReached, error);
     for (orbit, than, better) in [
-        (at(Converged, 0.1), at(AccuracyNotReached, 0.2), true),
-        (
-            at(AccuracyNotReached, 0.2),
-            at(AccuracyNotReached, 0.1),
-            false,
-        ),
-        (
-            at(AccuracyNotReached, 0.1),
-            at(AccuracyNotReached, 0.1),
-            false,
-        ),
-        (at(AccuracyNotReached, 0.9), at(Stagnated, 0.0), true),
-        (at(Stagnated, 0.0), at(AccuracyNotReached, 0.9), false),
+        (at(Converged, 0.1), missed(0.2), true),
+        (missed(0.2), missed(0.1), false),
+        (missed(0.1), missed(0.1), false),
+        (missed(0.9), at(Stagnated, 0.0), true),
+        (at(Stagnated, 0.0), missed(0.9), false),
         (at(Stagnated, 0.0), at(Stagnated, 0.9), false),
     ] {
         assert_eq!(is_better(&orbit, &than), better);
