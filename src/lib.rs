@@ -1,10 +1,17 @@
-//! Computes the vibration of turbomachinery blades held by dovetail joints, whose flanks stick,
-//! slip and lift off.
+//! Computes the vibration of machine parts that rub on each other: contacts stick, slip and lift
+//! off.
 //!
-//! This package is the program around the library `dovetail_solver`. [`scene`] reads TOML into a
-//! description of a run. [`commands`] opens its meshes and passes them to the library, which
-//! computes. [`reporter`] observes the run; [`files`] and [`export`] write its results. [`study`]
-//! performs many runs.
+//! This package is the program around the library `dovetail_solver`. [`cli`] reads the arguments
+//! and calls [`commands`] or [`study`]. [`scene`] reads TOML into a description of a run.
+//! [`commands`] opens its meshes, which [`gmsh`] makes where the scene names a script, and passes
+//! them to the library, which computes. [`cache`] keeps what later runs need again. [`reporter`]
+//! observes the run; [`console`] prints; [`files`] and [`export`] write its results. [`study`]
+//! performs many runs, each as a process of this program.
+//!
+//! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
+//! and most small modules, such as [`words`], import nothing of the rest. Then follow [`export`] <
+//! [`error`] < [`files`], [`console`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] <
+//! [`reference`](mod@reference), [`schema`] < [`cli`], none of which imports what stands after it.
 
 #![forbid(unsafe_code)]
 

@@ -1,6 +1,17 @@
 //! Keeps results of stages for later runs, each under a hash of all its inputs. Therefore an entry
 //! cannot be stale, only missing.
 //!
+//! `Cache::key` hashes the inputs, as they are serialised, together with the fingerprint of this
+//! program. The inputs of a reduction are those of `run/kept.rs` of the library, the inputs of a
+//! mesh those of [`crate::gmsh::inputs`] and the parameters. A new field of an input is hashed
+//! without further work. Where the result does not depend on it, it costs a miss.
+//!
+//! `entry` is one file, `folder` the place of all of them and the only one that removes entries.
+//! `turn` lets one of several runs make a missing entry, and the others wait for it. `store` is the
+//! [`Store`](dovetail_solver::run::Store) that a run asks. It also gives the frequencies in the
+//! journal of the output folder. Their hash (`hash_of`) lists the inputs of a response one by one:
+//! a new input must be added there, because it is not hashed otherwise.
+//!
 //! Errors of the cache never end a run. If an entry cannot be read or written, the run warns and
 //! computes the stage.
 

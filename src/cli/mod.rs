@@ -1,5 +1,15 @@
-//! Turns the arguments of the command line into a checked scene and one call of
-//! [`crate::commands`], and errors into an exit code. Results are printed only here.
+//! Turns the arguments of the command line (`arguments.rs`) into one call, and errors into an exit
+//! code.
+//!
+//! A command about a scene has the scene checked and calls [`crate::commands`]. All of these but
+//! `check` and `reduce --into-cache` open an output folder, and leave it readable when a signal
+//! ends them. The other commands are about no scene: `study` calls [`crate::study`], `schema`
+//! [`crate::schema`], and `groups`, `new`, completions and man pages are made by files of this
+//! folder.
+//!
+//! Only this folder prints to standard output, by [`crate::terminal`]: commands return their tables
+//! as texts. What commands and studies tell on their way goes to the reporter and from there to
+//! stderr.
 
 mod arguments;
 mod closing;

@@ -1,4 +1,14 @@
-//! Commands about a scene: meshes come from files or gmsh, the library computes, files are written.
+//! Commands about a scene. Each but [`check`] is a method of [`Work`], which gets the meshes
+//! (`meshing`), computes with the library and hands the results to [`crate::files`].
+//!
+//! `campbell`, `peaks` and `verify` have the ranges and tables of three commands. `pieces` is no
+//! command: it tells the workflow of a study which meshes and reduced models its cases share. Its
+//! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
+//!
+//! A command prints nothing: it returns its result, or a table as text, and hands remarks to the
+//! reporter. It lets the library compute through `Work::computes` alone, so that each run is
+//! observed and uses cache and journal. What can be refused without a mesh is refused before
+//! anything is meshed.
 
 mod campbell;
 mod meshing;

@@ -1,4 +1,10 @@
-//! Writes results to files: VTU and PVD for ParaView, CSV, SVG, JSON.
+//! Writes results to files: VTU and PVD for ParaView, CSV, SVG, JSON, HTML.
+//!
+//! Each format has a file here. All bytes that are written here pass `file.rs`, which writes a file
+//! whole or not at all; only the records of [`journal`] are added one by one. A function that
+//! writes gets a path, which [`crate::files`] asks for by name from [`folder::OutputFolder`]:
+//! summary.json then lists the file before it exists. What is drawn is made once ([`curves`],
+//! [`fields`], `unrolled`, `colours`) and drawn twice, by [`plots`] and by [`report`].
 //!
 //! One rule holds for all of them. A point that did not converge is named as such and has no
 //! number. A number that is not finite is never written: an error names it, or JSON holds `null`.

@@ -1,4 +1,14 @@
-//! Writes the files of a run, and collects the figures for its end.
+//! Writes the files of a run as its events come, and collects the numbers of summary.json, which is
+//! written for the last time when the run is done, fails or is interrupted.
+//!
+//! This folder decides which files a run has, by which names, and when they are written; a command
+//! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
+//! file is asked for by name from the [`OutputFolder`], before it is written. `conditions` has the
+//! words below the titles of pictures, `peaks` the pictures of `dovetail peaks`, `summary` the
+//! content of summary.json.
+//!
+//! Threads that end a run early use its files too ([`SharedFiles`]). After each write the folder
+//! must therefore be one that can be read, and resumed where frequencies are solved.
 
 mod conditions;
 mod drawn;

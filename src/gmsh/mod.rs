@@ -1,5 +1,14 @@
-//! Runs gmsh, the only other program that this one starts, on a script, and determines the inputs
-//! of its mesh.
+//! Runs gmsh on a script, and determines what the mesh of the script depends on.
+//!
+//! `process.rs` runs gmsh to its end, or kills it after the time limit that the scene gives. It
+//! starts gmsh through `setpriv` where the system has that, so that gmsh ends when this program
+//! does. No other foreign program is needed. `script.rs` reads which parameters the script has,
+//! because gmsh ignores those that it does not know.
+//!
+//! The cache uses a mesh again where the parameters, the version of gmsh and what `inputs.rs`
+//! returns are the same. Two things keep this right. gmsh runs on one thread. A script that reads
+//! other data, or differs from run to run, has no inputs, and its mesh is not kept: a word of
+//! Gmsh's language that does so must be on the list of `inputs.rs`.
 
 pub mod inputs;
 mod process;

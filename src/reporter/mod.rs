@@ -1,5 +1,13 @@
-//! Observes a run, measures its time, and passes its events on: as lines to the console, as files
-//! to the folder of the run.
+//! Observes a run, measures its time, and passes its events on: as lines to [`crate::console`], as
+//! files to [`crate::files`].
+//!
+//! A new [`Event`] gets an arm in `Inner::hear`. Without one it goes to `Console::loop_event`
+//! alone, which ignores what it does not know. Its words stand in `model.rs` (what a mesh has
+//! become, with `maps.rs` and `units.rs`) or `findings.rs` (what a user should mind). What the
+//! files make of it is an arm in `Files::hear`.
+//!
+//! Several threads use one reporter. Each call holds a lock until the event is written and printed,
+//! so that nothing in `Inner` may call a method of [`Reporter`].
 
 mod findings;
 mod line;

@@ -1,6 +1,15 @@
 //! Reads a scene from TOML. A [`Scene`] has everything that one run depends on, checked (positive
 //! moduli, known options, ordered ranges) and in SI units. [`dovetail_solver::model`] checks the
 //! names of mesh groups later, when the mesh is known.
+//!
+//! A key goes through three places. `raw.rs` mirrors the file: `document.rs` sets what `--set` asks
+//! for (`overrides.rs`) and reads the text into it. `entries.rs` declares the key: meaning, type,
+//! unit, limits, default, example. `check` holds the value against that entry and against other
+//! keys, and puts it into the [`Scene`].
+//!
+//! Messages, the tables of docs/scene.md ([`crate::reference`]) and the JSON schema
+//! ([`crate::schema`]) are made from the entries: what a key means is said there alone.
+//! [`crate::study`] reads its files by the same code, with entries of its own.
 
 pub(crate) mod check;
 pub(crate) mod document;

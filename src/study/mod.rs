@@ -4,7 +4,11 @@
 //! A study file (`file`, `parameter`) names a scene and parameters. They make cases (`cases`), each
 //! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). The results
 //! (`results`) are turned into orders and errors (`convergence`, `analysis`) and written (`report`,
-//! `pictures`, `page`). All figures are read from the summary.json of the runs.
+//! `pictures`, `page`). `workflow` hands the same cases to Snakemake.
+//!
+//! All numbers are read from the summary.json of the runs: a new one is a line in `quantity`. Cases
+//! share nothing but the cache, and any engine can run one elsewhere. Keys of a study file stand in
+//! `keys`.
 
 mod analysis;
 mod cases;

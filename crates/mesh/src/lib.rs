@@ -2,8 +2,19 @@
 //! in metres.
 //!
 //! [`parse`] reads the bytes of a file of any known format ([`formats`], behind the feature of that
-//! name), [`quality`] refuses elements that no calculation can use. [`interpolation`] has the shape
-//! functions, [`quadrature`] the rules, [`facet`] integrals over faces. No file is opened here.
+//! name), [`units`] says what its numbers are in, [`quality`] refuses elements that no calculation
+//! can use. [`interpolation`] has the shape functions, [`quadrature`] the rules, [`facet`]
+//! integrals over faces. [`parts`] takes the part of a volume out of a mesh and puts it elsewhere.
+//! [`surface_field`] has pressures or forces at points, [`text`] makes words from outside fit for
+//! messages.
+//!
+//! These rules hold for every mesh, whatever its format:
+//! - The nodes of an element are in the order of [`element`]. A reader changes the order of its
+//!   file.
+//! - Indices are positions in the lists of the mesh, and never beyond their end. The numbers that a
+//!   file gives to nodes and elements are tags, for messages only.
+//! - Lengths are metres. Only the readers know the units of a file.
+//! - No file is opened here, and no process is started.
 //!
 //! A tetrahedron from the text of a Gmsh file whose lengths are millimetres:
 //!

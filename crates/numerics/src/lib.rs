@@ -1,4 +1,16 @@
-//! Numerics without physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
+//! Numerics without physics: linear algebra, eigenvalues, nonlinear systems and Fourier series,
+//! with the vectors and the memory that they need.
+//!
+//! [`sparse`] and [`dense`] have matrices and direct solvers, [`eigen`] natural modes, [`krylov`]
+//! an iterative solver, [`nonlinear`] Newton's method and the dogleg. [`fourier`] leads from the
+//! coefficients of a series to samples and back; [`spectrum`] alone knows in which order the
+//! coefficients of a periodic motion stand. [`vector`] has operations on long vectors, [`space`]
+//! vectors of three components. [`memory`] tells what the system leaves to the process, which is
+//! asked before a large factorisation.
+//!
+//! Results are the same to the last bit, however many threads there are. The order of sums and the
+//! sizes of blocks decide the last bits of all results, and stay as they are. Nothing here knows of
+//! bodies or contacts: physics comes in as matrices, or as a trait of a few functions.
 //!
 //! The first natural frequency of two masses of 1 kg on two springs of 1 N/m in a row:
 //!

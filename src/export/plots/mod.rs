@@ -1,5 +1,11 @@
-//! Draws figures as SVG: curves against frequency, the flanks unrolled, natural frequencies against
-//! the speed, and what a study compares.
+//! Draws pictures as SVG: curves against frequency, the flanks unrolled, natural frequencies
+//! against the speed, and what a study compares.
+//!
+//! Each kind of picture has a file. Those with two axes are drawn on `chart.rs`, which has heading,
+//! legend, axes and lines, so that they look alike; `flanks` and `heat_map` share marks and colour
+//! bars of this file. Colours that mean something come from `export/colours.rs`, which gives them
+//! one meaning in all pictures. Lengths are given in pixels, and `px` and `at_px` turn them into
+//! units of the drawing, of which `PX` make a pixel. `write_svg` writes every picture.
 
 mod axis;
 mod campbell;

@@ -1,6 +1,14 @@
 //! Writes report.html: one page that opens without a network and states what was computed, the
 //! results, and whether to trust them. Its text is made here; its pictures are drawn by scripts
 //! within the page.
+//!
+//! `frame` has what every report is made of, also that of a study, `page` the text of a run's,
+//! `data`, `skin`, `apart` and `packed` what the scripts draw.
+//!
+//! `page/computed.rs` states the method and its assumptions in prose: small displacements, one
+//! coefficient of friction at rest and in motion, motion with the period of the excitation, and
+//! others. No test holds these sentences against the equations. A change of the physics makes them
+//! false, and must change them.
 
 mod apart;
 mod data;

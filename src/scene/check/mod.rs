@@ -1,8 +1,11 @@
 //! Makes a [`Scene`] from a [`RawScene`], or reports all that is missing, impossible or
 //! contradictory.
 //!
-//! Each function checks its whole section before it returns early (`?` occurs at its end only), so
-//! that one run reports every problem.
+//! There is a file for each section; `fields` checks single values. A function notes a problem in
+//! the [`Checker`] and goes on, so that one run reports as many problems as it can. It takes the
+//! values of its section first, as options, and applies `?` to them where it puts them together. An
+//! earlier `?` stands only where the rest has no meaning: after keys that exclude or need each
+//! other, or where the next check needs the value.
 
 mod bodies;
 mod contacts;

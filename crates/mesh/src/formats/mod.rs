@@ -6,8 +6,8 @@
 //! forces or pressures at points.
 //!
 //! Files come from outside: a reader compares sizes that a file announces with its length, names
-//! the line or the section of an error, and never panics. A new format is a file here that gives a
-//! [`Content`], a name in `detect.rs`, and a target in `fuzz`.
+//! the line or the section of an error, and never panics. A new format of meshes is a file here
+//! that gives a [`Content`], a name in `detect.rs`, and a target in `fuzz`.
 
 mod content;
 pub mod deck;

@@ -1,5 +1,5 @@
-//! Law of a contact pair, in the form in which DLFT evaluates it, and the definition of the signs
-//! of contact.
+//! Contact law of a pair, as data and as a function of DLFT's prediction, and the definition of the
+//! signs of contact. This folder imports no other module.
 //!
 //! A *pair* joins the point b of the first flank of a contact to the point j of the second (or of
 //! rigid ground) opposite; one of the two is a node, the other a weighted mean of nodes. Frame (n,
@@ -14,6 +14,13 @@
 //! the pair has slid to, and brings that back to the cone of friction ([`coulomb`]). What it keeps
 //! from instant to instant is `state = share lambda_u_T - lambda_T`, for rigid contact and for
 //! springs alike.
+//!
+//! [`PairLaw`] is the data, and all solvers read it. [`PredictedLaw`] is the function, and only the
+//! static state evaluates it whole ([`PredictedLaw::force`]). In the folder `dlft`, `balance.rs`
+//! takes the shares and the first state from it, `aft.rs` calls [`coulomb`] at each sample,
+//! `between_samples.rs` writes the law again for numbers with derivatives, and `rounded.rs` writes
+//! one without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so
+//! that an error in one of the two shows. A change of the law is a change in each of these.
 
 pub mod coulomb;
 pub mod penalty;

@@ -1,8 +1,37 @@
-//! Static state with friction and dynamic Lagrangian frequency-time harmonic balance (DLFT).
+//! Static state with friction, and periodic motions about it by DLFT, the dynamic Lagrangian
+//! frequency-time method (Nacivet et al. 2003; `docs/method.md`, section 4). DLFT balances the
+//! equations in frequency and evaluates the contact law in time.
 //!
-//! Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
-//! each block has n = 3 pairs entries (N, t1, t2 per pair).
-//! `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
+//! The unknown U is a motion of H harmonics. It gives a prediction of the contact force,
+//! `lambda_u = F - Lambda U + eps U`, and the law makes the force lambda of it, sample after
+//! sample. The residual is `Lambda U + lambda - F`. The memory of friction is
+//! `lambda_x = lambda_u - lambda` along the contact (of a rigid pair), which goes from each sample
+//! to the next. eps is a stiffness of each pair that stands for the harmonics above H. Its choice
+//! moves the solution by no more than leaving those out does.
+//!
+//! In the order of reading:
+//! - `aft` evaluates the law of one pair over a period. `pair_signals` has its input and its
+//!   signals, `between_samples` the changes between two samples, `rounded` a law without corners.
+//! - `balance` has the residual of all pairs and its Jacobian. `dense` and `newton_krylov` solve
+//!   it; `linear_system`, `two_level` and `coarse` are the linear solves of the latter and of the
+//!   static state.
+//! - `point` tries strategies until a frequency is solved, with `retention` for a mean that
+//!   friction does not hold and `gross_slip` for bodies that slide as a whole. `accuracy` chooses
+//!   the harmonics, `eps` the parameter.
+//! - `sweep` goes through the frequencies, from the state of `static_state` on. `branch` follows
+//!   the curve instead.
+//! - `orbit`, `pair_status`, `linear_curve` and `peaks` turn solutions into results. `settings` are
+//!   the choices of a user, `demand` is the memory that they take.
+//!
+//! These rules hold:
+//! - Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
+//!   each block has n = 3 pairs entries (N, t1, t2 per pair).
+//!   `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
+//! - The Jacobian is the exact derivative of the residual, with the history of slip. A change of
+//!   one is a change of the other, which `jacobians` tests by differences.
+//! - A frequency without a solution has an [`Outcome`], and is no error.
+//! - Results depend neither on the number of threads nor on where a run was broken off: what only
+//!   speeds up a solution does not outlive a stretch of frequencies (`sweep`, `branch`).
 
 use std::fmt;
 use std::ops::Range;

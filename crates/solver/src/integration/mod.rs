@@ -1,5 +1,10 @@
 //! Time integration of the reduced model, to check harmonic balance: no Fourier series, no eps, no
-//! predicted forces; rigid unilateral contact and Coulomb friction at the end of each time step.
+//! predicted forces. Unilateral contact with Coulomb friction, rigid or on springs, is solved for
+//! in each time step.
+//!
+//! The law is written anew in [`step`] and [`contact_forces`], and stays independent of the law
+//! that DLFT evaluates, so that an error in one of the two shows. Only the signs and the data of a
+//! pair ([`PairLaw`](crate::contact::PairLaw)) come from [`crate::contact`].
 //!
 //! Equations, with damping C = a K + b M on all coordinates (X, q) and the signs of
 //! [`crate::contact`]:

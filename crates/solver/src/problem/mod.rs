@@ -1,10 +1,15 @@
 //! Conversion of a [`ReducedModel`] to a [`Problem`]: the reduced model with the laws of its pairs
 //! and its excitations. It has a dynamic stiffness at any frequency, and a linear reference about a
-//! static state.
+//! static state (`linear_reference.rs`).
+//!
+//! [`dynamic_stiffness`] applies the dynamic stiffness in full precision, for residuals.
+//! [`inexact`] applies it in single precision, for the linear solves inside of Newton's method.
 //!
 //! The coefficients of damping do not belong to a problem: a ratio of critical refers to a mode of
 //! the linear reference, which is known only after the static state
-//! ([`dynamic_stiffness::ContactSystem`] has them).
+//! ([`dynamic_stiffness::ContactSystem`] has them). Only what is the same whichever solver is used
+//! belongs here: no file of this folder evaluates a contact law, or knows eps, samples or time
+//! steps.
 
 #[cfg(test)]
 pub(crate) mod dovetail72;

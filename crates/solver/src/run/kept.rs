@@ -1,4 +1,8 @@
 //! Reduction as it is stored for later runs, and its inputs.
+//!
+//! [`ReductionInputs`] clears the fields of the model that a reduction does not depend on. A new
+//! field of the model that only the contact solve reads belongs among those that are cleared: where
+//! it is left out, the store is asked in vain for reductions that it has.
 
 use serde::{Deserialize, Serialize};
 

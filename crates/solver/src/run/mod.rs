@@ -1,8 +1,17 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
-//! [`solve`] is the run. Nothing is written or printed here. A [`Session`] reports everything to an
-//! [`Observer`] as it comes, and asks a [`Store`] for results of earlier runs. `()` is an observer
-//! that ignores all events, and a store that keeps nothing.
+//! [`solve`] is the run. Only this folder knows the sequence of the stages: a stage knows nothing
+//! of those after it. [`campbell()`], [`peaks()`] and [`verify()`] are runs of another kind, one
+//! file each.
+//!
+//! Nothing is written or printed here. A [`Session`] reports everything to an [`Observer`] as it
+//! comes, and asks a [`Store`] for results of earlier runs. `()` is an observer that ignores all
+//! events, and a store that keeps nothing.
+//!
+//! A reduction is kept under a hash of its inputs ([`ReductionInputs`], `kept.rs`): the whole model
+//! but for a list of fields that only the contact solve reads. A new field counts as an input.
+//! Where it belongs on the list and is left out, reductions are made that could have been taken
+//! from the store, but a wrong one is never taken.
 
 mod bodies;
 mod campbell;

@@ -7,6 +7,12 @@
 //! word (`GEN` for `GENERATE`). A parameter of a keyword that is read is ignored and named in the
 //! remarks if it has no meaning here; one that the keyword does not have is an error.
 //!
+//! A deck passes through these files: `lines` joins keyword lines and puts included files in their
+//! place, `read` takes names and labels as they are written, into a `scope` for each part and
+//! instance, `resolve` finds the nodes and elements that they mean, and `assemble` makes the
+//! [`Content`]. `types` has the names of element types. A new keyword gets an entry in `READ` of
+//! `vocabulary`, which lists its parameters, and an arm in `read`.
+//!
 //! Groups:
 //! - An element set is a volume group of its solids. Its shells (also membranes, plane and surface
 //!   elements) are a surface group, its beams and trusses a group of nodes along lines.

@@ -1,6 +1,9 @@
 //! CSV files of points in space with complex forces or pressures, as programs of fluid dynamics
 //! write them.
 //!
+//! A file gives a [`SurfaceField`] and no [`Content`](super::Content): it is an excitation and no
+//! mesh, and [`detect`](fn@super::detect) does not know it.
+//!
 //! The first line names the columns, in any order: `x_m`, `y_m`, `z_m`, and either `pressure_re_pa`
 //! with `pressure_im_pa` and `area_m2` if there are any, or `force_x_re_n`, `force_y_re_n`,
 //! `force_z_re_n` with `force_x_im_n` and so on. Imaginary parts that are left out are zero.

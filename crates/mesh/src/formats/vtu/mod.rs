@@ -1,12 +1,14 @@
 //! VTU files of VTK, ParaView, pyvista and meshio: one unstructured grid, in one part or several.
 //!
-//! Arrays of whole numbers say which cells and nodes belong together. An array of a single
-//! component and of at most 1000 distinct values gives a group `<array> <value>` for each value,
-//! unless it numbers more than 100 cells or nodes, each differently. An array that holds only 0 and
-//! 1 gives a group `<array>` of the ones, too. Where cells of several dimensions have a value, the
-//! word `volume`, `surface`, `curve` or `point` is appended to the name. Arrays of nodes give
-//! groups of nodes, with the word `nodes` appended to the name where cells have an array of that
-//! name. All solids are the group `all`, unless an array has this name.
+//! Groups come from arrays of whole numbers with one component. Such an array gives a group
+//! `<array> <value>` for each of its values: the cells or nodes that have the value. Two kinds of
+//! arrays give none. One has more than 1000 distinct values. The other has more than 100 values,
+//! no two of them alike: it only numbers the cells or nodes.
+//!
+//! An array that holds only 0 and 1 gives a group `<array>` of the ones, too. Where cells of
+//! several dimensions have a value, the word `volume`, `surface`, `curve` or `point` is appended to
+//! the name. Arrays of nodes give groups of nodes, with the word `nodes` appended to the name where
+//! cells have an array of that name. All solids are the group `all`, unless an array has this name.
 //!
 //! Tags of nodes and cells are their numbers in ParaView, from 0.
 

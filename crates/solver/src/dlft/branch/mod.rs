@@ -2,12 +2,19 @@
 //! length, round folds.
 //!
 //! A step goes from a point of the curve along its direction (`trace`). Frequency and motion of the
-//! next point are solved for together (`bordered`), which is possible where the curve turns back and
-//! no motion lies at a higher frequency. The length of a step is measured on what is observed
+//! next point are solved for together (`bordered`), which is possible where the curve turns back
+//! and no motion lies at a higher frequency. The length of a step is measured on what is observed
 //! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
-//! branches, one from each end of the range, are followed to where they meet (`follow`). Between two
-//! folds of a branch motions are unstable (`folds`). Near a motion that is known, the curve is
-//! followed to its peak alone (`peak`).
+//! branches, one from each end of the range, are followed to where they meet (`follow`). Near a
+//! motion that is known, the curve is followed to its peak alone (`peak`).
+//!
+//! Two files read the finished curves and solve nothing: `folds` finds where they turn back,
+//! between which motions are unstable, and `several` the ranges of frequencies with several
+//! motions.
+//!
+//! A run that was broken off goes on to the same bits. `follow` works in stretches of at least 20
+//! points. At the end of each it goes on from what [`SolvedFrequency`] records, and from nothing
+//! else. What a step needs from the points before it is therefore a part of that record.
 //!
 //! H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in:
 //! Applications of bifurcation theory, 1977 (pseudo-arclength continuation).
