@@ -41,7 +41,7 @@ use crate::export::{ExportError, create_folder, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::SolvedFrequency;
+use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
