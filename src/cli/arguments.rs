@@ -23,7 +23,7 @@ Exit codes:
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
   3  done, but some frequencies or cases of a study did not converge
-  130  ended by Ctrl-C or SIGTERM; `dovetail run` and `dovetail peaks` go on with --resume";
+  130  ended by Ctrl-C or SIGTERM; `run` and `peaks` go on with --resume";
 
 const RUN_HELP: &str = "\
 Keys of the scene are set with --set KEY=VALUE, as if the file said so:
