@@ -15,12 +15,13 @@
 //! from instant to instant is `state = share lambda_u_T - lambda_T`, for rigid contact and for
 //! springs alike.
 //!
-//! [`PairLaw`] is the data, and all solvers read it. [`PredictedLaw`] is the function, and only the
-//! static state evaluates it whole ([`PredictedLaw::force`]). In the folder `dlft`, `balance.rs`
-//! takes the shares and the first state from it, `aft.rs` calls [`coulomb`] at each sample,
-//! `between_samples.rs` writes the law again for numbers with derivatives, and `rounded.rs` writes
-//! one without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so
-//! that an error in one of the two shows. A change of the law is a change in each of these.
+//! [`PairLaw`] is the data: the model has it, and all solvers read it. [`PredictedLaw`] is the
+//! function. The static state evaluates it whole. In the folder `dlft`, `balance.rs` takes the
+//! shares and the first state from it, `aft.rs` the force at each sample ([`PredictedLaw::force`]),
+//! `between_samples.rs` writes it again for numbers with derivatives, and `rounded.rs` writes one
+//! without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so that an
+//! error in one of the two shows. A change of the law is a change in each of these; a new field
+//! that only some of them use passes through the others unseen.
 
 pub mod coulomb;
 pub mod penalty;
@@ -96,6 +97,7 @@ impl PredictedLaw {
     }
 
     /// State of the pair under a trial force, and its contact force, N.
+    #[inline(always)]
     pub fn force(&self, trial: [f64; 3]) -> (Contact, [f64; 3]) {
         unilateral_coulomb(trial, self.friction)
     }
