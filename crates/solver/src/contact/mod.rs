@@ -28,9 +28,10 @@ pub mod penalty;
 
 use coulomb::{Contact, slip_tangent, unilateral_coulomb};
 use penalty::PairStiffness;
+use serde::Serialize;
 
 /// Contact law of one pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PairLaw {
     /// Coulomb coefficient of friction.
     pub friction: f64,
@@ -52,6 +53,14 @@ impl PairLaw {
             friction,
             gap_m,
             stiffness: None,
+        }
+    }
+
+    /// Law of a pair with this tributary area, m2, where `self` is that of a pair with 1 m2.
+    pub fn of_area(self, area_m2: f64) -> Self {
+        Self {
+            stiffness: self.stiffness.map(|springs| springs.times(area_m2)),
+            ..self
         }
     }
 
@@ -142,9 +151,8 @@ mod tests {
 
     fn springs() -> PairLaw {
         PairLaw {
-            friction: 0.4,
-            gap_m: 0.1,
             stiffness: Some(PairStiffness::new(7.0, 3.0)),
+            ..PairLaw::rigid(0.4, 0.1)
         }
     }
 

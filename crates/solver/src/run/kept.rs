@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::PairLaw;
 use crate::model::Model;
 use crate::reduction::{ReducedModel, StuckModes, Truncation};
 
@@ -80,7 +81,7 @@ impl ReductionInputs {
         let mut model = model.clone();
         if statics.is_none() {
             for pair in &mut model.pairs {
-                (pair.friction, pair.gap_m, pair.stiffness) = (0.0, 0.0, None);
+                pair.law = PairLaw::rigid(0.0, 0.0);
             }
         }
         for excitation in &mut model.excitations {
