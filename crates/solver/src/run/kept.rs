@@ -2,7 +2,8 @@
 //!
 //! [`ReductionInputs`] clears the fields of the model that a reduction does not depend on. A new
 //! field of the model that only the contact solve reads belongs among those that are cleared: where
-//! it is left out, the store is asked in vain for reductions that it has.
+//! it is left out, the store is asked in vain for reductions that it has. The law of a pair is
+//! cleared whole: neither the finite elements nor the reduction read it.
 
 use serde::{Deserialize, Serialize};
 
