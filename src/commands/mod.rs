@@ -256,18 +256,22 @@ impl Work<'_> {
 fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String {
     // A scene counts paths from its own folder, wherever that will be.
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-    let springs = law.stiffness.map(|springs| {
+    // All fields, so that none is left out.
+    let PairLaw {
+        friction,
+        gap_m,
+        stiffness,
+    } = law;
+    let springs = stiffness.map(|springs| {
         format!(
             "normal_stiffness_n_m = {:?}\ntangential_stiffness_n_m = {:?}\n",
             springs.normal_n_m, springs.tangential_n_m
         )
     });
     format!(
-        "[reduced_model]\nfolder = {}\nfriction = {:?}\n{}gap_m = {:?}\nforce_n = {:?}",
+        "[reduced_model]\nfolder = {}\nfriction = {friction:?}\n{}gap_m = {gap_m:?}\nforce_n = {:?}",
         toml::Value::String(folder.display().to_string()),
-        law.friction,
         springs.unwrap_or_default(),
-        law.gap_m,
         condensed.force_n
     )
 }

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, MeshKind, Prestress};
 use dovetail_solver::reduction::StuckModes;
@@ -45,8 +46,7 @@ pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
     let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
     if !of_contact {
         for contact in &mut assembly.contacts {
-            (contact.friction, contact.gap_m) = (0.0, 0.0);
-            (contact.stiffness, contact.crown) = (None, None);
+            (contact.pair_law, contact.crown) = (PairLaw::rigid(0.0, 0.0), None);
         }
     }
     for excitation in &mut assembly.excitations {

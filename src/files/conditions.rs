@@ -53,7 +53,7 @@ fn speed(assembly: &Assembly) -> String {
 fn friction(assembly: &Assembly) -> String {
     let rub = |law: &ContactLaw| matches!(law, ContactLaw::UnilateralCoulomb);
     let contacts = assembly.contacts.iter().filter(|c| rub(&c.law));
-    let friction: Vec<f64> = contacts.map(|c| c.friction).collect();
+    let friction: Vec<f64> = contacts.map(|c| c.pair_law.friction).collect();
     match range(&friction) {
         Some((least, most)) if least == most => format!("friction {}", short(most)),
         Some((least, most)) => format!("friction {} to {}", short(least), short(most)),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::shared_program::{cases, has, rendered};
 use dovetail::scene::{self, SceneError};
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
@@ -54,12 +55,8 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
     .unwrap();
     assert_eq!(scene.response.points, Some(21));
     let assembly = scene.assembly().unwrap();
-    assert_eq!(assembly.contacts[0].friction, 0.1);
-    assert_eq!(assembly.contacts[1].friction, 0.3);
-    assert_eq!(
-        (assembly.contacts[0].gap_m, assembly.contacts[1].gap_m),
-        (0.0, 1e-6)
-    );
+    assert_eq!(assembly.contacts[0].pair_law, PairLaw::rigid(0.1, 0.0));
+    assert_eq!(assembly.contacts[1].pair_law, PairLaw::rigid(0.3, 1e-6));
     assert!(
         assembly.bodies.iter().all(
             |b| matches!(b.material, MaterialSpec::Given(material) if material.poisson == 0.3)

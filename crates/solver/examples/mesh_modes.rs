@@ -9,7 +9,7 @@ use std::path::Path;
 
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
+    Assembly, BodyMesh, BodySpec, ContactSpec, Material, Prestress, RotationSpec, bind,
 };
 use dovetail_solver::model::{MeshKind, MeshSource};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
@@ -61,18 +61,9 @@ fn assembly() -> Assembly {
         fixed_along: Default::default(),
         fixed_interface_modes: None,
     };
-    let contact = |side: &str| ContactSpec {
-        name: side.into(),
-        first: format!("blade_flank_{side}"),
-        second: Some(format!("jaw_flank_{side}")),
-        law: ContactLaw::UnilateralCoulomb,
-        friction: 0.3,
-        stiffness: None,
-        gap_m: 0.0,
-        gap_from_mesh: false,
-        search_distance_m: None,
-        slave: None,
-        crown: None,
+    let contact = |side: &str| {
+        let [first, second] = ["blade", "jaw"].map(|body| format!("{body}_flank_{side}"));
+        ContactSpec::new(side, first, second, 0.3)
     };
     Assembly {
         mesh: Some(MeshSource {

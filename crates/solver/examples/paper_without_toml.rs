@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    Material, MeshKind, MeshSource, ObservationSpec, Prestress, RotationSpec,
+    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material, MeshKind,
+    MeshSource, ObservationSpec, Prestress, RotationSpec,
 };
 use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::results::quantities::{linear_peak, peak};
@@ -121,17 +121,6 @@ fn body(name: &str, fixed: &[&str]) -> BodySpec {
 }
 
 fn contact(side: &str) -> ContactSpec {
-    ContactSpec {
-        name: side.into(),
-        first: format!("blade_flank_{side}"),
-        second: Some(format!("jaw_flank_{side}")),
-        law: ContactLaw::UnilateralCoulomb,
-        friction: 0.3,
-        stiffness: None,
-        gap_m: 0.0,
-        gap_from_mesh: false,
-        search_distance_m: None,
-        slave: None,
-        crown: None,
-    }
+    let [first, second] = ["blade", "jaw"].map(|body| format!("{body}_flank_{side}"));
+    ContactSpec::new(side, first, second, 0.3)
 }

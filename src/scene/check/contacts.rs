@@ -6,8 +6,10 @@ use super::fields::{Checker, Table, places};
 use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
 use crate::scene::raw::{Located, Number};
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FlankStiffness, Side};
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
 
 pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
@@ -38,12 +40,11 @@ fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Contac
         second: second?,
         slave: slave?,
         law: law?,
-        friction: friction?,
-        stiffness: stiffness?.map(|[normal_n_m3, tangential_n_m3]| FlankStiffness {
-            normal_n_m3,
-            tangential_n_m3,
-        }),
-        gap_m: gap_m?,
+        pair_law: PairLaw {
+            friction: friction?,
+            gap_m: gap_m?,
+            stiffness: stiffness?,
+        },
         gap_from_mesh: gap_from_mesh?,
         search_distance_m: reach?,
         crown: crown?,
@@ -85,7 +86,7 @@ pub fn stiffness(
     at: &Table,
     keys: [&'static str; 2],
     given: [&Located<Number>; 2],
-) -> Option<Option<[f64; 2]>> {
+) -> Option<Option<PairStiffness>> {
     let [normal, tangential] = [0, 1].map(|i| {
         given[i]
             .as_ref()
@@ -98,7 +99,7 @@ pub fn stiffness(
     };
     match (normal, tangential) {
         (None, None) => Some(None),
-        (Some(normal), Some(tangential)) => Some(Some([normal?, tangential?])),
+        (Some(normal), Some(tangential)) => Some(Some(PairStiffness::new(normal?, tangential?))),
         (Some(_), None) => lacks(0, 1, given[0].as_ref()?.span()),
         (None, Some(_)) => lacks(1, 0, given[1].as_ref()?.span()),
     }

@@ -10,7 +10,6 @@ use super::fields::{Checker, Table, places};
 use crate::scene::entries::{RawReducedModel, RawScene};
 use crate::scene::error::Fault;
 use dovetail_solver::contact::PairLaw;
-use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ReducedModelSpec;
 
 pub fn reduced_model(
@@ -30,12 +29,8 @@ pub fn reduced_model(
     Some(ReducedModelSpec {
         folder: base_dir.join(folder?),
         law: PairLaw {
-            friction: friction?,
-            gap_m: gap_m?,
-            stiffness: stiffness?.map(|[normal_n_m, tangential_n_m]| PairStiffness {
-                normal_n_m,
-                tangential_n_m,
-            }),
+            stiffness: stiffness?,
+            ..PairLaw::rigid(friction?, gap_m?)
         },
         force_n: force_n?,
     })

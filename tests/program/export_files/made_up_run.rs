@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail_mesh::{Connectivity, ElementOrder, Shape};
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::{
     Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
@@ -142,9 +143,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                     position_m: position,
                     frame: [n, t1, t2],
                     area_m2: du * dv * border(iv, nv) * border(iu, nu),
-                    gap_m: if iu == 0 && iv == 0 { 2e-6 } else { 0.0 },
-                    friction: 0.3,
-                    stiffness: None,
+                    law: PairLaw::rigid(0.3, if iu == 0 && iv == 0 { 2e-6 } else { 0.0 }),
                 });
             }
         }
@@ -276,7 +275,7 @@ fn static_state(model: &Model) -> StaticState {
         let open = i == 0;
         let force = pair.area_m2 * 2e7 * (1.3 - (pair.position_m[0] / 35.3e-3 - 0.5).abs());
         x.extend([
-            if open { 1e-7 } else { -pair.gap_m },
+            if open { 1e-7 } else { -pair.law.gap_m },
             1e-6 * (i as f64).sin(),
             1.2e-5,
         ]);

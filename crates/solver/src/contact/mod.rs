@@ -15,21 +15,23 @@
 //! from instant to instant is `state = share lambda_u_T - lambda_T`, for rigid contact and for
 //! springs alike.
 //!
-//! [`PairLaw`] is the data, and all solvers read it. [`PredictedLaw`] is the function, and only the
-//! static state evaluates it whole ([`PredictedLaw::force`]). In the folder `dlft`, `balance.rs`
-//! takes the shares and the first state from it, `aft.rs` calls [`coulomb`] at each sample,
-//! `between_samples.rs` writes the law again for numbers with derivatives, and `rounded.rs` writes
-//! one without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so
-//! that an error in one of the two shows. A change of the law is a change in each of these.
+//! [`PairLaw`] is the data: the model has it, and all solvers read it. [`PredictedLaw`] is the
+//! function. The static state evaluates it whole. In the folder `dlft`, `balance.rs` takes the
+//! shares and the first state from it, `aft.rs` the force at each sample ([`PredictedLaw::force`]),
+//! `between_samples.rs` writes it again for numbers with derivatives, and `rounded.rs` writes one
+//! without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so that an
+//! error in one of the two shows. A change of the law is a change in each of these; a new field
+//! that only some of them use passes through the others unseen.
 
 pub mod coulomb;
 pub mod penalty;
 
 use coulomb::{Contact, slip_tangent, unilateral_coulomb};
 use penalty::PairStiffness;
+use serde::Serialize;
 
 /// Contact law of one pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PairLaw {
     /// Coulomb coefficient of friction.
     pub friction: f64,
@@ -51,6 +53,14 @@ impl PairLaw {
             friction,
             gap_m,
             stiffness: None,
+        }
+    }
+
+    /// Law of a pair with this tributary area, m2, where `self` is that of a pair with 1 m2.
+    pub fn of_area(self, area_m2: f64) -> Self {
+        Self {
+            stiffness: self.stiffness.map(|springs| springs.times(area_m2)),
+            ..self
         }
     }
 
@@ -96,6 +106,7 @@ impl PredictedLaw {
     }
 
     /// State of the pair under a trial force, and its contact force, N.
+    #[inline(always)]
     pub fn force(&self, trial: [f64; 3]) -> (Contact, [f64; 3]) {
         unilateral_coulomb(trial, self.friction)
     }
@@ -140,9 +151,8 @@ mod tests {
 
     fn springs() -> PairLaw {
         PairLaw {
-            friction: 0.4,
-            gap_m: 0.1,
             stiffness: Some(PairStiffness::new(7.0, 3.0)),
+            ..PairLaw::rigid(0.4, 0.1)
         }
     }
 

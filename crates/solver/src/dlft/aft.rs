@@ -8,7 +8,7 @@
 use super::between_samples::{self, Passed, Visit};
 use super::pair_signals::{PERIODICITY, PairInput, Periods, Signals, add_own};
 use super::rounded;
-use crate::contact::coulomb::{Contact, length, slip_tangent, unilateral_coulomb};
+use crate::contact::coulomb::{Contact, length, slip_tangent};
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -107,7 +107,7 @@ fn evaluate_pair(
     signals.find_reversals(&input);
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
-    if input.friction == 0.0 {
+    if input.law.friction == 0.0 {
         // No force depends on the past: the state is that of the last sample, and one period is
         // periodic.
         state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
@@ -159,9 +159,9 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
             continue;
         };
         let before = signals.before(n);
-        let window = signals.window(n, input.shift_n);
+        let window = signals.window(n, input.law.shift_n);
         let state = [1, 2].map(|c| window[1][c] - signals.lambda[c * samples + before]);
-        let passed = between_samples::pass(&window, state, Some(at_ends), input.law(0.0));
+        let passed = between_samples::pass(&window, state, Some(at_ends), input.law, 0.0);
         for (sample, change) in [before, n].into_iter().zip(passed.corrections) {
             for (lambda, change) in lambda.chunks_exact_mut(width).zip(change) {
                 if change != 0.0 {
@@ -186,13 +186,13 @@ fn one_period(
     let between = input.periods == Periods::UntilPeriodic;
     (end.open_samples, end.slid_n) = (0, 0.0);
     for n in 0..samples {
-        if between && (signals.reverses[n] || signals.lands(n, input.shift_n)) {
-            let window = signals.window(n, input.shift_n);
-            let passed = between_samples::pass(&window, *state, None, input.law(0.0));
+        if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
+            let window = signals.window(n, input.law.shift_n);
+            let passed = between_samples::pass(&window, *state, None, input.law, 0.0);
             for visit in passed.visits.iter().flatten() {
                 slips |= visit.contact != Contact::Stick;
                 end.slid_n += visit.slid_n;
-                memory = memory.after(visit, input.friction);
+                memory = memory.after(visit, input.law.friction);
             }
             for (c, force) in passed.force.iter().enumerate() {
                 signals.lambda[c * samples + n] = *force;
@@ -202,8 +202,8 @@ fn one_period(
             *state = passed.state;
             continue;
         }
-        let predicted = signals.prediction(n, input.shift_n, *state);
-        let (contact, force) = unilateral_coulomb(predicted, input.friction);
+        let predicted = signals.prediction(n, input.law.shift_n, *state);
+        let (contact, force) = input.law.force(predicted);
         signals.contact[n] = contact;
         for (c, force) in force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
@@ -221,7 +221,7 @@ fn one_period(
             memory = Memory::Lost;
         } else {
             end.slid_n += length(next[0] - state[0], next[1] - state[1]);
-            memory = memory.after_slip(predicted, input.friction);
+            memory = memory.after_slip(predicted, input.law.friction);
         }
         *state = next;
     }
@@ -455,15 +455,15 @@ impl Pass<'_> {
         let (samples, width) = (self.fourier.samples(), self.fourier.width());
         let full = 3 * width;
         let between = self.input.periods == Periods::UntilPeriodic;
+        let law = self.input.law;
+        let (friction, shift_n) = (law.friction, law.shift_n);
         let mut memory = Memory::Whole;
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
-            let shift_n = self.input.shift_n;
             let predicted = self.signals.prediction(n, shift_n, self.state);
-            let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
+            let (mut contact, force) = law.force(predicted);
             if contact == Contact::Stick && self.touch_n > 0.0 {
-                let margin =
-                    -self.input.friction * predicted[0] - length(predicted[1], predicted[2]);
+                let margin = -friction * predicted[0] - length(predicted[1], predicted[2]);
                 if margin <= self.touch_n {
                     contact = Contact::Slip;
                 }
@@ -481,7 +481,7 @@ impl Pass<'_> {
             if let Some(passed) = passed {
                 self.go_through_interval(n, &passed);
                 for visit in passed.visits.iter().flatten() {
-                    memory = memory.after(visit, self.input.friction);
+                    memory = memory.after(visit, friction);
                 }
                 if let Some(row) = row.filter(|_| passed.contact() != Contact::Open) {
                     prediction_rows(s, &self.history, row);
@@ -499,7 +499,6 @@ impl Pass<'_> {
                 self.signals.lambda_u[2 * samples + n] - force[2],
             ];
             if contact == Contact::Slip {
-                let friction = self.input.friction;
                 slip_rows(predicted, friction, s, &self.history, &mut self.force_rows);
                 memory = memory.after_slip(predicted, friction);
                 if let Some((normal, tangential)) = row {
@@ -522,8 +521,8 @@ impl Pass<'_> {
 
     /// Passes the interval that ends at sample `n`.
     fn pass_interval(&self, n: usize) -> Passed<f64> {
-        let window = self.signals.window(n, self.input.shift_n);
-        between_samples::pass(&window, self.state, None, self.input.law(self.touch_n))
+        let window = self.signals.window(n, self.input.law.shift_n);
+        between_samples::pass(&window, self.state, None, self.input.law, self.touch_n)
     }
 
     /// Goes on to sample `n`, with the derivative of what happens before it.
@@ -560,9 +559,9 @@ impl Pass<'_> {
         outputs: [usize; N],
     ) -> [Vec<f64>; N] {
         let width = self.fourier.width();
-        let window = self.signals.window(n, self.input.shift_n);
-        let law = self.input.law(touch_n);
-        let derivative = between_samples::derivative(&window, self.state, at_ends, law);
+        let window = self.signals.window(n, self.input.law.shift_n);
+        let (state, law) = (self.state, self.input.law);
+        let derivative = between_samples::derivative(&window, state, at_ends, law, touch_n);
         let around = self.signals.around(n);
         outputs.map(|output| {
             let mut row = vec![0.0; 3 * width];
@@ -629,6 +628,7 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::{PairLaw, PredictedLaw};
     use crate::dlft::pair_signals::Rounding;
 
     fn force(width: usize, seed: f64) -> Vec<f64> {
@@ -672,13 +672,16 @@ mod tests {
         end
     }
 
+    fn law(friction: f64, gap_m: f64) -> PredictedLaw {
+        PairLaw::rigid(friction, gap_m).predicted([1.0; 2], f64::INFINITY)
+    }
+
     /// Pair without clearance under this prediction, which has not slid before.
     fn input(force: &[f64]) -> PairInput<'_> {
         PairInput {
             periods: Periods::UntilPeriodic,
             force,
-            shift_n: 0.0,
-            friction: 0.3,
+            law: law(0.3, 0.0),
             start: [0.0; 2],
             rounding: None,
         }
@@ -687,8 +690,7 @@ mod tests {
     /// Pair with an initial clearance, which has slid before.
     fn shifted(force: &[f64]) -> PairInput<'_> {
         PairInput {
-            shift_n: 0.05,
-            friction: 0.4,
+            law: law(0.4, 0.05),
             start: [0.03, -0.02],
             ..input(force)
         }
@@ -790,7 +792,7 @@ mod tests {
             // N, t1, t2: steady compression, an elliptic tangential force within the cone's size.
             let f = [-1.0, 0.02, 0.01, 0.0, 0.2, 0.05, 0.0, 0.03, 0.16];
             let input = PairInput {
-                friction: 0.25,
+                law: law(0.25, 0.0),
                 start: [0.3 * angle.cos(), 0.3 * angle.sin()],
                 ..input(&f)
             };

@@ -268,8 +268,7 @@ impl<'a> Balance<'a> {
         PairInput {
             periods: self.setting.periods,
             force,
-            shift_n: law.shift_n,
-            friction: law.friction,
+            law,
             start: law.state_at_rest(x, lambda),
             rounding: self.rounding,
         }
@@ -357,14 +356,13 @@ impl<'a> Balance<'a> {
                 |(signals, lambda), pair| {
                     let force = self.prediction(lambda_u, pair);
                     let input = self.input(pair, &force);
-                    let law = self.law(pair);
                     let end = contact_forces(fourier, input, signals, lambda);
-                    (!(end.always_stuck && law.is_rigid)).then(|| {
+                    (!(end.always_stuck && input.law.is_rigid)).then(|| {
                         let mut derivative = vec![0.0; 9 * width * width];
                         contact_force_derivative(fourier, input, signals, &end, &mut derivative);
-                        if !law.is_rigid {
+                        if !input.law.is_rigid {
                             let parts = derivative.chunks_exact_mut(width);
-                            for (part, share) in parts.zip(law.shares.into_iter().cycle()) {
+                            for (part, share) in parts.zip(input.law.shares.into_iter().cycle()) {
                                 part.iter_mut().for_each(|d| *d *= share);
                             }
                         }
@@ -537,7 +535,7 @@ mod tests {
                     [1, 2].map(|c| (1 + pair) as f64 * 2.0 * x_static[3 * pair + c]);
                 assert_eq!(input.start, [along, across]);
                 let gap_m = setting.system.problem.laws[pair].gap_m;
-                assert_eq!(input.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
+                assert_eq!(input.law.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
             }
         });
     }
@@ -584,7 +582,7 @@ mod tests {
             let too_rough = |problem: &mut Problem| problem.laws[0].friction = 1e6;
             with_changed(sample.setting, too_rough, |setting| {
                 let balance = Balance::new(setting, OMEGA_RAD_S);
-                let friction = |pair: usize| balance.input(pair, &sample.force).friction;
+                let friction = |pair: usize| balance.input(pair, &sample.force).law.friction;
                 assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
                 assert_eq!(friction(1), setting.system.problem.laws[1].friction);
             });

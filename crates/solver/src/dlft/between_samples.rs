@@ -8,6 +8,7 @@
 //!
 //! All of it is written for real numbers and for numbers with derivatives alike.
 
+use crate::contact::PredictedLaw;
 use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 use nalgebra_sparse::na::{SMatrix, SVector};
@@ -20,15 +21,6 @@ impl<D: DualNum<Primitive = f64> + Copy> Real for D {}
 /// Predicted forces (N with the clearance, t1, t2) at four samples, N: those two at the ends of the
 /// interval in the middle.
 pub type Window<D> = [[D; 3]; 4];
-
-/// Law of a pair in an interval.
-#[derive(Debug, Clone, Copy)]
-pub struct IntervalLaw {
-    /// Coulomb coefficient.
-    pub friction: f64,
-    /// A pair that sticks within this distance of its cone counts as slipping, N.
-    pub touch_n: f64,
-}
 
 /// Evaluation of the law at one place.
 #[derive(Debug, Clone, Copy)]
@@ -99,12 +91,14 @@ pub fn reverses(window: [[f64; 2]; 4]) -> bool {
 
 /// Takes a pair from the second sample of the window to the third. `state` is lambda_x (tangential)
 /// at the beginning. `at_ends` is the state of the pair at both samples; without it the state after
-/// the interval is right, but the corrections are not.
+/// the interval is right, but the corrections are not. A pair that sticks within `touch_n`, N, of
+/// its cone counts as slipping.
 pub fn pass<D: Real>(
     window: &Window<D>,
     state: [D; 2],
     at_ends: Option<[Contact; 2]>,
-    law: IntervalLaw,
+    law: PredictedLaw,
+    touch_n: f64,
 ) -> Passed<D> {
     let [_, from, to, _] = *window;
     let zero = D::from(0.0);
@@ -118,6 +112,7 @@ pub fn pass<D: Real>(
     };
     let mut walk = Walk {
         law,
+        touch_n,
         at: zero,
         predicted: from,
         contact,
@@ -162,7 +157,8 @@ pub fn pass<D: Real>(
 
 /// Progress of a pair through an interval.
 struct Walk<D> {
-    law: IntervalLaw,
+    law: PredictedLaw,
+    touch_n: f64,
     /// Fraction of the interval.
     at: D,
     predicted: [D; 3],
@@ -271,7 +267,7 @@ impl<D: Real> Walk<D> {
         let before = self.state;
         let trial = [to[1] - before[0], to[2] - before[1]];
         let predicted = [to[0].re(), trial[0].re(), trial[1].re()];
-        let (contact, force) = law_at([to[0], trial[0], trial[1]], self.law);
+        let (contact, force) = law_at([to[0], trial[0], trial[1]], self.law, self.touch_n);
         let tangential = [force[1], force[2]];
         // The tangential force is the prediction minus the state until the pair leaves its cone.
         // From there it is linear in time, down to 0 where the pair opens.
@@ -360,7 +356,7 @@ impl<D: Real> Walk<D> {
 }
 
 /// Law at one instant: the state of the pair, and its contact force.
-fn law_at<D: Real>(predicted: [D; 3], law: IntervalLaw) -> (Contact, [D; 3]) {
+fn law_at<D: Real>(predicted: [D; 3], law: PredictedLaw, touch_n: f64) -> (Contact, [D; 3]) {
     let zero = D::from(0.0);
     let [normal, t1, t2] = predicted;
     if normal.re() >= 0.0 {
@@ -368,7 +364,7 @@ fn law_at<D: Real>(predicted: [D; 3], law: IntervalLaw) -> (Contact, [D; 3]) {
     }
     let square = t1 * t1 + t2 * t2;
     let limit = normal * -law.friction;
-    if square.re().sqrt() < limit.re() - law.touch_n {
+    if square.re().sqrt() < limit.re() - touch_n {
         return (Contact::Stick, predicted);
     }
     if square.re() == 0.0 || law.friction == 0.0 {
@@ -483,13 +479,14 @@ pub fn derivative(
     window: &Window<f64>,
     state: [f64; 2],
     at_ends: Option<[Contact; 2]>,
-    law: IntervalLaw,
+    law: PredictedLaw,
+    touch_n: f64,
 ) -> SMatrix<f64, OUTPUTS, INPUTS> {
     let inputs =
         SVector::<f64, INPUTS>::from_iterator(window.iter().flatten().copied().chain(state));
     let through = |v: SVector<DualSVec64<INPUTS>, INPUTS>| {
         let window = [0, 1, 2, 3].map(|n| [0, 1, 2].map(|c| v[3 * n + c]));
-        let passed = pass(&window, [v[12], v[13]], at_ends, law);
+        let passed = pass(&window, [v[12], v[13]], at_ends, law, touch_n);
         let [first, last] = passed.corrections;
         let outputs = first.into_iter().chain(last).chain(passed.state);
         SVector::<DualSVec64<INPUTS>, OUTPUTS>::from_iterator(outputs)

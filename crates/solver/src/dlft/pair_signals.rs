@@ -1,6 +1,7 @@
 //! Input of the time evaluation of a pair, and its signals over a period.
 
-use super::between_samples::{self, IntervalLaw, Window};
+use super::between_samples::{self, Window};
+use crate::contact::PredictedLaw;
 use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 
@@ -33,26 +34,14 @@ pub struct Rounding {
 pub struct PairInput<'a> {
     /// Periods that the pair is marched through.
     pub periods: Periods,
-    /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
+    /// Fourier coefficients of the law's shares of lambda_u, N: component-major, 3 x (2H+1).
     pub force: &'a [f64],
-    /// eps_N times the initial clearance, N.
-    pub shift_n: f64,
-    /// Coulomb coefficient.
-    pub friction: f64,
+    /// Law of the pair.
+    pub law: PredictedLaw,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
     /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
-}
-
-impl PairInput<'_> {
-    /// Law of the pair in an interval between two samples.
-    pub fn law(&self, touch_n: f64) -> IntervalLaw {
-        IntervalLaw {
-            friction: self.friction,
-            touch_n,
-        }
-    }
 }
 
 /// Signals of the last period, component-major, 3 x N; reused from pair to pair.
@@ -97,7 +86,7 @@ impl Signals {
     #[inline(always)]
     pub fn find_reversals(&mut self, input: &PairInput<'_>) {
         let samples = self.samples();
-        if input.friction == 0.0 || input.periods != Periods::UntilPeriodic {
+        if input.law.friction == 0.0 || input.periods != Periods::UntilPeriodic {
             self.reverses.fill(false);
             return;
         }
@@ -145,7 +134,7 @@ impl Signals {
         let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
         let turns = self.reverses[n]
             || (before == Contact::Open) != (now == Contact::Open)
-            || input.friction > 0.0
+            || input.law.friction > 0.0
                 && (before != now || now == Contact::Slip && self.turns_inward(n, input));
         turns.then_some([before, now])
     }
@@ -159,7 +148,7 @@ impl Signals {
             let at = |n: usize| self.lambda_u[c * samples + n];
             self.lambda[c * samples + before] * (at(n) - at(before))
         });
-        t1 + t2 < input.friction * input.friction * normal
+        t1 + t2 < input.law.friction * input.law.friction * normal
     }
 
     /// Returns `true` if the pair closes between the sample before and sample `n`.

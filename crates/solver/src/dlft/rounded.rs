@@ -95,8 +95,8 @@ fn one_period(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> M
     let start = input.start;
     let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
     for n in 0..samples {
-        let predicted = signals.prediction(n, input.shift_n, state);
-        let law = rounded(predicted, input.friction, rounding);
+        let predicted = signals.prediction(n, input.law.shift_n, state);
+        let law = rounded(predicted, input.law.friction, rounding);
         state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
         memory = product(law.by_tangential, memory);
     }
@@ -132,8 +132,8 @@ pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut S
     let samples = signals.samples();
     let mut state = march.start;
     for n in 0..samples {
-        let predicted = signals.prediction(n, input.shift_n, state);
-        let law = rounded(predicted, input.friction, rounding);
+        let predicted = signals.prediction(n, input.law.shift_n, state);
+        let law = rounded(predicted, input.law.friction, rounding);
         for (c, force) in law.force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
         }
@@ -161,8 +161,8 @@ pub fn derivative_rows(
         let mut state = march.start;
         for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
             let s = fourier.synthesis_row(n);
-            let predicted = signals.prediction(n, input.shift_n, state);
-            let law = rounded(predicted, input.friction, rounding);
+            let predicted = signals.prediction(n, input.law.shift_n, state);
+            let law = rounded(predicted, input.law.friction, rounding);
             let (normal, force) = row.split_at_mut(width);
             if is_last {
                 let slope = law.normal_by_normal;

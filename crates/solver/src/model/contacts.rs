@@ -149,7 +149,8 @@ pub(super) fn contact(
         let normal = along_symmetry(normal, held(own.node(i)));
         let apart = dot(normal, sub(points[0], points[1]));
         summary.largest_separation_m = summary.largest_separation_m.max(apart.abs());
-        let in_mesh = if spec.gap_from_mesh { apart } else { 0.0 };
+        let mut law = spec.pair_law.of_area(row.area_m2);
+        law.gap_m += if spec.gap_from_mesh { apart } else { 0.0 };
         let master = |&(k, weight): &(u32, f64)| (other.node(k as usize), weight);
         pairs.push(Some(ContactPair {
             contact: number,
@@ -161,9 +162,7 @@ pub(super) fn contact(
             position_m,
             frame: frame(normal, along),
             area_m2: row.area_m2,
-            gap_m: spec.gap_m + in_mesh,
-            friction: spec.friction,
-            stiffness: spec.stiffness.map(|s| s.of_area(row.area_m2)),
+            law,
         }));
     }
     let mut contact = ordered(pairs, &own.flank, along, slave);
@@ -228,9 +227,7 @@ pub(super) fn ground_contact(
             flank.along,
         ),
         area_m2: flank.areas_m2[i],
-        gap_m: spec.gap_m,
-        friction: spec.friction,
-        stiffness: spec.stiffness.map(|s| s.of_area(flank.areas_m2[i])),
+        law: spec.pair_law.of_area(flank.areas_m2[i]),
     };
     let pairs = (0..flank.nodes.len()).map(|i| Some(pair(i))).collect();
     let mut contact = ordered(pairs, flank, flank.along, Side::First);

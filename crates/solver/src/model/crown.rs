@@ -36,7 +36,7 @@ pub(super) fn add_crown(pairs: &mut [ContactPair], crown: &CrownSpec) -> Result<
         if let Some(axis) = axis {
             d = without(d, axis);
         }
-        pair.gap_m += dot(d, d) / (2.0 * crown.radius_m);
+        pair.law.gap_m += dot(d, d) / (2.0 * crown.radius_m);
     }
     Ok(())
 }
@@ -51,6 +51,7 @@ const LEAST_ALONG: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::PairLaw;
     use crate::model::{BodyNode, Side, Slave};
 
     fn pairs() -> Vec<ContactPair> {
@@ -72,9 +73,7 @@ mod tests {
                     position_m: [0, 1, 2].map(|c| a * t1[c] + b * t2[c] + 0.3),
                     frame: [n, t1, t2],
                     area_m2: weight(i) * weight(j),
-                    gap_m: 1e-6,
-                    friction: 0.0,
-                    stiffness: None,
+                    law: PairLaw::rigid(0.0, 1e-6),
                 }
             })
             .collect()
@@ -91,7 +90,7 @@ mod tests {
     fn gaps(crown: &CrownSpec) -> Vec<f64> {
         let mut pairs = pairs();
         add_crown(&mut pairs, crown).unwrap();
-        pairs.iter().map(|p| p.gap_m - 1e-6).collect()
+        pairs.iter().map(|p| p.law.gap_m - 1e-6).collect()
     }
 
     fn assert_gaps(found: &[f64], expected: impl Fn(f64, f64) -> f64) {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::penalty::PairStiffness;
+use crate::contact::PairLaw;
 use crate::model::MeshSource;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
@@ -156,12 +156,8 @@ pub struct ContactSpec {
     pub slave: Option<Side>,
     /// Law that joins the two sides.
     pub law: ContactLaw,
-    /// Coulomb coefficient of friction.
-    pub friction: f64,
-    /// Springs between the flanks; `None`: rigid contact.
-    pub stiffness: Option<FlankStiffness>,
-    /// Initial clearance along the normal, m (0: the flanks touch; negative: they interfere).
-    pub gap_m: f64,
+    /// Law of a pair with a tributary area of 1 m2: the springs are those per area, N/m3.
+    pub pair_law: PairLaw,
     /// True if the distance of the flanks in the mesh counts as clearance, too.
     pub gap_from_mesh: bool,
     /// Distance along the normal beyond which facets of both flanks are not opposite each other, m;
@@ -169,6 +165,28 @@ pub struct ContactSpec {
     pub search_distance_m: Option<f64>,
     /// Clearance that grows away from a point or line of the flank.
     pub crown: Option<CrownSpec>,
+}
+
+impl ContactSpec {
+    /// Rigid contact of two flanks that touch.
+    pub fn new(
+        name: impl Into<String>,
+        first: impl Into<String>,
+        second: impl Into<String>,
+        friction: f64,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            first: first.into(),
+            second: Some(second.into()),
+            slave: None,
+            law: ContactLaw::UnilateralCoulomb,
+            pair_law: PairLaw::rigid(friction, 0.0),
+            gap_from_mesh: false,
+            search_distance_m: None,
+            crown: None,
+        }
+    }
 }
 
 /// One of the two flanks of a contact.
@@ -192,28 +210,12 @@ impl Side {
     }
 }
 
-/// Springs between two flanks, per area.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FlankStiffness {
-    /// Stiffness against penetration, N/m3.
-    pub normal_n_m3: f64,
-    /// Stiffness against shear, N/m3.
-    pub tangential_n_m3: f64,
-}
-
-impl FlankStiffness {
-    /// Stiffness of a pair with this tributary area, m2.
-    pub fn of_area(self, area_m2: f64) -> PairStiffness {
-        PairStiffness::new(self.normal_n_m3 * area_m2, self.tangential_n_m3 * area_m2)
-    }
-}
-
 /// Law that joins the two sides of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactLaw {
     /// Compression only, with dry friction.
     UnilateralCoulomb,
-    /// Bonded: the sides move as one, and friction, springs, clearance and crown are not used.
+    /// Bonded: the sides move as one, and the law of a pair and the crown are not used.
     Bonded,
 }
 

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::penalty::PairStiffness;
+use crate::contact::PairLaw;
 use dovetail_mesh::{Connectivity, ElementType};
 
 mod bind;
@@ -42,8 +42,8 @@ mod springs;
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
-    ExcitationSpec, FieldSource, FlankStiffness, LoadKind, LoadSpec, Material, MaterialSpec,
-    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec, SurfaceFields,
+    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, ObservationSpec,
+    Prestress, RotationSpec, Side, SpringSpec, SurfaceFields,
 };
 pub use error::ModelError;
 pub use mapping::FieldMap;
@@ -376,12 +376,8 @@ pub struct ContactPair {
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,
-    /// Initial clearance, m, that of a crowned flank included; negative where the flanks interfere.
-    pub gap_m: f64,
-    /// Coulomb coefficient of friction.
-    pub friction: f64,
-    /// Springs of the pair; `None`: rigid contact.
-    pub stiffness: Option<PairStiffness>,
+    /// Contact law, with the clearance that a crown and the distance in the mesh add.
+    pub law: PairLaw,
 }
 
 impl ContactPair {

@@ -20,7 +20,7 @@ mod linear_reference;
 pub use linear_reference::LinearReference;
 
 use crate::contact::PairLaw;
-use crate::model::{ContactPair, Excitation, Growth, Model};
+use crate::model::{Excitation, Growth, Model};
 use crate::reduction::superelement::SuperelementError;
 use crate::reduction::{Load, ReducedModel};
 use dovetail_numerics::vector::norm;
@@ -40,13 +40,8 @@ pub struct Problem {
 impl Problem {
     /// Problem of a reduced model with the contact laws and excitations of `model`.
     pub fn new(reduced: ReducedModel, model: &Model) -> Self {
-        let law = |pair: &ContactPair| PairLaw {
-            friction: pair.friction,
-            gap_m: pair.gap_m,
-            stiffness: pair.stiffness,
-        };
         Self {
-            laws: model.pairs.iter().map(law).collect(),
+            laws: model.pairs.iter().map(|pair| pair.law).collect(),
             excitations: excited(&model.excitations, &reduced.unit_loads),
             reduced,
         }

@@ -44,7 +44,7 @@ impl PairPlace for ContactPair {
         Some(self.area_m2)
     }
     fn gap_m(&self) -> f64 {
-        self.gap_m
+        self.law.gap_m
     }
 }
 
@@ -81,7 +81,7 @@ impl PairTable {
                     position_m: pair.position_m,
                     frame: Some(pair.frame),
                     area_m2: Some(pair.area_m2),
-                    gap_m: pair.gap_m,
+                    gap_m: pair.law.gap_m,
                 })
                 .collect(),
         }

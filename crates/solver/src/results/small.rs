@@ -158,8 +158,8 @@ impl<'m> Sizes<'m> {
             let pairs = self.model.pairs.iter();
             let gaps = pairs.map(|pair| AtContact {
                 contact: self.model.contact_names[pair.contact].clone(),
-                value: pair.gap_m,
-                share: sign * pair.gap_m / self.flanks_m[pair.contact],
+                value: pair.law.gap_m,
+                share: sign * pair.law.gap_m / self.flanks_m[pair.contact],
             });
             gaps.filter(|gap| gap.share > 0.0).reduce(larger)
         };

@@ -2,10 +2,12 @@
 //!
 //! [`ReductionInputs`] clears the fields of the model that a reduction does not depend on. A new
 //! field of the model that only the contact solve reads belongs among those that are cleared: where
-//! it is left out, the store is asked in vain for reductions that it has.
+//! it is left out, the store is asked in vain for reductions that it has. The law of a pair is
+//! cleared whole: neither the finite elements nor the reduction read it.
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::PairLaw;
 use crate::model::Model;
 use crate::reduction::{ReducedModel, StuckModes, Truncation};
 
@@ -80,7 +82,7 @@ impl ReductionInputs {
         let mut model = model.clone();
         if statics.is_none() {
             for pair in &mut model.pairs {
-                (pair.friction, pair.gap_m, pair.stiffness) = (0.0, 0.0, None);
+                pair.law = PairLaw::rigid(0.0, 0.0);
             }
         }
         for excitation in &mut model.excitations {

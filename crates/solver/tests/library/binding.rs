@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
 use crate::shared_scenes::*;
 use dovetail_mesh::{Connectivity, ElementType, Mesh, quality};
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::model::{
     AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
 };
@@ -228,31 +229,23 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
     // Clearance counts the distance where the scene asks for it.
     for contact in &mut assembly.contacts {
         contact.gap_from_mesh = true;
-        contact.gap_m = 1e-6;
+        contact.pair_law.gap_m = 1e-6;
     }
     let model = bind(&assembly, &shifted(2e-3), None).unwrap();
     for pair in &model.pairs {
         let expected = 2e-3 * 0.5f64.sqrt() + 1e-6;
-        assert!((pair.gap_m - expected).abs() < 1e-12, "{}", pair.gap_m);
+        assert!((pair.law.gap_m - expected).abs() < 1e-12, "{pair:?}");
     }
 }
 
 #[test]
 fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
     let mut assembly = dovetail_assembly();
-    assembly.contacts[1].gap_m = 2e-6;
-    assembly.contacts[1].friction = 0.0;
+    assembly.contacts[1].pair_law = PairLaw::rigid(0.0, 2e-6);
     let model = bind(&assembly, &ready("dovetail_order1.msh"), None).unwrap();
-    assert!(
-        model.pairs[..36]
-            .iter()
-            .all(|p| p.gap_m == 0.0 && p.friction == 0.3)
-    );
-    assert!(
-        model.pairs[36..]
-            .iter()
-            .all(|p| p.gap_m == 2e-6 && p.friction == 0.0)
-    );
+    for (number, pair) in model.pairs.iter().enumerate() {
+        assert_eq!(pair.law, assembly.contacts[number / 36].pair_law);
+    }
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
         ];
     }
     both.bodies[1].fixed_along[2] = vec!["base".into()];
-    both.contacts[0].friction = friction;
+    both.contacts[0].pair_law.friction = friction;
     both.contacts[0].slave = slave;
     both.loads = vec![LoadSpec {
         on: "upper_z_max".into(),
@@ -94,7 +94,7 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     let interference_m = 3e-6;
     let mut assembly = pressed(0.0, None);
     assembly.loads.clear();
-    assembly.contacts[0].gap_m = -interference_m;
+    assembly.contacts[0].pair_law.gap_m = -interference_m;
     assembly.bodies[0].fixed_along[2] = vec!["upper_z_max".into()];
     let (above, below) = (
         bent(ElementType::TET10, [4, 3, 2], SIZE[2], 0.3),
@@ -107,7 +107,7 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     assert_pressure(&model, &state, expected, 1e-9);
     // The same of a clearance that the mesh has: the upper block stands lower by it.
     let overlapping = bent(ElementType::TET10, [4, 3, 2], SIZE[2] - interference_m, 0.3);
-    assembly.contacts[0].gap_m = 0.0;
+    assembly.contacts[0].pair_law.gap_m = 0.0;
     assembly.contacts[0].gap_from_mesh = true;
     let (model, problem) = reduced(&assembly, &two_blocks(&overlapping, &below), FEW_MODES);
     let state = static_state(&problem, 3, NEWTON);

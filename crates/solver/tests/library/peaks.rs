@@ -51,9 +51,8 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
         subject: Subject::ReducedModel(ReducedModelSpec {
             folder: folder.to_owned(),
             law: PairLaw {
-                friction: 0.0,
-                gap_m: 1.0,
                 stiffness: Some(PairStiffness::new(5.0, 1.0)),
+                ..PairLaw::rigid(0.0, 1.0)
             },
             force_n,
         }),

@@ -51,9 +51,8 @@ impl Mass {
                 ..ReducedModel::of_pairs(identity(), identity())
             },
             laws: vec![PairLaw {
-                friction: self.friction,
-                gap_m: self.gap_m,
                 stiffness: Some(self.springs),
+                ..PairLaw::rigid(self.friction, self.gap_m)
             }],
             excitations: vec![HarmonicLoad {
                 sine: load(self.force_n[1]),
@@ -215,9 +214,8 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
 fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
     let amplitude_m = |stiffness: Option<f64>| {
         let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
             stiffness: stiffness.map(|n_m| PairStiffness::new(n_m, n_m)),
+            ..PairLaw::rigid(0.3, 0.0)
         };
         let model = dovetail72(law, 1.0);
         let resolution = Resolution::fixed(3, 128);
@@ -426,9 +424,8 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
             ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
         },
         laws: vec![PairLaw {
-            friction: 0.0,
-            gap_m: 10.0,
             stiffness: Some(PairStiffness::new(1000.0, 1.0)),
+            ..PairLaw::rigid(0.0, 10.0)
         }],
         excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
     };

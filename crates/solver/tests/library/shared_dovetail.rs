@@ -4,22 +4,10 @@ use std::collections::BTreeSet;
 
 use crate::shared_bodies::{assembly, body};
 use dovetail_numerics::space::{cross, distance, dot, sub};
-use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Model, NodeMotion};
+use dovetail_solver::model::{Assembly, ContactSpec, Model, NodeMotion};
 
 pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
-    ContactSpec {
-        name: name.into(),
-        first: first.into(),
-        second: Some(second.into()),
-        law: ContactLaw::UnilateralCoulomb,
-        friction: 0.3,
-        stiffness: None,
-        gap_m: 0.0,
-        gap_from_mesh: false,
-        search_distance_m: None,
-        slave: None,
-        crown: None,
-    }
+    ContactSpec::new(name, first, second, 0.3)
 }
 
 pub fn dovetail_assembly() -> Assembly {

@@ -1,6 +1,7 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
 use dovetail_mesh::Mesh;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::fem::join;
 use dovetail_solver::model::{
     AppliedLoad, Body, BodyNode, ContactPair, Excitation, Growth, Model, NodeMotion, Observation,
@@ -41,9 +42,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
             position_m: [0.0; 3],
             frame: frame(i),
             area_m2: 1e-6,
-            gap_m: 1e-7 * i as f64,
-            friction: 0.3,
-            stiffness: None,
+            law: PairLaw::rigid(0.3, 1e-7 * i as f64),
         })
         .collect();
     let (tip, tied) = (bar.node([3, 2, 2]), bar.nodes());

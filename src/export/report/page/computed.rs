@@ -214,18 +214,19 @@ fn spring_words(spring: &SpringSpec) -> Markup {
 
 fn contact_words(contact: &ContactSpec) -> Markup {
     let second = contact.second.as_deref().unwrap_or("rigid ground");
+    let law = contact.pair_law;
     html! {
         "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
         @match contact.law {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
-                "it opens, and slides with dry friction of " (figure(contact.friction, 3))
-                @if let Some(stiffness) = contact.stiffness {
-                    ", on springs of " (figure(stiffness.normal_n_m3, 3)) " N/m3 against penetration and "
-                    (figure(stiffness.tangential_n_m3, 3)) " N/m3 against shear"
+                "it opens, and slides with dry friction of " (figure(law.friction, 3))
+                @if let Some(stiffness) = law.stiffness {
+                    ", on springs of " (figure(stiffness.normal_n_m, 3)) " N/m3 against penetration and "
+                    (figure(stiffness.tangential_n_m, 3)) " N/m3 against shear"
                 }
-                @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
-                @if contact.gap_m < 0.0 { ", interference " (quantity(-contact.gap_m, "m", 3)) }
+                @if law.gap_m > 0.0 { ", clearance " (quantity(law.gap_m, "m", 3)) }
+                @if law.gap_m < 0.0 { ", interference " (quantity(-law.gap_m, "m", 3)) }
                 @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
                 @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
                 "."
