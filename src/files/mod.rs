@@ -3,11 +3,11 @@
 //!
 //! This folder decides which files a run has, by which names, and when they are written; a command
 //! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
-//! file is asked for by name from the [`OutputFolder`], before it is written. `conditions` has the
-//! words below the titles of pictures, `peaks` the pictures of `dovetail peaks`, `summary` the
-//! content of summary.json.
+//! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
+//! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
+//! titles, `peaks` the pictures of `dovetail peaks`, and `summary` the content of summary.json.
 //!
-//! Threads that end a run early use its files too ([`SharedFiles`]). After each write the folder
+//! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.
 
 mod conditions;
