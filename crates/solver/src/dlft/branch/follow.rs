@@ -614,16 +614,16 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
 /// them. The fold may be a corner, at which no parabola comes near it.
 fn fold_between(places: [(f64, f64, f64); 2], error_hz: f64) -> Option<f64> {
     let [(first, first_hz, rises), (second, second_hz, falls)] = places;
-    if rises * falls >= 0.0 {
+    let span = second - first;
+    let turns = rises * falls < 0.0 && span > 0.0;
+    if !turns {
         return None;
     }
-    let span = second - first;
     let there = (second_hz - first_hz - falls * span) / (rises - falls);
     let sign = rises.signum();
     let extreme_hz = (sign * first_hz).max(sign * second_hz);
     let beyond_hz = sign * (first_hz + rises * there) - extreme_hz;
-    let inside = there.clamp(0.1 * span, 0.9 * span);
-    (beyond_hz > error_hz && inside.is_finite()).then_some(first + inside)
+    (beyond_hz > error_hz).then(|| first + there.clamp(0.1 * span, 0.9 * span))
 }
 
 /// Response that consists of these branches.
@@ -791,6 +791,25 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fold_lies_where_the_tangents_beside_it_meet() {
+        // A corner at 3 m, up to 6 Hz, and the same one down.
+        for sign in [1.0, -1.0] {
+            let before = (1.0, sign * 2.0, sign * 2.0);
+            let after = (4.0, sign * 2.0, sign * -4.0);
+            assert_eq!(fold_between([before, after], 0.1), Some(3.0));
+            assert_eq!(fold_between([before, after], 4.1), None);
+        }
+        // It does not turn, nothing moves, or nothing is known.
+        for places in [
+            [(1.0, 2.0, 2.0), (4.0, 8.0, 2.0)],
+            [(1.0, 2.0, 2.0), (1.0, 2.0, -2.0)],
+            [(1.0, 2.0, f64::NAN), (4.0, 2.0, -4.0)],
+        ] {
+            assert_eq!(fold_between(places, 0.0), None);
+        }
+    }
 
     #[test]
     fn a_motion_is_looked_for_ever_further_on_and_last_at_the_end() {

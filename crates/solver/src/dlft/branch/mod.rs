@@ -89,6 +89,22 @@ mod tests {
             .collect()
     }
 
+    /// Without a force nothing moves, and the length of the curve is that of the frequency.
+    #[test]
+    fn a_curve_without_motion_is_followed_through_its_range() {
+        let problem = dovetail72(0.0);
+        let ends_hz = [400.0, 500.0];
+        let settings = SweepSettings::new(ends_hz.to_vec(), Resolution::fixed(1, 64));
+        let state = static_state(&problem, 10, settings.newton);
+        let followed = follow(&problem, damping(&problem), &state, &settings, &[], &|_| ());
+        let points = curve(&followed);
+        assert_eq!([points[0].0, points[points.len() - 1].0], ends_hz);
+        assert!(
+            points.len() > 3 && points.iter().all(|p| p.1 == 0.0),
+            "{points:?}"
+        );
+    }
+
     /// Three forces: pairs stick, slip in part, and all slip, so that the mean is retained about
     /// the resonance.
     #[test]

@@ -38,6 +38,8 @@ const BISECTIONS: usize = 50;
 const SAME_LENGTH: f64 = 1e-9;
 /// |T| is measured against this fraction of its largest value where it is smaller.
 const LEAST_MOTION: f64 = 0.01;
+/// Scale of the motion where nothing moves, m. Its square is no zero.
+const NO_MOTION_M: f64 = 1e-150;
 
 /// Point of a curve, from which the next one is found.
 #[derive(Debug, Clone)]
@@ -141,7 +143,7 @@ impl<'b, 's> Tracer<'b, 's> {
     ) -> Option<Self> {
         let motion = motion(&solution.balance, &solution.u, frequency_hz);
         let scales = Scales {
-            motion: norm(&motion).max(f64::MIN_POSITIVE),
+            motion: norm(&motion).max(NO_MOTION_M),
             range_hz: course.range_hz(),
         };
         let ahead = Ahead::Frequency((course.to_hz - course.from_hz).signum());
@@ -326,7 +328,7 @@ impl<'b, 's> Tracer<'b, 's> {
         let size = norm(motion);
         let least = LEAST_MOTION * self.largest_motion.max(size);
         Scales {
-            motion: size.max(least).max(f64::MIN_POSITIVE),
+            motion: size.max(least).max(NO_MOTION_M),
             range_hz: self.course.range_hz(),
         }
     }
