@@ -107,9 +107,10 @@ mutants: setup checks
 	    -f crates/solver/src/contact/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
 	    -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
+	    -f crates/solver/src/dlft/branch/folds.rs -f crates/solver/src/dlft/peaks.rs \
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: problem:: \
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
-	    dlft::retention results:: --skip corrections_of
+	    dlft::retention dlft::branch::folds dlft::peaks results:: --skip corrections_of
 	$(MUTANTS) --output output/mutants_sweep --package dovetail-solver -C=--lib \
 	    -f crates/solver/src/dlft/sweep.rs -- -- dlft::sweep::of_a_mass
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \

@@ -407,7 +407,8 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
 /// motion.
 fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let at_end = peak(response, observation).filter(|_| peak_is_at_an_end(response, observation));
+    let at_end = peak(response, observation)
+        .filter(|peak| peak.amplitude_m > 0.0 && peak_is_at_an_end(response, observation));
     if let Some(peak) = at_end {
         warnings.push(doubt(format!(
             "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
@@ -415,7 +416,7 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
             peak.frequency_hz
         )));
     } else if let Some(linear) = linear_peak(response, observation)
-        .filter(|_| linear_peak_is_at_an_end(response, observation))
+        .filter(|peak| peak.amplitude_m > 0.0 && linear_peak_is_at_an_end(response, observation))
     {
         warnings.push(doubt(format!(
             "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
