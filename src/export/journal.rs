@@ -108,6 +108,9 @@ impl Journal {
     /// A file that cannot be read.
     pub fn solved(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, ExportError> {
         let mut found = Vec::new();
+        if !self.known.iter().any(|(of, _)| of == inputs) {
+            return Ok(found);
+        }
         self.read(|of, solved| {
             if of == inputs {
                 found.push(solved);

@@ -10,7 +10,7 @@ use super::error::Error;
 use super::outcome::{PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::{frequencies_hz, of_smooth_curve_hz, off_undamped_modes, settings};
-use super::session::{Session, Stage};
+use super::session::{Session, Stage, unless_ended};
 use super::statics;
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
@@ -26,7 +26,7 @@ use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A peak of the whole curve is another one where it is higher by more than this fraction.
@@ -254,36 +254,30 @@ impl At {
         session: &Session<'_>,
         tell: &(dyn Fn(Told<'_>) + Sync),
     ) -> Result<Orbit, Error> {
+        let (problem, damping) = (&self.reduced.problem, self.damping);
+        let (state, settings) = (&self.state, &self.settings);
         let key = session.store().peak_key(&PeakInputs {
             response: ResponseInputs {
-                problem: &self.reduced.problem,
-                damping: self.damping,
-                state: &self.state,
-                settings: &self.settings,
+                problem,
+                damping,
+                state,
+                settings,
                 points: None,
             },
             near,
             observation,
         });
-        let kept = key.map(|key| goes_on(session.store().peak(&key)));
+        let kept = key.map(|key| unless_ended(session.store().peak(&key)));
         if let Some(kept) = kept.transpose()?.flatten() {
             return Ok(kept);
         }
         let near = near.and_then(|guess| {
             let near = (guess, observation);
-            let problem = &self.reduced.problem;
-            peak_near(
-                problem,
-                self.damping,
-                &self.state,
-                &self.settings,
-                near,
-                tell,
-            )
+            peak_near(problem, damping, state, settings, near, tell)
         });
         let found = near.map_or_else(|| highest(self, observation, tell), Ok)?;
         if let Some(key) = key {
-            goes_on(session.store().keep_peak(&key, &found))?;
+            unless_ended(session.store().keep_peak(&key, &found))?;
         }
         Ok(found)
     }
@@ -569,17 +563,6 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             }
         }
         Ok(reached)
-    }
-}
-
-/// What a store answers.
-///
-/// # Errors
-/// [`Error::Stopped`] where it ends the run.
-fn goes_on<T>(answer: ControlFlow<(), T>) -> Result<T, Error> {
-    match answer {
-        ControlFlow::Continue(answer) => Ok(answer),
-        ControlFlow::Break(()) => Err(Error::Stopped),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::outcome::ResponseInputs;
 use super::reduced::Reduced;
-use super::session::{Event, Session, Stage};
+use super::session::{Event, Session, Stage, unless_ended};
 use crate::description::{FrequencyRange, ResponseSpec};
 use crate::dlft::accuracy::samples_for;
 use crate::dlft::branch::follow;
@@ -22,7 +22,6 @@ use crate::results::modes::{ModeKind, hertz};
 use dovetail_numerics::memory;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Frequencies of the response, Hz, ascending: those of the grid, or the two ends of the range
@@ -180,9 +179,7 @@ impl Responses<'_, '_> {
             settings: &settings,
             points: spec.points,
         });
-        let ControlFlow::Continue(earlier) = solved else {
-            return Err(Error::Stopped);
-        };
+        let earlier = unless_ended(solved)?;
         let follows = spec.points.is_none() && self.frequencies_hz.len() > 1;
         let steps = if follows {
             session.steps(100, "% of the range")

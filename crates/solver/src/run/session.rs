@@ -256,6 +256,17 @@ pub trait Store: Send {
 /// Store that keeps nothing.
 impl Store for () {}
 
+/// Answer of a store.
+///
+/// # Errors
+/// [`Error::Stopped`] where the store ends the run.
+pub(super) fn unless_ended<T>(answer: ControlFlow<(), T>) -> Result<T, Error> {
+    match answer {
+        ControlFlow::Continue(answer) => Ok(answer),
+        ControlFlow::Break(()) => Err(Error::Stopped),
+    }
+}
+
 /// Observer and store of a run.
 pub struct Session<'o> {
     observer: Mutex<&'o mut dyn Observer>,

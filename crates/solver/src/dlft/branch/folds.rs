@@ -74,7 +74,7 @@ fn between(sections: &[Section]) -> impl Iterator<Item = usize> {
     folds.map(|[_, after]| after.start)
 }
 
-/// Whether each motion of a response is stable. A fold counts as stable.
+/// Stability of each motion of a response. A fold counts as stable.
 pub fn stable(response: &Response) -> Vec<bool> {
     let mut stable = vec![true; response.orbits.len()];
     let sections = sections(response);
