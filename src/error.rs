@@ -203,10 +203,20 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
         }
+        run::Error::NotConverged {
+            unconverged,
+            inaccurate,
+            ..
+        } if unconverged == inaccurate => {
+            "all have a motion, which is written and drawn, but its estimated error (column \
+             estimated_error of response.csv) is above response.accuracy: ask for a larger one, or \
+             give the number of harmonics yourself (response.harmonics)"
+        }
         run::Error::NotConverged { .. } => {
-            "they are marked in the column `outcome` of response.csv and left out of the curves; more \
-             response.max_newton_iterations, a smaller step in frequency (response.points), or the default \
-             response.eps = \"dynamic\" with eps_scale = 1 may help"
+            "they are marked in the column `outcome` of response.csv; those without a motion are \
+             left out of the curves; more response.max_newton_iterations, a smaller step in \
+             frequency (response.points), or the default response.eps = \"dynamic\" with \
+             eps_scale = 1 may help"
         }
         run::Error::Fem(FemError::LooselyHeld { .. })
         | run::Error::Reduction(

@@ -30,7 +30,7 @@ use crate::reporter::Reporter;
 use crate::warning::Weight;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::model::{Assembly, Prestress};
+use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
     self, Bodies, Condensed, Error, Meshes, Options, Reduced, Run, Session, Stage, Verification,
@@ -276,13 +276,34 @@ fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String 
     )
 }
 
+/// Returns `true` if the scene has contacts, and neither loads nor interferences.
+fn nothing_presses(assembly: &Assembly) -> bool {
+    let turns = |rotation: &RotationSpec| rotation.speed_rad_s > 0.0;
+    let is_slack = |contact: &ContactSpec| {
+        contact.law == ContactLaw::UnilateralCoulomb
+            && contact.pair_law.gap_m >= 0.0
+            && !contact.gap_from_mesh
+    };
+    !assembly.rotation.as_ref().is_some_and(turns)
+        && assembly.loads.is_empty()
+        && !assembly.contacts.is_empty()
+        && assembly.contacts.iter().all(is_slack)
+}
+
 /// Checks the scene without computing or writing anything.
 ///
 /// # Errors
 /// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, reporter: &Reporter<'_>) -> Result<(), RunError> {
     match &scene.subject {
-        Subject::Assembly(assembly) => meshing::check(assembly, reporter)?,
+        Subject::Assembly(assembly) => {
+            meshing::check(assembly, reporter)?;
+            if nothing_presses(assembly) {
+                let text = "no steady load presses the contacts together: the scene has no \
+                            speed_rpm above 0, no [[load]] and no interference (gap_m below 0)";
+                reporter.warning(Weight::Doubt, text.to_owned());
+            }
+        }
         Subject::ReducedModel(spec) => {
             dovetail_solver::reduction::superelement::read(&spec.folder)?;
         }

@@ -223,8 +223,23 @@ impl Work<'_> {
     fn warn(&self, question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) {
         let also = question.words_of_second(also);
         let at = also.map_or(String::new(), |also| format!(" ({also})"));
-        for (value, error) in &peaks.missing {
-            let text = format!("no peak at {}{at}: {error}", question.over.words(*value));
+        let kind = |missing: &(f64, Error)| std::mem::discriminant(&missing.1);
+        let same = |a: &(f64, Error), b: &(f64, Error)| kind(a) == kind(b);
+        for alike in peaks.missing.chunk_by(same) {
+            let [(first, error), ..] = alike else {
+                continue;
+            };
+            let others = match alike {
+                [_] => String::new(),
+                [.., (last, _)] => format!(
+                    ", nor at {} more up to {}",
+                    alike.len() - 1,
+                    question.over.words(*last)
+                ),
+                [] => continue,
+            };
+            let first = question.over.words(*first);
+            let text = format!("no peak at {first}{at}{others}: {error}");
             self.reporter.warning(Weight::Wrong, text);
         }
         let orbits = peaks.rows.iter().map(|row| &row.orbit);

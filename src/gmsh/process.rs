@@ -44,7 +44,8 @@ pub(super) struct Printed {
     last: VecDeque<String>,
     /// Number of lines left out between the two.
     left_out: usize,
-    errors_left_out: Vec<String>,
+    /// Errors, up to a limit.
+    errors: Vec<String>,
     pub has_error: bool,
     /// Warnings, up to a limit.
     pub warnings: Vec<String>,
@@ -54,7 +55,12 @@ pub(super) struct Printed {
 
 impl Printed {
     fn add(&mut self, line: String) {
-        self.has_error |= message(&line, "Error").is_some();
+        if message(&line, "Error").is_some() {
+            self.has_error = true;
+            if self.errors.len() < MARKED_LINES {
+                self.errors.push(line.clone());
+            }
+        }
         if let Some(warning) = message(&line, "Warning")
             && self.warnings.len() < MARKED_LINES
         {
@@ -68,24 +74,22 @@ impl Printed {
             return;
         }
         self.last.push_back(line);
-        if self.last.len() > LAST_LINES
-            && let Some(line) = self.last.pop_front()
-        {
+        if self.last.len() > LAST_LINES {
+            self.last.pop_front();
             self.left_out += 1;
-            let is_kept = self.errors_left_out.len() < MARKED_LINES;
-            if is_kept && message(&line, "Error").is_some() {
-                self.errors_left_out.push(line);
-            }
         }
     }
 
-    /// Lines kept, with a note on those left out between them.
+    /// Errors, and below them all lines kept, with a note on those left out.
     pub(super) fn messages(&self) -> String {
-        let mut lines: Vec<&str> = self.first.iter().map(String::as_str).collect();
+        let mut lines: Vec<&str> = self.errors.iter().map(String::as_str).collect();
+        if !lines.is_empty() {
+            lines.push("[all that gmsh said]");
+        }
+        lines.extend(self.first.iter().map(String::as_str));
         let gap = format!("[{} lines are left out here]", self.left_out);
         if self.left_out > 0 {
             lines.push(&gap);
-            lines.extend(self.errors_left_out.iter().map(String::as_str));
         }
         lines.extend(self.last.iter().map(String::as_str));
         lines.join("\n")
@@ -309,15 +313,13 @@ mod tests {
         assert_eq!(printed.last_line(), Some("the end without a line feed"));
         let messages = printed.messages();
         let lines: Vec<&str> = messages.lines().collect();
-        assert_eq!(lines.len(), FIRST_LINES + 2 + LAST_LINES);
-        assert_eq!(lines[..3], [" [31mbegin", "", "Info    : 0"]);
+        assert_eq!(lines.len(), FIRST_LINES + 3 + LAST_LINES);
+        assert_eq!(lines[..2], ["Error   : no volume", "[all that gmsh said]"]);
+        assert_eq!(lines[2..5], [" [31mbegin", "", "Info    : 0"]);
         let left_out = 100_005 - FIRST_LINES - LAST_LINES;
         assert_eq!(
-            lines[FIRST_LINES..FIRST_LINES + 2],
-            [
-                format!("[{left_out} lines are left out here]").as_str(),
-                "Error   : no volume"
-            ]
+            lines[FIRST_LINES + 2],
+            format!("[{left_out} lines are left out here]")
         );
         assert!(lines[lines.len() - 3].ends_with("long ..."), "{messages}");
     }

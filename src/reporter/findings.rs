@@ -48,7 +48,10 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     };
     let mut warnings = of_motion(run);
     warnings.extend(held(found));
-    warnings.extend(of_frequencies(&run.reduced, &found.response));
+    let modes: Vec<f64> = (run.reduced.linear_omega2(&run.statics.state).iter())
+        .map(|omega2| hertz(*omega2))
+        .collect();
+    warnings.extend(of_frequencies(&run.reduced, &found.response, &modes));
     warnings.extend(few_modes(found.modes_reach));
     warnings
 }
@@ -297,7 +300,7 @@ fn held(found: &ResponseResult) -> Option<Warning> {
 }
 
 /// Warnings about frequencies: first those that failed, then those that are doubtful.
-fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
+fn of_frequencies(reduced: &Reduced, response: &Response, modes_hz: &[f64]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let all = response.orbits.len();
     let ended = |outcome: Outcome| {
@@ -360,7 +363,7 @@ fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     }
     warnings.extend(gaps(response));
     for (i, name) in names.into_iter().enumerate() {
-        warnings.extend(hidden_peak(name, i, response));
+        warnings.extend(hidden_peak(name, i, response, modes_hz));
     }
     warnings
 }
@@ -405,15 +408,21 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
 
 /// Warnings that a peak may lie outside the range or between two frequencies, or belong to another
 /// motion.
-fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
+fn hidden_peak(
+    name: &str,
+    observation: usize,
+    response: &Response,
+    modes_hz: &[f64],
+) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let at_end = peak(response, observation)
         .filter(|peak| peak.amplitude_m > 0.0 && peak_is_at_an_end(response, observation));
     if let Some(peak) = at_end {
         warnings.push(doubt(format!(
             "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
-             or response.times_first_linear_mode",
-            peak.frequency_hz
+             or response.times_first_linear_mode{}",
+            peak.frequency_hz,
+            nearest_modes(modes_hz, peak.frequency_hz)
         )));
     } else if let Some(linear) = linear_peak(response, observation)
         .filter(|peak| peak.amplitude_m > 0.0 && linear_peak_is_at_an_end(response, observation))
@@ -421,8 +430,9 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
         warnings.push(doubt(format!(
             "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
              the two peaks then says nothing; widen response.frequency_hz or response.times_first_linear_mode, or give the range of \
-             another mode",
-            linear.frequency_hz
+             another mode{}",
+            linear.frequency_hz,
+            nearest_modes(modes_hz, linear.frequency_hz)
         )));
     }
     if let Some([from_hz, to_hz]) = jump_hz(response, observation) {
@@ -449,10 +459,38 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
     warnings
 }
 
+/// Words on the linear modes next to a frequency, below and above it.
+fn nearest_modes(modes_hz: &[f64], frequency_hz: f64) -> String {
+    let above = modes_hz.partition_point(|mode| *mode < frequency_hz);
+    let near = &modes_hz[above.saturating_sub(1)..modes_hz.len().min(above + 1)];
+    let words: Vec<String> = near.iter().map(|hz| format!("{hz:.3} Hz")).collect();
+    match near.len() {
+        0 => String::new(),
+        1 => format!(" (the nearest linear mode lies at {})", words[0]),
+        _ => format!(" (the nearest linear modes lie at {})", words.join(" and ")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use dovetail_solver::dlft::Branch;
+
+    #[test]
+    fn the_modes_on_both_sides_of_a_frequency_are_named() {
+        let modes = [10.0, 20.0, 30.0];
+        for (at, words) in [
+            (5.0, " (the nearest linear mode lies at 10.000 Hz)"),
+            (
+                25.0,
+                " (the nearest linear modes lie at 20.000 Hz and 30.000 Hz)",
+            ),
+            (35.0, " (the nearest linear mode lies at 30.000 Hz)"),
+        ] {
+            assert_eq!(nearest_modes(&modes, at), words);
+        }
+        assert_eq!(nearest_modes(&[], 5.0), "");
+    }
 
     #[test]
     fn gaps_of_a_curve_are_counted_and_the_first_is_named() {

@@ -82,14 +82,15 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
         let name = &found.name;
         let shares = found.covered.map(|share| 100.0 * share);
         if !found.nodes_match {
-            let (slave, master, of_slave) = match found.slave {
-                Side::First => (first, second, shares[0]),
-                Side::Second => (second, first, shares[1]),
+            let (slave, master) = match found.slave {
+                Side::First => (first, second),
+                Side::Second => (second, first),
             };
             lines.push(Line::Note(format!(
                 "contact {name}: the meshes of its flanks do not match; each node of `{slave}` follows a mean of nodes of \
-                 `{master}`, at most {:.1e} m away; {of_slave:.1} % of the area of `{slave}` lies opposite",
-                found.largest_mismatch_m
+                 `{master}`, at most {:.1e} m away; {:.1} % of the area of `{first}` and {:.1} % of that of `{second}` lie \
+                 opposite the other",
+                found.largest_mismatch_m, shares[0], shares[1]
             )));
         }
         if found.covered.iter().all(|share| *share < WHOLE) {

@@ -131,7 +131,7 @@ fn contradictions_about_meshes_of_bodies_are_refused() {
         body.blade.copy_of=disc => mesh_file & copy_of
         body.blade.metres_per_unit=1e-3 => metres_per_unit & units
         body.blade.units=inch => body.blade.units & mm-t-s
-        body.disc.metres_per_unit= => body.disc.metres_per_unit & is missing
+        body.disc.metres_per_unit= => neither `body.disc.units` nor `body.disc.metres_per_unit`
         body.blade.rotation_axis= => body.blade.rotation_axis & is missing
         body.blade.rotation_axis=[0, 0, 0] => rotation_axis & length is zero
         body.disc.material=Steel => material & young_pa

@@ -86,5 +86,11 @@ fn what_cannot_be_gone_through_is_refused_with_a_remedy() {
     let below = ["--set", "response.times_first_linear_mode=[0.9, 0.95]"];
     let over = ["--over", "reduced_model.force_n=0.1:0.2:2"];
     let none = dovetail("peaks", &out, &[&below[..], &over].concat());
-    has(&told(none, 3), "no peak at force 0.1 N");
+    let said = told(none, 3);
+    has(
+        &said,
+        "no peak at force 0.1 N, nor at 1 more up to force 0.2 N",
+    );
+    // Told when it was found, and once more at the end.
+    assert_eq!(said.matches("no peak at").count(), 2, "{said}");
 }

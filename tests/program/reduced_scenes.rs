@@ -95,9 +95,10 @@ fn a_range_without_the_linear_peak_is_warned_of() {
         assert!(!stderr.contains("largest amplitude of tip"), "{stderr}");
         stderr
     };
-    let warning = "the largest linear amplitude of tip is at an end of the range, 1.150 Hz";
+    let warning = "the largest linear amplitude of tip is at an end of the range, 1.150 Hz & \
+                   (the nearest linear mode lies at ";
     let narrow = said("[0.8, 1.15]");
-    assert!(narrow.contains(warning), "{narrow}");
+    has(&narrow, warning);
     let wide = said("[0.8, 1.4]");
     assert!(!wide.contains("largest linear amplitude"), "{wide}");
 }

@@ -371,7 +371,7 @@ fn keys_that_exclude_each_other_are_refused_together() {
 #[test]
 fn a_missing_key_points_at_the_heading_of_its_table() {
     let table = r#"
-        [mesh] => 0 => metres_per_unit = 1e-3 => `mesh.metres_per_unit` is missing
+        [mesh] => 0 => metres_per_unit = 1e-3 => neither `mesh.units` nor `mesh.metres_per_unit`
         [[body]] => 0 => young_pa = 113.8e9 => `body.blade.young_pa` is missing
         [rotation] => 0 => speed_rpm = 5000 => `rotation.speed_rpm` is missing
         [rotation] => 0 => axis = [1, 0, 0] => `rotation.axis` is missing
@@ -386,7 +386,7 @@ fn a_missing_key_points_at_the_heading_of_its_table() {
         let (at, _) = headings.nth(nth.parse().unwrap()).unwrap();
         let heading_line = 2 + text[..at].matches('\n').count();
         refused_on(&text, heading_line, &words);
-        refused_on(&text, heading_line, "add a line like this:");
+        refused_on(&text, heading_line, "help: add ");
     }
     let (text, _) = edited("name = \"paper\"", 0, "");
     refused_on(&text, 1, "`name` is missing & name = \"paper\"");

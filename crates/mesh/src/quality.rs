@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::element::{facet_corners, sorted_corners};
 use super::interpolation::{of_element, reference_nodes};
-use super::{ElementOrder, ElementType, Mesh, Shape};
+use super::{ElementOrder, ElementType, Group, Mesh, Shape, text};
 use dovetail_numerics::space::{cross, dot, middle, sub};
 
 /// Mean ratio below which an element counts as flat.
@@ -42,27 +42,27 @@ pub enum QualityError {
     )]
     AllInsideOut { count: usize },
     #[error(
-        "{count} elements are inside out, first {}: mesh finer there, or with another Mesh.Algorithm3D",
+        "{count} elements are inside out, first {}: mesh finer there, or with another algorithm (in Gmsh: Mesh.Algorithm3D)",
         list(tags)
     )]
     InsideOut { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} elements are flat (mean ratio below {SLIVER_SHAPE}), first {}: optimise the mesh (Mesh.Optimize = 1, Mesh.OptimizeThreshold = 0.3) or use Mesh.Algorithm3D = 10",
+        "{count} elements are flat (mean ratio below {SLIVER_SHAPE}), first {}: improve the mesh there (in Gmsh: Mesh.Optimize = 1 with Mesh.OptimizeThreshold = 0.3, or Mesh.Algorithm3D = 10)",
         list(tags)
     )]
     Sliver { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} elements fold over themselves (Jacobian not positive), first {}: mesh finer at curved edges, make them straight with Mesh.SecondOrderLinear = 1, or mend the corners of hexahedra and wedges that are too skewed",
+        "{count} elements fold over themselves (Jacobian not positive), first {}: mesh finer at curved edges, make them straight (in Gmsh: Mesh.SecondOrderLinear = 1), or mend the corners of hexahedra and wedges that are too skewed",
         list(tags)
     )]
     Folded { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} elements have the same corners as another, first {}: the file holds them twice; is a volume in the script twice?",
+        "{count} elements have the same corners as another, first {}: the file holds them twice; is a volume in it twice?",
         list(tags)
     )]
     Doubled { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} elements or facets have an edge with a node in its middle where another has none, or another one, first {}: mesh everything that is joined with one order (Mesh.ElementOrder)",
+        "{count} elements or facets have an edge with a node in its middle where another has none, or another one, first {}: mesh everything that is joined with one order (in Gmsh: Mesh.ElementOrder)",
         list(tags)
     )]
     MixedOrders { count: usize, tags: Vec<u64> },
@@ -72,15 +72,32 @@ pub enum QualityError {
     )]
     NoPyramids { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} nodes belong to no solid element, first {}: a group names a surface, curve or point that no meshed volume has",
-        list(tags)
+        "{count} nodes belong to no solid element, first {}: {}",
+        list(tags),
+        groups_without_elements(groups)
     )]
-    Orphan { count: usize, tags: Vec<u64> },
+    Orphan {
+        count: usize,
+        tags: Vec<u64>,
+        /// Groups that hold such nodes alone.
+        groups: Vec<String>,
+    },
 }
 
 fn list(tags: &[u64]) -> String {
     let words: Vec<String> = tags.iter().map(u64::to_string).collect();
     words.join(", ")
+}
+
+fn groups_without_elements(groups: &[String]) -> String {
+    match groups {
+        [] => "a surface, curve or point is meshed that no meshed volume has".to_owned(),
+        some => format!(
+            "no meshed volume has the nodes of {}: a volume is missing from the file (a Gmsh script that names groups \
+             writes only those: give each body a Physical Volume), or the group is not on a body",
+            text::list(some)
+        ),
+    }
 }
 
 /// Error of elements or nodes with these tags; none where there are none.
@@ -426,7 +443,18 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
         .filter(|&n| !used[n])
         .map(|n| mesh.node_tags[n])
         .collect();
-    refuse(&orphans, |count, tags| QualityError::Orphan { count, tags })
+    let lies_apart = |group: &Group| {
+        let mut nodes = group.nodes.iter();
+        !group.nodes.is_empty() && nodes.all(|&n| !used[n as usize])
+    };
+    refuse(&orphans, |count, tags| QualityError::Orphan {
+        count,
+        tags,
+        groups: (mesh.groups.iter())
+            .filter(|(_, group)| lies_apart(group))
+            .map(|(name, _)| format!("`{name}`"))
+            .collect(),
+    })
 }
 
 #[cfg(test)]
@@ -517,8 +545,25 @@ mod tests {
         let mut m = two_tets();
         m.nodes_m.push([9.0; 3]);
         m.node_tags.push(77);
-        let tags = vec![77];
-        assert_eq!(check(&m), Err(QualityError::Orphan { count: 1, tags }));
+        let orphan = |groups: &[&str]| QualityError::Orphan {
+            count: 1,
+            tags: vec![77],
+            groups: groups.iter().map(|g| format!("`{g}`")).collect(),
+        };
+        assert_eq!(check(&m), Err(orphan(&[])));
+        for (name, nodes) in [("apart", vec![5]), ("across", vec![4, 5]), ("none", vec![])] {
+            let group = Group {
+                nodes,
+                ..Group::empty(2)
+            };
+            m.groups.insert(name.to_owned(), group);
+        }
+        assert_eq!(check(&m), Err(orphan(&["apart"])));
+        assert!(
+            orphan(&["apart"])
+                .to_string()
+                .contains("of `apart`: a volume is missing")
+        );
     }
 
     /// Every shape with equal edges has the best ratio; its mirror image is inside out.

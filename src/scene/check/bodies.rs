@@ -193,7 +193,7 @@ fn body_mesh(
     let path = checker.text(at, "mesh_file", &raw.mesh_file);
     let units = own?.or(context.units);
     if units.is_none() {
-        checker.missing(at, "metres_per_unit");
+        checker.none_of(at, &["units", "metres_per_unit"], "units");
     }
     Some(BodyMesh::File {
         path: context.base_dir.join(path?),

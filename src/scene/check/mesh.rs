@@ -39,7 +39,7 @@ pub fn mesh(
     let kind = has_source.then(|| mesh_kind(checker, &at, base_dir, raw));
     let found = units(checker, &at, &raw.metres_per_unit, &raw.units);
     if has_source && found == Some(None) {
-        checker.missing(&at, "metres_per_unit");
+        checker.none_of(&at, &["units", "metres_per_unit"], "units");
     }
     let units = found?;
     let source = match kind {

@@ -1,6 +1,6 @@
 //! Errors of a mesh file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -11,7 +11,7 @@ use crate::text;
 #[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]
 pub enum MeshError {
-    #[error("cannot read the mesh {}: {source}", path.display())]
+    #[error("cannot read the mesh {}: {source}{}", path.display(), missing(path, source))]
     Io {
         path: PathBuf,
         source: std::io::Error,
@@ -239,6 +239,17 @@ pub enum MeshError {
         "no group has solid elements: is it meshed in three dimensions (`gmsh -3`), and has it a `Physical Volume`?"
     )]
     NoElements,
+}
+
+/// Note on the folder of a file that does not exist.
+fn missing(path: &Path, source: &std::io::Error) -> String {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    match folder.filter(|_| source.kind() == std::io::ErrorKind::NotFound) {
+        Some(folder) if !folder.is_dir() => {
+            format!("; the folder {} does not exist either", folder.display())
+        }
+        _ => String::new(),
+    }
 }
 
 impl MeshError {

@@ -75,6 +75,58 @@ pub fn inside(shift: f64, [low, middle, high]: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::Outcome;
+
+    #[test]
+    fn points_with_a_motion_have_a_height_and_their_position() {
+        let orbit = |outcome, amplitude_m: &[f64]| Orbit {
+            observed_amplitude_m: amplitude_m.to_vec(),
+            ..Orbit::without_motion(1.0, outcome)
+        };
+        let orbits = [
+            orbit(Outcome::Converged, &[1.0, 5.0]),
+            orbit(Outcome::Stagnated, &[2.0, 6.0]),
+            orbit(Outcome::AccuracyNotReached, &[3.0, 7.0]),
+            orbit(Outcome::Converged, &[4.0]),
+            orbit(Outcome::Converged, &[4.0, f64::INFINITY]),
+        ];
+        let of = |observation| heights(&orbits, observation).collect::<Vec<_>>();
+        assert_eq!(of(0), [(0, 1.0), (2, 3.0), (3, 4.0), (4, 4.0)]);
+        assert_eq!(of(1), [(0, 5.0), (2, 7.0)]);
+        assert_eq!(of(2), []);
+    }
+
+    /// The square of an amplitude beside a mode at 3 with a width of 0.1, seen from 2.5.
+    #[test]
+    fn the_height_of_a_resonance_between_its_points_is_exact() {
+        let squared = |f: f64| ((f - 3.0).powi(2) + 0.01).recip();
+        let rise = rise_above([1.0, 2.5, 4.0].map(|f| (f, squared(f).sqrt()))).unwrap();
+        let exact = (squared(3.0) / squared(2.5)).sqrt() - 1.0;
+        assert!((rise - exact).abs() < 1e-12, "{rise} {exact}");
+        // The inverse squares reach zero between the points: no height follows from them.
+        let undamped = |f: f64| (f - 3.0).abs().recip();
+        let rise = rise_above([1.0, 2.5, 4.0].map(|f| (f, undamped(f))));
+        assert_eq!(rise, Some(MOST_SQUARED.sqrt() - 1.0));
+        // A neighbour at nine tenths lies within the resonance: the parabola counts.
+        let near = [(1.0, 0.9), (2.0, 1.0), (3.0, 0.5)];
+        assert_eq!(rise_above(near), Some(vertex(near).0));
+    }
+
+    #[test]
+    fn a_new_place_lies_between_the_points_and_not_next_to_one() {
+        let places = [10.0, 20.0, 40.0];
+        for (shift, found) in [
+            (5.0, 5.0),
+            (0.5, 2.0),
+            (19.5, 18.0),
+            (-5.0, -5.0),
+            (-0.5, -1.0),
+            (-9.5, -9.0),
+            (0.0, -1.0),
+        ] {
+            assert_eq!(inside(shift, places), found);
+        }
+    }
 
     /// A mass on a spring with 1 rad/s and 0.5 % of critical damping, on a grid of 3 to 14 times
     /// its bandwidth, wherever that lies: the parabola through the amplitudes is flat at 58 % of

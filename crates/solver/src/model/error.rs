@@ -38,7 +38,9 @@ pub enum ModelError {
         wanted: &'static str,
         available: Vec<String>,
     },
-    #[error("{used_by}: group `{name}` has no elements in the mesh")]
+    #[error(
+        "{used_by}: group `{name}` has no elements in the mesh: name a group that has some, or see in the mesher why it is empty"
+    )]
     EmptyGroup { used_by: String, name: String },
     #[error("{used_by}: there is no body `{name}`; bodies: {}", list(available))]
     UnknownBody {
@@ -47,7 +49,7 @@ pub enum ModelError {
         available: Vec<String>,
     },
     #[error(
-        "bodies `{first}` and `{second}` share {count} nodes (first tags {}): contact needs two nodes at each point; do not weld the bodies in the Gmsh script (Coherence, BooleanFragments, or one surface used by both volumes)",
+        "bodies `{first}` and `{second}` share {count} nodes (first tags {}): contact needs two nodes at each point: do not merge the nodes of the two bodies (in a preprocessor: equivalenced or tied nodes; in a Gmsh script: Coherence, BooleanFragments, or one surface of two volumes)",
         list(tags)
     )]
     SharedNodes {

@@ -180,11 +180,13 @@ pub enum Error {
         /// Memory needed and available.
         source: TooLittle,
     },
-    /// The run is complete, but not every frequency has a solution.
+    /// The run is complete, but not every frequency converged.
     #[error("{unconverged} of {points} frequencies did not converge")]
     NotConverged {
-        /// Number of frequencies without a solution.
+        /// Number of frequencies that did not converge.
         unconverged: usize,
+        /// Number of those that have a motion, and miss the accuracy asked for.
+        inaccurate: usize,
         /// Number of all frequencies.
         points: usize,
     },

@@ -152,15 +152,17 @@ fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
 }
 
 fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
-    let (mut points, mut unconverged) = (0, 0);
-    for orbit in responses.flat_map(|r| &r.orbits) {
+    let (mut points, mut unconverged, mut inaccurate) = (0, 0, 0);
+    for outcome in responses.flat_map(|r| &r.orbits).map(|o| o.outcome) {
         points += 1;
-        unconverged += usize::from(!orbit.outcome.is_converged());
+        unconverged += usize::from(!outcome.is_converged());
+        inaccurate += usize::from(outcome == Outcome::AccuracyNotReached);
     }
     match unconverged {
         0 => Ok(()),
         _ => Err(Error::NotConverged {
             unconverged,
+            inaccurate,
             points,
         }),
     }

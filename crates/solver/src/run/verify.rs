@@ -235,6 +235,7 @@ fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error
         0 => Ok(found),
         unconverged => Err(Error::NotConverged {
             unconverged,
+            inaccurate: 0,
             points: asked_hz.len(),
         }),
     }
