@@ -213,7 +213,8 @@ struct StaticSystem<'a> {
     laws: Vec<PairLaw>,
     /// Upper limit of the coefficients of friction.
     most_friction: f64,
-    /// State of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]).
+    /// State of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]), from the
+    /// first step on.
     at_rest: Vec<State>,
     /// Force that residuals are relative to, N.
     scale: f64,
@@ -237,7 +238,7 @@ impl<'a> StaticSystem<'a> {
         if let Some(retention) = retention {
             retention.add_to_matrix(stiffness.to_mut());
         }
-        let mut system = Self {
+        Self {
             problem,
             stiffness,
             eps,
@@ -255,9 +256,7 @@ impl<'a> StaticSystem<'a> {
             },
             coarse: None,
             refresh: RefreshPolicy::default(),
-        };
-        system.set_at_rest(&vec![0.0; n], &vec![[0.0; 3]; n / 3]);
-        system
+        }
     }
 
     /// Applies the load in equal steps.
@@ -298,11 +297,6 @@ impl<'a> StaticSystem<'a> {
         for (law, pair) in self.laws.iter_mut().zip(&self.problem.laws) {
             law.gap_m = pair.gap_m.max(fraction * pair.gap_m);
         }
-        self.set_at_rest(x, forces);
-    }
-
-    /// Sets the state of the pairs where they are at rest at `x` under these forces.
-    fn set_at_rest(&mut self, x: &[f64], forces: &[[f64; 3]]) {
         let state = |(pair, force): (usize, &[f64; 3])| {
             let t = 3 * pair + 1;
             let law = self.law(pair);
@@ -511,9 +505,11 @@ mod tests {
             (mean == Mean::Retained).then(|| Retention::new(&problem.reduced.stiffness, &eps));
         assert!(retention.as_ref().is_none_or(Retention::is_needed));
         let mut system = StaticSystem::new(&problem, &inexact, &eps, retention.as_ref());
-        for (pair, state) in system.at_rest.iter_mut().enumerate() {
-            state.slid_n = [mixed(pair, 7), mixed(pair, 8)];
-        }
+        let state = |pair: &usize| State {
+            contact: Contact::Stick,
+            slid_n: [mixed(*pair, 7), mixed(*pair, 8)],
+        };
+        system.at_rest = all.iter().map(state).collect();
         system.scale = 1.0;
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
         let without_load = system.pairs(&x).into_iter().flat_map(|pair| pair.trial);
