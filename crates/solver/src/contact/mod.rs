@@ -11,8 +11,8 @@
 //!
 //! DLFT predicts the force lambda_u with which a rigid pair would stick. The law takes a share of
 //! it, counted from the clearance ([`penalty`]). Less what the pair has slid this is the trial
-//! force, which the law brings to the cone of friction ([`coulomb`]). What a pair keeps from instant
-//! to instant is its [`State`].
+//! force, which the law brings to the cone of friction ([`coulomb`]). What a pair keeps from
+//! instant to instant is its [`State`].
 //!
 //! [`PairLaw`] is the data: the model has it, and all solvers read it. [`PredictedLaw`] is the
 //! function, for numbers with and without derivatives alike ([`Real`]). All of the folder `dlft`
@@ -284,10 +284,9 @@ mod tests {
         }
         // The same state follows from where the pair is, and what acts on it there.
         let again = predicted.state_at_rest([x[1], x[2]], [force[1], force[2]]);
-        let kept = [0, 1].map(|c| predicted.shares[1] * lambda_u[c + 1] - force[c + 1]);
-        for c in 0..2 {
-            assert!((again.slid_n[c] - state.slid_n[c]).abs() < 1e-14);
-            assert!((kept[c] - state.slid_n[c]).abs() < 1e-14);
+        let kept = State::after(predicted.prediction(lambda_u), Contact::Stick, force);
+        for found in [again, kept] {
+            assert!(found.distance_n(&state) < 1e-14);
         }
     }
 
