@@ -27,6 +27,7 @@ use crate::cache::{Cache, RunStore};
 use crate::error::RunError;
 use crate::files::SharedFiles;
 use crate::reporter::Reporter;
+use crate::scene::check::pair_law::reduced_model_lines;
 use crate::warning::Weight;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
@@ -256,22 +257,10 @@ impl Work<'_> {
 fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String {
     // A scene counts paths from its own folder, wherever that will be.
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-    // All fields, so that none is left out.
-    let PairLaw {
-        friction,
-        gap_m,
-        stiffness,
-    } = law;
-    let springs = stiffness.map(|springs| {
-        format!(
-            "normal_stiffness_n_m = {:?}\ntangential_stiffness_n_m = {:?}\n",
-            springs.normal_n_m, springs.tangential_n_m
-        )
-    });
     format!(
-        "[reduced_model]\nfolder = {}\nfriction = {friction:?}\n{}gap_m = {gap_m:?}\nforce_n = {:?}",
+        "[reduced_model]\nfolder = {}\n{}force_n = {:?}",
         toml::Value::String(folder.display().to_string()),
-        springs.unwrap_or_default(),
+        reduced_model_lines(law),
         condensed.force_n
     )
 }

@@ -31,7 +31,7 @@ const PROGRAM: &str = "
     console: warning words export
     reporter: metrics warning words motions export error files console
     cache: fingerprint warning export files reporter
-    commands: warning words gmsh mesh_files scene_files export error files reporter cache
+    commands: warning words scene gmsh mesh_files scene_files export error files reporter cache
     study: exit metrics version fingerprint warning words scene scene_files export error reporter \
         commands
     reference: scene study

@@ -3,11 +3,9 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
+use super::pair_law::law_keys;
 use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
-use crate::scene::raw::{Located, Number};
-use dovetail_solver::contact::PairLaw;
-use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
@@ -23,16 +21,10 @@ fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Contac
     let slave = slave(checker, at, raw);
     let laws = [ContactLaw::UnilateralCoulomb, ContactLaw::Bonded];
     let law = checker.choice(at, "law", &raw.law, &laws);
-    let friction = match (law, &raw.friction) {
-        (Some(ContactLaw::Bonded), None) => Some(0.0),
-        (_, given) => checker.number(at, "friction", given),
-    };
+    let keys = law_keys!(raw; normal_stiffness_n_m3, tangential_stiffness_n_m3);
+    let pair_law = keys.law(checker, at, law == Some(ContactLaw::Bonded));
     let gap_from_mesh = checker.choice(at, "gap", &raw.gap, &[false, true]);
-    let gap_m = checker.number(at, "gap_m", &raw.gap_m);
     let reach = checker.optional_number(at, "search_distance_m", &raw.search_distance_m);
-    let keys = ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"];
-    let given = [&raw.normal_stiffness_n_m3, &raw.tangential_stiffness_n_m3];
-    let stiffness = stiffness(checker, at, keys, given);
     let crown = crown(checker, at, raw);
     Some(ContactSpec {
         name: name?,
@@ -40,11 +32,7 @@ fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Contac
         second: second?,
         slave: slave?,
         law: law?,
-        pair_law: PairLaw {
-            friction: friction?,
-            gap_m: gap_m?,
-            stiffness: stiffness?,
-        },
+        pair_law: pair_law?,
         gap_from_mesh: gap_from_mesh?,
         search_distance_m: reach?,
         crown: crown?,
@@ -77,31 +65,6 @@ fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<S
             let sides = [Side::First, Side::Second];
             checker.choice(at, "slave", given, &sides).map(Some)
         }
-    }
-}
-
-/// Normal and tangential springs of a contact; `Some(None)` if it is rigid.
-pub fn stiffness(
-    checker: &mut Checker,
-    at: &Table,
-    keys: [&'static str; 2],
-    given: [&Located<Number>; 2],
-) -> Option<Option<PairStiffness>> {
-    let [normal, tangential] = [0, 1].map(|i| {
-        given[i]
-            .as_ref()
-            .map(|_| checker.number(at, keys[i], given[i]))
-    });
-    let mut lacks = |key: usize, other: usize, span| {
-        let remedy = "give both, or leave both out: rigid contact";
-        checker.lacks(at, keys[key], keys[other], span, remedy);
-        None
-    };
-    match (normal, tangential) {
-        (None, None) => Some(None),
-        (Some(normal), Some(tangential)) => Some(Some(PairStiffness::new(normal?, tangential?))),
-        (Some(_), None) => lacks(0, 1, given[0].as_ref()?.span()),
-        (None, Some(_)) => lacks(1, 0, given[1].as_ref()?.span()),
     }
 }
 

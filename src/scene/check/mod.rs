@@ -1,7 +1,8 @@
 //! Makes a [`Scene`] from a [`RawScene`], or reports all that is missing, impossible or
 //! contradictory.
 //!
-//! There is a file for each section; `fields` checks single values. A function notes a problem in
+//! There is a file for each section; `fields` checks single values, `pair_law` the law that two
+//! sections give. A function notes a problem in
 //! the [`Checker`] and goes on, so that one run reports as many problems as it can. It takes the
 //! values of its section first, as options, and applies `?` to them where it puts them together. An
 //! earlier `?` stands only where the rest has no meaning: after keys that exclude or need each
@@ -13,6 +14,7 @@ mod excitations;
 pub(crate) mod fields;
 mod loads;
 mod mesh;
+pub(crate) mod pair_law;
 mod probes;
 mod reduced_model;
 mod response;

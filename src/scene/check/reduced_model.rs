@@ -5,11 +5,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::contacts::stiffness;
 use super::fields::{Checker, Table, places};
+use super::pair_law::law_keys;
 use crate::scene::entries::{RawReducedModel, RawScene};
 use crate::scene::error::Fault;
-use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::ReducedModelSpec;
 
 pub fn reduced_model(
@@ -20,18 +19,12 @@ pub fn reduced_model(
     let at = Table::of("reduced_model", raw.span(), None);
     let raw = raw.get_ref();
     let folder = checker.text(&at, "folder", &raw.folder);
-    let friction = checker.number(&at, "friction", &raw.friction);
-    let keys = ["normal_stiffness_n_m", "tangential_stiffness_n_m"];
-    let given = [&raw.normal_stiffness_n_m, &raw.tangential_stiffness_n_m];
-    let stiffness = stiffness(checker, &at, keys, given);
-    let gap_m = checker.number(&at, "gap_m", &raw.gap_m);
+    let keys = law_keys!(raw; normal_stiffness_n_m, tangential_stiffness_n_m);
+    let law = keys.law(checker, &at, false);
     let force_n = checker.number(&at, "force_n", &raw.force_n);
     Some(ReducedModelSpec {
         folder: base_dir.join(folder?),
-        law: PairLaw {
-            stiffness: stiffness?,
-            ..PairLaw::rigid(friction?, gap_m?)
-        },
+        law: law?,
         force_n: force_n?,
     })
 }

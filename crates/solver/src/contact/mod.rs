@@ -9,26 +9,27 @@
 //! IS COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
 //! X_N = -g; g < 0 is an interference.
 //!
-//! DLFT predicts the force lambda_u with which a rigid pair would stick. The law converts it to a
-//! trial force, a share of the prediction ([`penalty`]) counted from the clearance and from where
-//! the pair has slid to, and brings that back to the cone of friction ([`coulomb`]). What it keeps
-//! from instant to instant is `state = share lambda_u_T - lambda_T`, for rigid contact and for
-//! springs alike.
+//! DLFT predicts the force lambda_u with which a rigid pair would stick. The law takes a share of
+//! it, counted from the clearance ([`penalty`]). Less what the pair has slid this is the trial
+//! force, which the law brings to the cone of friction ([`coulomb`]). What a pair keeps from
+//! instant to instant is its [`State`].
 //!
 //! [`PairLaw`] is the data: the model has it, and all solvers read it. [`PredictedLaw`] is the
-//! function. The static state evaluates it whole. In the folder `dlft`, `balance.rs` takes the
-//! shares and the first state from it, `aft.rs` the force at each sample ([`PredictedLaw::force`]),
-//! `between_samples.rs` writes it again for numbers with derivatives, and `rounded.rs` writes one
-//! without corners. [`crate::integration`] has its own law on purpose, without lambda_u, so that an
-//! error in one of the two shows. A change of the law is a change in each of these; a new field
-//! that only some of them use passes through the others unseen.
+//! function, for numbers with and without derivatives alike ([`Real`]). All of the folder `dlft`
+//! evaluates it, but for `rounded.rs`, which has a law without corners. [`crate::integration`] has
+//! its own law on purpose, without lambda_u, so that an error in one of the two shows.
 
 pub mod coulomb;
 pub mod penalty;
 
-use coulomb::{Contact, slip_tangent, unilateral_coulomb};
+use coulomb::{Contact, SlipTangent};
+use num_dual::DualNum;
 use penalty::PairStiffness;
 use serde::Serialize;
+
+/// A real number, with or without derivatives.
+pub trait Real: DualNum<Primitive = f64> + Copy {}
+impl<D: DualNum<Primitive = f64> + Copy> Real for D {}
 
 /// Contact law of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -79,6 +80,7 @@ impl PairLaw {
             shares: [normal, tangential, tangential],
             shift_n: normal * eps[0] * self.gap_m,
             slid_n_per_m: tangential * eps[1],
+            touch_n: 0.0,
         }
     }
 }
@@ -94,46 +96,143 @@ pub struct PredictedLaw {
     pub shares: [f64; 3],
     /// Contribution of the clearance to the normal trial force, N.
     pub shift_n: f64,
-    /// State that a slip of one metre leaves, N/m.
+    /// Change of [`State::slid_n`] by a slip of one metre, N/m.
     slid_n_per_m: f64,
+    /// A pair that sticks within this of its cone counts as slipping, N.
+    pub touch_n: f64,
+}
+
+/// What a pair keeps from one instant to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State<D = f64> {
+    /// What the pair does.
+    pub contact: Contact,
+    /// Way along the contact as a force, share lambda_u_T - lambda_T, N. It changes where the pair
+    /// slips or is open.
+    pub slid_n: [D; 2],
+}
+
+/// Pair at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Instant<D = f64> {
+    /// Trial force (N, t1, t2), N.
+    pub trial: [D; 3],
+    /// Contact force, N.
+    pub force: [D; 3],
+    /// State after the instant.
+    pub state: State<D>,
+}
+
+impl<D: Real> State<D> {
+    /// State after an instant at which the contact force was `force` under this prediction, N.
+    #[inline(always)]
+    pub fn after(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
+        Self {
+            contact,
+            slid_n: [1, 2].map(|c| prediction[c] - force[c]),
+        }
+    }
+
+    /// Trial force under a prediction, N, if this is the state before.
+    #[inline(always)]
+    pub fn trial(&self, prediction: [D; 3]) -> [D; 3] {
+        let [normal, t1, t2] = prediction;
+        [normal, t1 - self.slid_n[0], t2 - self.slid_n[1]]
+    }
+}
+
+impl State {
+    /// Distance between two states along the contact, as a force, N.
+    #[inline(always)]
+    pub fn distance_n(&self, other: &Self) -> f64 {
+        let [t1, t2] = [0, 1].map(|c| self.slid_n[c] - other.slid_n[c]);
+        coulomb::length(t1, t2)
+    }
 }
 
 impl PredictedLaw {
-    /// Trial force (N, t1, t2), N, from the prediction and the state.
-    pub fn trial(&self, lambda_u: [f64; 3], state: [f64; 2]) -> [f64; 3] {
-        let [normal, t1, t2] = [0, 1, 2].map(|c| self.shares[c] * lambda_u[c]);
-        [normal + self.shift_n, t1 - state[0], t2 - state[1]]
-    }
-
-    /// State of the pair under a trial force, and its contact force, N.
+    /// Returns `true` if there is friction: forces then depend on the past.
     #[inline(always)]
-    pub fn force(&self, trial: [f64; 3]) -> (Contact, [f64; 3]) {
-        unilateral_coulomb(trial, self.friction)
+    pub fn rubs(&self) -> bool {
+        self.friction > 0.0
     }
 
-    /// Derivative of the contact force by the prediction, row by row.
-    pub fn derivative(&self, trial: [f64; 3]) -> [[f64; 3]; 3] {
-        let by_trial = match self.force(trial).0 {
+    /// Prediction (N, t1, t2), N, that the law evaluates: its share of `lambda_u`, with the
+    /// clearance.
+    pub fn prediction(&self, lambda_u: [f64; 3]) -> [f64; 3] {
+        let [normal, t1, t2] = [0, 1, 2].map(|c| self.shares[c] * lambda_u[c]);
+        [normal + self.shift_n, t1, t2]
+    }
+
+    /// Pair under a prediction, N, in the state `before`.
+    #[inline(always)]
+    pub fn evaluate<D: Real>(&self, prediction: [D; 3], before: State<D>) -> Instant<D> {
+        let trial = before.trial(prediction);
+        let (contact, force) = coulomb::unilateral_coulomb(trial, self.friction, self.touch_n);
+        let state = match contact {
+            Contact::Stick => State { contact, ..before },
+            Contact::Slip | Contact::Open => State::after(prediction, contact, force),
+        };
+        Instant {
+            trial,
+            force,
+            state,
+        }
+    }
+
+    /// Derivative of the contact force by the trial force where the pair slips.
+    #[inline(always)]
+    pub fn slip_tangent(&self, trial: [f64; 3]) -> SlipTangent {
+        coulomb::slip_tangent(trial, self.friction)
+    }
+
+    /// Derivative of the contact force by lambda_u, row by row.
+    pub fn derivative(&self, instant: &Instant) -> [[f64; 3]; 3] {
+        let by_trial = match instant.state.contact {
             Contact::Open => [[0.0; 3]; 3],
             Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             Contact::Slip => {
-                let tangent = slip_tangent(trial, self.friction);
-                let ([e1, e2], k) = (tangent.direction, tangent.kappa);
+                let tangent = self.slip_tangent(instant.trial);
+                let ([b1, b2], [e1, e2], k) = (tangent.by_normal, tangent.direction, tangent.kappa);
                 [
                     [1.0, 0.0, 0.0],
-                    [-self.friction * e1, k * (1.0 - e1 * e1), -k * e1 * e2],
-                    [-self.friction * e2, -k * e1 * e2, k * (1.0 - e2 * e2)],
+                    [b1, k * (1.0 - e1 * e1), -k * e1 * e2],
+                    [b2, -k * e1 * e2, k * (1.0 - e2 * e2)],
                 ]
             }
         };
         by_trial.map(|row| [0, 1, 2].map(|c| row[c] * self.shares[c]))
     }
 
-    /// State of a pair at rest, N, that is displaced along the contact by `x`, m, under the force
+    /// Fraction of the straight way from one prediction to another at which a closed pair leaves
+    /// its cone, at most `last`, and its tangential force there, N.
+    pub fn leaves_cone<D: Real>(
+        &self,
+        [from, to]: [[D; 3]; 2],
+        state: State<D>,
+        last: D,
+    ) -> (D, [D; 2]) {
+        let step = [0, 1, 2].map(|c| to[c] - from[c]);
+        let slips = state.contact == Contact::Slip;
+        let way = coulomb::leaves_cone(state.trial(from), step, self.friction, slips, last);
+        let [_, t1, t2] = state.trial([0, 1, 2].map(|c| from[c] + step[c] * way));
+        (way, [t1, t2])
+    }
+
+    /// Returns `true` if the force of a pair that slips, N, goes into its cone with this step.
+    #[inline(always)]
+    pub fn turns_inward(&self, force: [f64; 3], step: [f64; 3]) -> bool {
+        coulomb::turns_inward(force, step, self.friction)
+    }
+
+    /// State of a pair at rest that is displaced along the contact by `x`, m, under the force
     /// `lambda`, N.
-    pub fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> [f64; 2] {
+    pub fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> State {
         let share = self.shares[1];
-        [0, 1].map(|c| self.slid_n_per_m * x[c] - (1.0 - share) * lambda[c])
+        State {
+            contact: Contact::Stick,
+            slid_n: [0, 1].map(|c| self.slid_n_per_m * x[c] - (1.0 - share) * lambda[c]),
+        }
     }
 
     /// Distance that a pair slides, m, whose state follows a path of the length `path_n`, N.
@@ -178,17 +277,16 @@ mod tests {
         let lambda_u = [0, 1, 2].map(|c| force[c] + EPS[c.min(1)] * x[c]);
         // The slider is where the pair would be without a force.
         let state = predicted.state_at_rest(w, [0.0; 2]);
-        let (contact, found) = predicted.force(predicted.trial(lambda_u, state));
-        assert_eq!(contact, Contact::Stick);
-        for (found, force) in found.iter().zip(force) {
+        let found = predicted.evaluate(predicted.prediction(lambda_u), state);
+        assert_eq!(found.state.contact, Contact::Stick);
+        for (found, force) in found.force.iter().zip(force) {
             assert!((found - force).abs() < 1e-14, "{found} {force}");
         }
         // The same state follows from where the pair is, and what acts on it there.
         let again = predicted.state_at_rest([x[1], x[2]], [force[1], force[2]]);
-        let kept = [0, 1].map(|c| predicted.shares[1] * lambda_u[c + 1] - force[c + 1]);
-        for c in 0..2 {
-            assert!((again[c] - state[c]).abs() < 1e-14);
-            assert!((kept[c] - state[c]).abs() < 1e-14);
+        let kept = State::after(predicted.prediction(lambda_u), Contact::Stick, force);
+        for found in [again, kept] {
+            assert!(found.distance_n(&state) < 1e-14);
         }
     }
 
@@ -197,12 +295,15 @@ mod tests {
         let law = springs();
         let predicted = law.predicted(EPS, f64::INFINITY);
         let [from, to] = [[0.1, 0.0], [0.3, 0.0]].map(|w| predicted.state_at_rest(w, [0.0; 2]));
-        assert!((predicted.slid_m(to[0] - from[0]) - 0.2).abs() < 1e-15);
+        assert!((predicted.slid_m(to.distance_n(&from)) - 0.2).abs() < 1e-15);
     }
 
     #[test]
     fn the_derivative_of_the_force_matches_differences() {
-        let state = [0.2, -0.1];
+        let state = State {
+            contact: Contact::Stick,
+            slid_n: [0.2, -0.1],
+        };
         for law in [springs(), PairLaw::rigid(0.4, 0.1)] {
             let law = law.predicted(EPS, f64::INFINITY);
             for (lambda_u, does) in [
@@ -210,13 +311,12 @@ mod tests {
                 ([-3.0, 4.0, -2.0], Contact::Slip),
                 ([1.0, 4.0, -2.0], Contact::Open),
             ] {
-                let trial = law.trial(lambda_u, state);
-                assert_eq!(law.force(trial).0, does);
+                let at = |lambda_u| law.evaluate(law.prediction(lambda_u), state);
+                assert_eq!(at(lambda_u).state.contact, does);
                 let by_differences = central(&lambda_u, 1e-6, |lambda_u| {
-                    let lambda_u = [lambda_u[0], lambda_u[1], lambda_u[2]];
-                    law.force(law.trial(lambda_u, state)).1.to_vec()
+                    at([lambda_u[0], lambda_u[1], lambda_u[2]]).force.to_vec()
                 });
-                let derivative = law.derivative(trial);
+                let derivative = law.derivative(&at(lambda_u));
                 for i in 0..3 {
                     for j in 0..3 {
                         let off = derivative[i][j] - by_differences[(i, j)];

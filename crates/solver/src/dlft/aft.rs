@@ -8,7 +8,8 @@
 use super::between_samples::{self, Passed, Visit};
 use super::pair_signals::{PERIODICITY, PairInput, Periods, Signals, add_own};
 use super::rounded;
-use crate::contact::coulomb::{Contact, length, slip_tangent};
+use crate::contact::coulomb::{Contact, SlipTangent};
+use crate::contact::{PredictedLaw, State};
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -46,8 +47,8 @@ enum History {
     /// the last period that slid (the state is the fixed point of that period), `last` the start of
     /// the last period.
     FixedPoint {
-        slipping: [f64; 2],
-        last: [f64; 2],
+        slipping: State,
+        last: State,
         touch_n: f64,
     },
 }
@@ -107,10 +108,11 @@ fn evaluate_pair(
     signals.find_reversals(&input);
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
-    if input.law.friction == 0.0 {
+    if !input.law.rubs() {
         // No force depends on the past: the state is that of the last sample, and one period is
         // periodic.
-        state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
+        let last = signals.prediction(samples - 1, input.law.shift_n);
+        state = input.law.evaluate(last, state).state;
     }
     let mut slipping = state;
     for period in 1..=MOST_PERIODS {
@@ -129,9 +131,8 @@ fn evaluate_pair(
                 touch_n: TOUCH * scale,
             }
         };
-        let moved = [state[0] - before[0], state[1] - before[1]];
         end.periodic = match input.periods {
-            Periods::UntilPeriodic => moved[0].hypot(moved[1]) <= PERIODICITY * scale,
+            Periods::UntilPeriodic => state.distance_n(&before) <= PERIODICITY * scale,
             Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
         };
         if end.periodic {
@@ -139,8 +140,9 @@ fn evaluate_pair(
         }
         if period >= PLAIN_PERIODS {
             // Newton's step on (state after a period) = (state before it).
+            let moved = [0, 1].map(|c| state.slid_n[c] - before.slid_n[c]);
             let step = memory.fixed_point_step(moved);
-            state = [before[0] + step[0], before[1] + step[1]];
+            state.slid_n = [0, 1].map(|c| before.slid_n[c] + step[c]);
         }
     }
     signals.to_frequency(fourier, lambda);
@@ -155,13 +157,13 @@ fn evaluate_pair(
 fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: &mut [f64]) {
     let (samples, width) = (fourier.samples(), fourier.width());
     for n in 0..samples {
-        let Some(at_ends) = signals.turning(n, input) else {
+        if !signals.turns(n, &input.law) {
             continue;
-        };
+        }
         let before = signals.before(n);
         let window = signals.window(n, input.law.shift_n);
-        let state = [1, 2].map(|c| window[1][c] - signals.lambda[c * samples + before]);
-        let passed = between_samples::pass(&window, state, Some(at_ends), input.law, 0.0);
+        let state = signals.state(before, input.law.shift_n);
+        let passed = between_samples::pass(&window, state, Some(signals.contact[n]), input.law);
         for (sample, change) in [before, n].into_iter().zip(passed.corrections) {
             for (lambda, change) in lambda.chunks_exact_mut(width).zip(change) {
                 if change != 0.0 {
@@ -179,7 +181,7 @@ fn one_period(
     samples: usize,
     input: &PairInput<'_>,
     signals: &mut Signals,
-    state: &mut [f64; 2],
+    state: &mut State,
     end: &mut PairEnd,
 ) -> (bool, Memory) {
     let (mut slips, mut memory) = (false, Memory::Whole);
@@ -188,42 +190,34 @@ fn one_period(
     for n in 0..samples {
         if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
             let window = signals.window(n, input.law.shift_n);
-            let passed = between_samples::pass(&window, *state, None, input.law, 0.0);
+            let passed = between_samples::pass(&window, *state, None, input.law);
             for visit in passed.visits.iter().flatten() {
                 slips |= visit.contact != Contact::Stick;
                 end.slid_n += visit.slid_n;
-                memory = memory.after(visit, input.law.friction);
+                memory = memory.after(visit, &input.law);
             }
-            for (c, force) in passed.force.iter().enumerate() {
-                signals.lambda[c * samples + n] = *force;
-            }
-            signals.contact[n] = passed.contact();
-            end.open_samples += usize::from(passed.contact() == Contact::Open);
             *state = passed.state;
+            signals.write(n, state.contact, passed.force);
+            end.open_samples += usize::from(state.contact == Contact::Open);
             continue;
         }
-        let predicted = signals.prediction(n, input.law.shift_n, *state);
-        let (contact, force) = input.law.force(predicted);
-        signals.contact[n] = contact;
-        for (c, force) in force.iter().enumerate() {
-            signals.lambda[c * samples + n] = *force;
+        let predicted = signals.prediction(n, input.law.shift_n);
+        let now = input.law.evaluate(predicted, *state);
+        signals.write(n, now.state.contact, now.force);
+        match now.state.contact {
+            Contact::Stick => {}
+            Contact::Slip => {
+                slips = true;
+                end.slid_n += now.state.distance_n(state);
+                memory = memory.after_slip(input.law.slip_tangent(now.trial));
+            }
+            Contact::Open => {
+                slips = true;
+                end.open_samples += 1;
+                memory = Memory::Lost;
+            }
         }
-        if contact == Contact::Stick {
-            continue;
-        }
-        slips = true;
-        let next = [
-            signals.lambda_u[samples + n] - force[1],
-            signals.lambda_u[2 * samples + n] - force[2],
-        ];
-        if contact == Contact::Open {
-            end.open_samples += 1;
-            memory = Memory::Lost;
-        } else {
-            end.slid_n += length(next[0] - state[0], next[1] - state[1]);
-            memory = memory.after_slip(predicted, input.law.friction);
-        }
-        *state = next;
+        *state = now.state;
     }
     (slips, memory)
 }
@@ -248,18 +242,17 @@ enum Memory {
 impl Memory {
     /// Memory after an evaluation of the law.
     #[inline(always)]
-    fn after(self, visit: &Visit, friction: f64) -> Self {
+    fn after(self, visit: &Visit, law: &PredictedLaw) -> Self {
         let memory = if visit.landed { Self::Lost } else { self };
         match visit.contact {
             Contact::Stick => memory,
-            Contact::Slip => memory.after_slip(visit.predicted, friction),
+            Contact::Slip => memory.after_slip(law.slip_tangent(visit.trial)),
             Contact::Open => Self::Lost,
         }
     }
 
     #[inline(always)]
-    fn after_slip(self, predicted: [f64; 3], friction: f64) -> Self {
-        let tangent = slip_tangent(predicted, friction);
+    fn after_slip(self, tangent: SlipTangent) -> Self {
         let across = [-tangent.direction[1], tangent.direction[0]];
         match self {
             Self::Lost => Self::Lost,
@@ -398,8 +391,8 @@ fn derivative_signals(
         fourier,
         input,
         signals,
+        law: input.law,
         state: input.start,
-        touch_n: 0.0,
         history: vec![0.0; 2 * full],
         force_rows: vec![0.0; 2 * full],
         changes: Vec::new(),
@@ -415,7 +408,7 @@ fn derivative_signals(
             last,
             touch_n,
         } => {
-            pass.touch_n = touch_n;
+            pass.law.touch_n = touch_n;
             // d state = (I - memory)^-1 d(period map).
             pass.state = slipping;
             let memory = pass.period(None);
@@ -436,9 +429,9 @@ struct Pass<'a> {
     fourier: &'a Fourier,
     input: &'a PairInput<'a>,
     signals: &'a Signals,
-    state: [f64; 2],
-    /// A sticking sample this close to its cone counts as slipping, N.
-    touch_n: f64,
+    /// Law with which the pair goes from sample to sample.
+    law: PredictedLaw,
+    state: State,
     /// Derivative d lambda_x / d lambda_u, two rows of 3(2H+1).
     history: Vec<f64>,
     force_rows: Vec<f64>,
@@ -455,19 +448,11 @@ impl Pass<'_> {
         let (samples, width) = (self.fourier.samples(), self.fourier.width());
         let full = 3 * width;
         let between = self.input.periods == Periods::UntilPeriodic;
-        let law = self.input.law;
-        let (friction, shift_n) = (law.friction, law.shift_n);
+        let law = self.law;
         let mut memory = Memory::Whole;
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
-            let predicted = self.signals.prediction(n, shift_n, self.state);
-            let (mut contact, force) = law.force(predicted);
-            if contact == Contact::Stick && self.touch_n > 0.0 {
-                let margin = -friction * predicted[0] - length(predicted[1], predicted[2]);
-                if margin <= self.touch_n {
-                    contact = Contact::Slip;
-                }
-            }
+            let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
             let row = rows.as_deref_mut();
             let is_last = row.is_some();
             let row =
@@ -475,32 +460,31 @@ impl Pass<'_> {
             if is_last && between {
                 self.add_changes(n);
             }
-            let passed = (between && (self.signals.reverses[n] || self.signals.lands(n, shift_n)))
-                .then(|| self.pass_interval(n))
-                .filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
+            let passed = (between
+                && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n)))
+            .then(|| self.pass_interval(n))
+            .filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
             if let Some(passed) = passed {
                 self.go_through_interval(n, &passed);
                 for visit in passed.visits.iter().flatten() {
-                    memory = memory.after(visit, friction);
+                    memory = memory.after(visit, &law);
                 }
-                if let Some(row) = row.filter(|_| passed.contact() != Contact::Open) {
+                if let Some(row) = row.filter(|_| passed.state.contact != Contact::Open) {
                     prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
-            if contact == Contact::Stick {
+            self.state = now.state;
+            if now.state.contact == Contact::Stick {
                 if let Some(row) = row {
                     prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
-            self.state = [
-                self.signals.lambda_u[samples + n] - force[1],
-                self.signals.lambda_u[2 * samples + n] - force[2],
-            ];
-            if contact == Contact::Slip {
-                slip_rows(predicted, friction, s, &self.history, &mut self.force_rows);
-                memory = memory.after_slip(predicted, friction);
+            if now.state.contact == Contact::Slip {
+                let tangent = law.slip_tangent(now.trial);
+                slip_rows(tangent, s, &self.history, &mut self.force_rows);
+                memory = memory.after_slip(tangent);
                 if let Some((normal, tangential)) = row {
                     normal.copy_from_slice(s);
                     tangential.copy_from_slice(&self.force_rows);
@@ -521,13 +505,13 @@ impl Pass<'_> {
 
     /// Passes the interval that ends at sample `n`.
     fn pass_interval(&self, n: usize) -> Passed<f64> {
-        let window = self.signals.window(n, self.input.law.shift_n);
-        between_samples::pass(&window, self.state, None, self.input.law, self.touch_n)
+        let window = self.signals.window(n, self.law.shift_n);
+        between_samples::pass(&window, self.state, None, self.law)
     }
 
     /// Goes on to sample `n`, with the derivative of what happens before it.
     fn go_through_interval(&mut self, n: usize, passed: &Passed<f64>) {
-        let rows = self.interval_rows(n, None, self.touch_n, [6, 7]);
+        let rows = self.interval_rows(n, self.state, None, self.law, [6, 7]);
         self.history = rows.concat();
         self.state = passed.state;
     }
@@ -535,11 +519,18 @@ impl Pass<'_> {
     /// Adds the derivative of the corrections of the interval that ends at sample `n`. A pair that
     /// touches its cone there without sliding sticks: it is corrected as one that sticks.
     fn add_changes(&mut self, n: usize) {
-        let Some(at_ends) = self.signals.turning(n, self.input) else {
+        let law = self.input.law;
+        if !self.signals.turns(n, &law) {
             return;
+        }
+        let [before, now] = [self.signals.before(n), n];
+        let [contact, at_end] = [before, now].map(|n| self.signals.contact[n]);
+        let state = State {
+            contact,
+            ..self.state
         };
-        let rows = self.interval_rows(n, Some(at_ends), 0.0, [0, 1, 2, 3, 4, 5]);
-        let ends = [self.signals.before(n), n]
+        let rows = self.interval_rows(n, state, Some(at_end), law, [0, 1, 2, 3, 4, 5]);
+        let ends = [before, now]
             .into_iter()
             .flat_map(|n| [0, 1, 2].map(|c| (n, c)));
         let changes = ends.zip(rows).map(|((sample, component), row)| Change {
@@ -554,14 +545,14 @@ impl Pass<'_> {
     fn interval_rows<const N: usize>(
         &self,
         n: usize,
-        at_ends: Option<[Contact; 2]>,
-        touch_n: f64,
+        state: State,
+        at_end: Option<Contact>,
+        law: PredictedLaw,
         outputs: [usize; N],
     ) -> [Vec<f64>; N] {
         let width = self.fourier.width();
-        let window = self.signals.window(n, self.input.law.shift_n);
-        let (state, law) = (self.state, self.input.law);
-        let derivative = between_samples::derivative(&window, state, at_ends, law, touch_n);
+        let window = self.signals.window(n, law.shift_n);
+        let derivative = between_samples::derivative(&window, state, at_end, law);
         let around = self.signals.around(n);
         outputs.map(|output| {
             let mut row = vec![0.0; 3 * width];
@@ -599,10 +590,9 @@ fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64]
 
 /// Derivative where the pair slips: d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
 #[inline(always)]
-fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], rows: &mut [f64]) {
+fn slip_rows(tangent: SlipTangent, s: &[f64], history: &[f64], rows: &mut [f64]) {
     let width = s.len();
     let full = 3 * width;
-    let tangent = slip_tangent(predicted, friction);
     let [e1, e2] = tangent.direction;
     // (I - e e^T) = across across^T in the plane: one scalar row serves both components.
     let across = [-e2, e1];
@@ -620,7 +610,7 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
             own.zip(s).for_each(|(r, v)| *r += by * v);
         }
     };
-    add(0, [-friction * e1, -friction * e2]);
+    add(0, tangent.by_normal);
     add(1, across.map(|a| k * across[0] * a));
     add(2, across.map(|a| k * across[1] * a));
 }
@@ -628,7 +618,7 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{PairLaw, PredictedLaw};
+    use crate::contact::PairLaw;
     use crate::dlft::pair_signals::Rounding;
 
     fn force(width: usize, seed: f64) -> Vec<f64> {
@@ -676,13 +666,20 @@ mod tests {
         PairLaw::rigid(friction, gap_m).predicted([1.0; 2], f64::INFINITY)
     }
 
+    fn start(slid_n: [f64; 2]) -> State {
+        State {
+            contact: Contact::Stick,
+            slid_n,
+        }
+    }
+
     /// Pair without clearance under this prediction, which has not slid before.
     fn input(force: &[f64]) -> PairInput<'_> {
         PairInput {
             periods: Periods::UntilPeriodic,
             force,
             law: law(0.3, 0.0),
-            start: [0.0; 2],
+            start: start([0.0; 2]),
             rounding: None,
         }
     }
@@ -691,7 +688,7 @@ mod tests {
     fn shifted(force: &[f64]) -> PairInput<'_> {
         PairInput {
             law: law(0.4, 0.05),
-            start: [0.03, -0.02],
+            start: start([0.03, -0.02]),
             ..input(force)
         }
     }
@@ -793,7 +790,7 @@ mod tests {
             let f = [-1.0, 0.02, 0.01, 0.0, 0.2, 0.05, 0.0, 0.03, 0.16];
             let input = PairInput {
                 law: law(0.25, 0.0),
-                start: [0.3 * angle.cos(), 0.3 * angle.sin()],
+                start: start([0.3 * angle.cos(), 0.3 * angle.sin()]),
                 ..input(&f)
             };
             let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));

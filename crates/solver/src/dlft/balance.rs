@@ -533,7 +533,7 @@ mod tests {
                 let input = balance.input(pair, &[]);
                 let [along, across] =
                     [1, 2].map(|c| (1 + pair) as f64 * 2.0 * x_static[3 * pair + c]);
-                assert_eq!(input.start, [along, across]);
+                assert_eq!(input.start.slid_n, [along, across]);
                 let gap_m = setting.system.problem.laws[pair].gap_m;
                 assert_eq!(input.law.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
             }

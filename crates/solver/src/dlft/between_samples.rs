@@ -8,15 +8,11 @@
 //!
 //! All of it is written for real numbers and for numbers with derivatives alike.
 
-use crate::contact::PredictedLaw;
 use crate::contact::coulomb::Contact;
+use crate::contact::{PredictedLaw, Real, State};
 use dovetail_numerics::fourier::Fourier;
 use nalgebra_sparse::na::{SMatrix, SVector};
-use num_dual::{DualNum, DualSVec64, jacobian};
-
-/// A real number, with or without derivatives.
-pub trait Real: DualNum<Primitive = f64> + Copy {}
-impl<D: DualNum<Primitive = f64> + Copy> Real for D {}
+use num_dual::{DualSVec64, jacobian};
 
 /// Predicted forces (N with the clearance, t1, t2) at four samples, N: those two at the ends of the
 /// interval in the middle.
@@ -27,10 +23,10 @@ pub type Window<D> = [[D; 3]; 4];
 pub struct Visit {
     /// True if the pair was open before and has closed on the way.
     pub landed: bool,
-    /// State of the pair.
+    /// Status of the pair.
     pub contact: Contact,
-    /// Predicted contact force, N.
-    pub predicted: [f64; 3],
+    /// Trial force, N.
+    pub trial: [f64; 3],
     /// Distance slid since the last evaluation, as a force, N.
     pub slid_n: f64,
 }
@@ -38,8 +34,8 @@ pub struct Visit {
 /// State and force of a pair after an interval.
 #[derive(Debug, Clone, Copy)]
 pub struct Passed<D> {
-    /// lambda_x (tangential) at the end, N.
-    pub state: [D; 2],
+    /// State at the end.
+    pub state: State<D>,
     /// Contact force at the end, N.
     pub force: [D; 3],
     /// Corrections of the samples at the beginning and at the end, N, with which the trapezoidal
@@ -53,17 +49,6 @@ impl Visit {
     /// Returns `true` if the pair has slid, opened or closed.
     pub fn changes(&self) -> bool {
         self.landed || self.contact != Contact::Stick
-    }
-}
-
-impl<D> Passed<D> {
-    /// State of the pair at the end.
-    pub fn contact(&self) -> Contact {
-        self.visits
-            .iter()
-            .flatten()
-            .last()
-            .map_or(Contact::Stick, |v| v.contact)
     }
 }
 
@@ -89,40 +74,34 @@ pub fn reverses(window: [[f64; 2]; 4]) -> bool {
     along(first) < 0.0 && along(last) > 0.0
 }
 
-/// Takes a pair from the second sample of the window to the third. `state` is lambda_x (tangential)
-/// at the beginning. `at_ends` is the state of the pair at both samples; without it the state after
-/// the interval is right, but the corrections are not. A pair that sticks within `touch_n`, N, of
-/// its cone counts as slipping.
+/// Takes a pair from the second sample of the window to the third. `state` is that at the
+/// beginning. `at_end` is the status of the pair at the end, where it is known: a pair that touches
+/// its cone there may stick or slip by rounding, and the next interval must start from the same
+/// status.
 pub fn pass<D: Real>(
     window: &Window<D>,
-    state: [D; 2],
-    at_ends: Option<[Contact; 2]>,
+    state: State<D>,
+    at_end: Option<Contact>,
     law: PredictedLaw,
-    touch_n: f64,
 ) -> Passed<D> {
     let [_, from, to, _] = *window;
     let zero = D::from(0.0);
     let (contact, force) = if from[0].re() >= 0.0 {
         (Contact::Open, [zero; 3])
     } else {
-        (
-            at_ends.map_or(Contact::Stick, |[before, _]| before),
-            [from[0], from[1] - state[0], from[2] - state[1]],
-        )
+        (state.contact, state.trial(from))
     };
     let mut walk = Walk {
         law,
-        touch_n,
         at: zero,
         predicted: from,
-        contact,
-        state,
+        state: State { contact, ..state },
         force,
         path: Path::new(),
     };
     let end = D::from(1.0);
     let [first, last] = rates(window);
-    let (middle, visit) = match reversal([first, last]).filter(|_| law.friction > 0.0) {
+    let (middle, visit) = match reversal([first, last]).filter(|_| law.rubs()) {
         None => (None, walk.go_to(end, to, [first, last])),
         Some(at) => {
             let slowest = [0, 1, 2].map(|c| first[c] + (last[c] - first[c]) * at);
@@ -140,9 +119,7 @@ pub fn pass<D: Real>(
             rate: first,
         },
         End {
-            // A pair that touches its cone there may stick or slip by rounding; the next interval
-            // must start from the same state.
-            contact: at_ends.map_or(walk.contact, |[_, now]| now),
+            contact: at_end.unwrap_or(walk.state.contact),
             force: walk.force,
             rate: last,
         },
@@ -158,12 +135,10 @@ pub fn pass<D: Real>(
 /// Progress of a pair through an interval.
 struct Walk<D> {
     law: PredictedLaw,
-    touch_n: f64,
     /// Fraction of the interval.
     at: D,
     predicted: [D; 3],
-    contact: Contact,
-    state: [D; 2],
+    state: State<D>,
     /// Contact force, N.
     force: [D; 3],
     path: Path<D>,
@@ -248,7 +223,7 @@ impl<D: Real> Walk<D> {
     fn go_to(&mut self, at: D, to: [D; 3], rates: [[D; 3]; 2]) -> Visit {
         let stretch = Stretch::new([self.at, at], self.predicted, to, rates);
         let [zero, one] = [0.0, 1.0].map(D::from);
-        let was_open = self.contact == Contact::Open;
+        let was_open = self.state.contact == Contact::Open;
         let opens = to[0].re() >= 0.0;
         // Time at which N is zero.
         let crossing = (was_open != opens).then(|| -stretch.from[0] / stretch.step[0]);
@@ -262,13 +237,13 @@ impl<D: Real> Walk<D> {
             self.path.follow(&stretch, 0, zero, times);
         }
         if let Some(time) = crossing.filter(|_| was_open) {
-            self.state = stretch.tangential(stretch.way(time));
+            let [t1, t2] = stretch.tangential(stretch.way(time));
+            self.state = State::after([zero, t1, t2], Contact::Open, [zero; 3]);
         }
         let before = self.state;
-        let trial = [to[1] - before[0], to[2] - before[1]];
-        let predicted = [to[0].re(), trial[0].re(), trial[1].re()];
-        let (contact, force) = law_at([to[0], trial[0], trial[1]], self.law, self.touch_n);
-        let tangential = [force[1], force[2]];
+        let now = self.law.evaluate(to, before);
+        let contact = now.state.contact;
+        let tangential = [now.force[1], now.force[2]];
         // The tangential force is the prediction minus the state until the pair leaves its cone.
         // From there it is linear in time, down to 0 where the pair opens.
         match (was_open, contact) {
@@ -277,101 +252,37 @@ impl<D: Real> Walk<D> {
                 let from = stretch.at(crossing.unwrap_or(zero));
                 self.path.straight(from, at, [zero; 2], tangential);
             }
-            (false, Contact::Stick) => self.path.stick(&stretch, before, [zero, one]),
+            (false, Contact::Stick) => self.path.stick(&stretch, before.slid_n, [zero, one]),
             (false, _) => {
                 let last = crossing.unwrap_or(one);
-                let leaves = if self.law.friction > 0.0 {
-                    self.leaves_cone(to, stretch.way(last))
-                } else {
-                    zero
-                };
-                let (there, time) = if leaves.re() > 0.0 {
-                    let [t1, t2] = stretch.tangential(leaves);
-                    ([t1 - before[0], t2 - before[1]], stretch.time(leaves))
+                let way = [self.predicted, to];
+                let (leaves, there) = self.law.leaves_cone(way, before, stretch.way(last));
+                let (there, time) = if self.law.rubs() && leaves.re() > 0.0 {
+                    (there, stretch.time(leaves))
                 } else {
                     ([self.force[1], self.force[2]], zero)
                 };
-                self.path.stick(&stretch, before, [zero, time]);
+                self.path.stick(&stretch, before.slid_n, [zero, time]);
                 self.path
                     .straight(stretch.at(time), stretch.at(last), there, tangential);
             }
         }
-        if contact != Contact::Stick {
-            self.state = [to[1] - force[1], to[2] - force[2]];
-        }
+        let re = |state: State<D>| State {
+            contact: state.contact,
+            slid_n: state.slid_n.map(|n| n.re()),
+        };
         let slid_n = match contact {
-            Contact::Slip => [0, 1]
-                .map(|c| self.state[c].re() - before[c].re())
-                .into_iter()
-                .fold(0.0_f64, f64::hypot),
+            Contact::Slip => re(now.state).distance_n(&re(before)),
             Contact::Stick | Contact::Open => 0.0,
         };
-        (self.at, self.predicted, self.contact, self.force) = (at, to, contact, force);
+        (self.at, self.predicted, self.state, self.force) = (at, to, now.state, now.force);
         Visit {
             landed: was_open && !opens,
             contact,
-            predicted,
+            trial: now.trial.map(|n| n.re()),
             slid_n,
         }
     }
-
-    /// Fraction of the way to the prediction `to` on which a closed pair leaves its cone, at most
-    /// `last`.
-    fn leaves_cone(&self, to: [D; 3], last: D) -> D {
-        let from = [1, 2].map(|c| self.predicted[c] - self.state[c - 1]);
-        let step = [1, 2].map(|c| to[c] - self.predicted[c]);
-        let (normal, normal_step) = (self.predicted[0], to[0] - self.predicted[0]);
-        let mu2 = self.law.friction * self.law.friction;
-        let dot = |a: [D; 2], b: [D; 2]| a[0] * b[0] + a[1] * b[1];
-        // The cone's equation along the way, a + b w + c w^2 with a <= 0.
-        let c = dot(step, step) - normal_step * normal_step * mu2;
-        let b = (dot(from, step) - normal * normal_step * mu2) * 2.0;
-        let a = dot(from, from) - normal * normal * mu2;
-        let zero = D::from(0.0);
-        let a = if self.contact == Contact::Slip || a.re() >= 0.0 {
-            zero
-        } else {
-            a
-        };
-        let way = if a.re() == 0.0 {
-            if b.re() >= 0.0 { zero } else { -b / c }
-        } else {
-            let under = b * b - a * c * 4.0;
-            if under.re() <= 0.0 {
-                return last;
-            }
-            let root = under.sqrt();
-            if b.re() >= 0.0 {
-                a * -2.0 / (b + root)
-            } else {
-                (root - b) / (c * 2.0)
-            }
-        };
-        if way.re() >= 0.0 && way.re() < last.re() {
-            way
-        } else {
-            last
-        }
-    }
-}
-
-/// Law at one instant: the state of the pair, and its contact force.
-fn law_at<D: Real>(predicted: [D; 3], law: PredictedLaw, touch_n: f64) -> (Contact, [D; 3]) {
-    let zero = D::from(0.0);
-    let [normal, t1, t2] = predicted;
-    if normal.re() >= 0.0 {
-        return (Contact::Open, [zero; 3]);
-    }
-    let square = t1 * t1 + t2 * t2;
-    let limit = normal * -law.friction;
-    if square.re().sqrt() < limit.re() - touch_n {
-        return (Contact::Stick, predicted);
-    }
-    if square.re() == 0.0 || law.friction == 0.0 {
-        return (Contact::Slip, [normal, zero, zero]);
-    }
-    let scale = limit / square.sqrt();
-    (Contact::Slip, [normal, t1 * scale, t2 * scale])
 }
 
 /// Positive part of `v`.
@@ -477,21 +388,23 @@ pub const OUTPUTS: usize = 8;
 /// interval.
 pub fn derivative(
     window: &Window<f64>,
-    state: [f64; 2],
-    at_ends: Option<[Contact; 2]>,
+    state: State,
+    at_end: Option<Contact>,
     law: PredictedLaw,
-    touch_n: f64,
 ) -> SMatrix<f64, OUTPUTS, INPUTS> {
-    let inputs =
-        SVector::<f64, INPUTS>::from_iterator(window.iter().flatten().copied().chain(state));
+    let inputs = window.iter().flatten().copied().chain(state.slid_n);
     let through = |v: SVector<DualSVec64<INPUTS>, INPUTS>| {
         let window = [0, 1, 2, 3].map(|n| [0, 1, 2].map(|c| v[3 * n + c]));
-        let passed = pass(&window, [v[12], v[13]], at_ends, law, touch_n);
+        let state = State {
+            contact: state.contact,
+            slid_n: [v[12], v[13]],
+        };
+        let passed = pass(&window, state, at_end, law);
         let [first, last] = passed.corrections;
-        let outputs = first.into_iter().chain(last).chain(passed.state);
+        let outputs = first.into_iter().chain(last).chain(passed.state.slid_n);
         SVector::<DualSVec64<INPUTS>, OUTPUTS>::from_iterator(outputs)
     };
-    jacobian(through, &inputs).1
+    jacobian(through, &SVector::from_iterator(inputs)).1
 }
 
 /// Adds the correction of a sample to the coefficients of a signal (2H+1).

@@ -194,7 +194,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             let [x, lambda] =
                 [&x_static, &lambda_static].map(|v| [v[3 * pair + 1], v[3 * pair + 2]]);
             let start = law.state_at_rest(x, lambda);
-            for (h, block) in lambda_u(motion, pair, law.shift_n, start)
+            for (h, block) in lambda_u(motion, pair, law.shift_n, start.slid_n)
                 .iter()
                 .enumerate()
             {

@@ -1,8 +1,8 @@
 //! Input of the time evaluation of a pair, and its signals over a period.
 
 use super::between_samples::{self, Window};
-use crate::contact::PredictedLaw;
 use crate::contact::coulomb::Contact;
+use crate::contact::{PredictedLaw, State};
 use dovetail_numerics::fourier::Fourier;
 
 /// The force is periodic when the state moves by less than this fraction of the largest predicted
@@ -38,8 +38,8 @@ pub struct PairInput<'a> {
     pub force: &'a [f64],
     /// Law of the pair.
     pub law: PredictedLaw,
-    /// lambda_x (tangential) at the start of the first period, N.
-    pub start: [f64; 2],
+    /// State at the start of the first period.
+    pub start: State,
     /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
 }
@@ -86,7 +86,7 @@ impl Signals {
     #[inline(always)]
     pub fn find_reversals(&mut self, input: &PairInput<'_>) {
         let samples = self.samples();
-        if input.law.friction == 0.0 || input.periods != Periods::UntilPeriodic {
+        if !input.law.rubs() || input.periods != Periods::UntilPeriodic {
             self.reverses.fill(false);
             return;
         }
@@ -100,11 +100,32 @@ impl Signals {
         }
     }
 
-    /// Trial force (N, t1, t2) at sample `n`, N, from the state lambda_x before it.
+    /// Prediction (N with the clearance, t1, t2) at sample `n`, N.
     #[inline(always)]
-    pub fn prediction(&self, n: usize, shift_n: f64, state: [f64; 2]) -> [f64; 3] {
+    pub fn prediction(&self, n: usize, shift_n: f64) -> [f64; 3] {
         let at = |c: usize| self.lambda_u[c * self.samples() + n];
-        [at(0) + shift_n, at(1) - state[0], at(2) - state[1]]
+        [at(0) + shift_n, at(1), at(2)]
+    }
+
+    /// Contact force at sample `n`, N.
+    #[inline(always)]
+    fn force(&self, n: usize) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.lambda[c * self.samples() + n])
+    }
+
+    /// Writes the contact force and the status of the pair at sample `n`.
+    #[inline(always)]
+    pub fn write(&mut self, n: usize, contact: Contact, force: [f64; 3]) {
+        let samples = self.samples();
+        self.contact[n] = contact;
+        for (c, force) in force.into_iter().enumerate() {
+            self.lambda[c * samples + n] = force;
+        }
+    }
+
+    /// State of the pair after sample `n`.
+    pub fn state(&self, n: usize, shift_n: f64) -> State {
+        State::after(self.prediction(n, shift_n), self.contact[n], self.force(n))
     }
 
     /// Sample before sample `n`; the last sample precedes the first.
@@ -122,33 +143,26 @@ impl Signals {
 
     /// Predictions at those samples.
     pub fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
-        self.around(n).map(|n| {
-            let at = |c: usize| self.lambda_u[c * self.samples() + n];
-            [at(0) + shift_n, at(1), at(2)]
-        })
+        self.around(n).map(|n| self.prediction(n, shift_n))
     }
 
-    /// Status of the pair at the sample before and at sample `n`, where it may turn between them.
+    /// Returns `true` if the pair may turn between the sample before and sample `n`.
     #[inline(always)]
-    pub fn turning(&self, n: usize, input: &PairInput<'_>) -> Option<[Contact; 2]> {
+    pub fn turns(&self, n: usize, law: &PredictedLaw) -> bool {
         let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
-        let turns = self.reverses[n]
+        self.reverses[n]
             || (before == Contact::Open) != (now == Contact::Open)
-            || input.law.friction > 0.0
-                && (before != now || now == Contact::Slip && self.turns_inward(n, input));
-        turns.then_some([before, now])
+            || law.rubs() && (before != now || now == Contact::Slip && self.turns_inward(n, law))
     }
 
     /// Returns `true` if a pair that slips at the sample before leaves its cone inwards on the way
     /// to sample `n`.
     #[inline(always)]
-    fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
-        let (samples, before) = (self.samples(), self.before(n));
-        let [normal, t1, t2] = [0, 1, 2].map(|c| {
-            let at = |n: usize| self.lambda_u[c * samples + n];
-            self.lambda[c * samples + before] * (at(n) - at(before))
-        });
-        t1 + t2 < input.law.friction * input.law.friction * normal
+    fn turns_inward(&self, n: usize, law: &PredictedLaw) -> bool {
+        let before = self.before(n);
+        let [from, to] = [before, n].map(|n| self.prediction(n, 0.0));
+        let step = [0, 1, 2].map(|c| to[c] - from[c]);
+        law.turns_inward(self.force(before), step)
     }
 
     /// Returns `true` if the pair closes between the sample before and sample `n`.

@@ -80,6 +80,21 @@ fn rounded(predicted: [f64; 3], friction: f64, rounding: Rounding) -> Rounded {
     }
 }
 
+/// Law at sample `n`, and lambda_x (tangential) after it, from that before it, N.
+#[inline(always)]
+fn at_sample(
+    n: usize,
+    input: &PairInput<'_>,
+    signals: &Signals,
+    rounding: Rounding,
+    [x1, x2]: [f64; 2],
+) -> (Rounded, [f64; 2]) {
+    let [normal, t1, t2] = signals.prediction(n, input.law.shift_n);
+    let law = rounded([normal, t1 - x1, t2 - x2], input.law.friction, rounding);
+    let after = [t1 - law.force[1], t2 - law.force[2]];
+    (law, after)
+}
+
 /// One period of a pair.
 struct March {
     /// lambda_x (tangential) at the start, N.
@@ -90,14 +105,16 @@ struct March {
     memory: Square,
 }
 
-fn one_period(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> March {
-    let samples = signals.samples();
-    let start = input.start;
+fn one_period(
+    input: &PairInput<'_>,
+    signals: &Signals,
+    rounding: Rounding,
+    start: [f64; 2],
+) -> March {
     let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
-    for n in 0..samples {
-        let predicted = signals.prediction(n, input.law.shift_n, state);
-        let law = rounded(predicted, input.law.friction, rounding);
-        state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
+    for n in 0..signals.samples() {
+        let (law, after) = at_sample(n, input, signals, rounding, state);
+        state = after;
         memory = product(law.by_tangential, memory);
     }
     March {
@@ -110,10 +127,10 @@ fn one_period(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> M
 /// Last period evaluated, and whether it is periodic.
 fn periodic(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> (March, bool) {
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let mut input = *input;
+    let mut start = input.start.slid_n;
     let mut periods = 0;
     loop {
-        let march = one_period(&input, signals, rounding);
+        let march = one_period(input, signals, rounding, start);
         let moved = [0, 1].map(|c| march.state[c] - march.start[c]);
         periods += 1;
         let is_periodic = moved[0].hypot(moved[1]) <= PERIODICITY * scale;
@@ -121,7 +138,7 @@ fn periodic(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> (Ma
             return (march, is_periodic);
         }
         let step = without_memory(march.memory, moved).unwrap_or(moved);
-        input.start = [0, 1].map(|c| march.start[c] + step[c]);
+        start = [0, 1].map(|c| march.start[c] + step[c]);
     }
 }
 
@@ -132,12 +149,11 @@ pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut S
     let samples = signals.samples();
     let mut state = march.start;
     for n in 0..samples {
-        let predicted = signals.prediction(n, input.law.shift_n, state);
-        let law = rounded(predicted, input.law.friction, rounding);
+        let (law, after) = at_sample(n, input, signals, rounding, state);
         for (c, force) in law.force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
         }
-        state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
+        state = after;
     }
     is_periodic
 }
@@ -161,8 +177,7 @@ pub fn derivative_rows(
         let mut state = march.start;
         for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
             let s = fourier.synthesis_row(n);
-            let predicted = signals.prediction(n, input.law.shift_n, state);
-            let law = rounded(predicted, input.law.friction, rounding);
+            let (law, after) = at_sample(n, input, signals, rounding, state);
             let (normal, force) = row.split_at_mut(width);
             if is_last {
                 let slope = law.normal_by_normal;
@@ -182,7 +197,7 @@ pub fn derivative_rows(
             }
             history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);
             add_own(s, &mut history);
-            state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
+            state = after;
         }
         if !is_last {
             let (first, second) = history.split_at_mut(full);

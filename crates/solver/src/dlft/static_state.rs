@@ -15,8 +15,8 @@ use super::linear_system::LinearSystem;
 use super::retention::{Holding, Retention};
 use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
-use crate::contact::coulomb::{Contact, slip_tangent};
-use crate::contact::{PairLaw, PredictedLaw};
+use crate::contact::coulomb::Contact;
+use crate::contact::{Instant, PairLaw, PredictedLaw, State};
 use crate::problem::inexact::{Inexact, InexactModel};
 use crate::problem::tangential;
 use crate::problem::{LinearReference, Problem};
@@ -213,8 +213,9 @@ struct StaticSystem<'a> {
     laws: Vec<PairLaw>,
     /// Upper limit of the coefficients of friction.
     most_friction: f64,
-    /// Friction state of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]).
-    slid_force: Vec<[f64; 2]>,
+    /// State of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]), from the
+    /// first step on.
+    at_rest: Vec<State>,
     /// Force that residuals are relative to, N.
     scale: f64,
     linear: LinearSystem,
@@ -244,7 +245,7 @@ impl<'a> StaticSystem<'a> {
             load: vec![0.0; n],
             laws: problem.laws.clone(),
             most_friction: f64::INFINITY,
-            slid_force: vec![[0.0; 2]; n / 3],
+            at_rest: Vec::new(),
             scale: force_scale_n(problem, eps),
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
@@ -282,8 +283,8 @@ impl<'a> StaticSystem<'a> {
             if end.status != NewtonStatus::Converged {
                 break;
             }
-            let reached = self.forces(&x).into_iter();
-            forces = reached.map(|(_, force)| force).collect();
+            let reached = self.pairs(&x).into_iter();
+            forces = reached.map(|pair| pair.force).collect();
         }
         self.state(x, end)
     }
@@ -301,7 +302,7 @@ impl<'a> StaticSystem<'a> {
             let law = self.law(pair);
             law.state_at_rest([x[t], x[t + 1]], [force[1], force[2]])
         };
-        self.slid_force = forces.iter().enumerate().map(state).collect();
+        self.at_rest = forces.iter().enumerate().map(state).collect();
     }
 
     /// Law of a pair in this step.
@@ -316,20 +317,25 @@ impl<'a> StaticSystem<'a> {
         pairs.map(|pair| self.law(pair).friction).collect()
     }
 
-    /// Status of each pair at `x`, and its contact force, N.
-    fn forces(&self, x: &[f64]) -> Vec<(Contact, [f64; 3])> {
-        let trials = self.trials(x).into_iter().enumerate();
-        trials
-            .map(|(pair, trial)| self.law(pair).force(trial))
+    /// Each pair at `x`.
+    fn pairs(&self, x: &[f64]) -> Vec<Instant> {
+        let lambda_u = self.lambda_u(x);
+        let pairs = self.at_rest.iter().enumerate();
+        pairs
+            .map(|(pair, state)| {
+                let law = self.law(pair);
+                let own = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
+                law.evaluate(law.prediction(own), *state)
+            })
             .collect()
     }
 
     /// Contact forces and status of all pairs at `x`, where the last load step ended.
     fn state(&self, x: Vec<f64>, end: NewtonEnd) -> StaticState {
         let (mut lambda, mut status) = (vec![], vec![]);
-        for (contact, force) in self.forces(&x) {
-            lambda.extend(force);
-            status.push(match contact {
+        for pair in self.pairs(&x) {
+            lambda.extend(pair.force);
+            status.push(match pair.state.contact {
                 Contact::Stick => PairStatus::Stuck,
                 Contact::Slip => PairStatus::Slipping,
                 Contact::Open => PairStatus::Open,
@@ -348,27 +354,16 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// Trial force of each pair, N.
-    fn trials(&self, x: &[f64]) -> Vec<[f64; 3]> {
-        let lambda_u = self.lambda_u(x);
-        (0..self.slid_force.len())
-            .map(|pair| {
-                let own = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
-                self.law(pair).trial(own, self.slid_force[pair])
-            })
-            .collect()
-    }
-
     /// Moves a solution to where it is expected once the coefficients are `next`: along a straight
     /// line in 1 / mu, which the normal force of a pair that slides under a given shear follows.
     fn predict(&mut self, x: &mut [f64], next: &[f64]) {
         let mut change = vec![0.0; x.len()];
-        for (pair, trial) in self.trials(x).into_iter().enumerate() {
+        for (pair, instant) in self.pairs(x).into_iter().enumerate() {
             let law = self.law(pair);
             let (now, next) = (law.friction, next[pair]);
-            if law.force(trial).0 == Contact::Slip && next > 0.0 {
-                let [e1, e2] = slip_tangent(trial, now).direction;
-                let force = -trial[0] * now * (next - now) / next;
+            if instant.state.contact == Contact::Slip && next > 0.0 {
+                let [e1, e2] = law.slip_tangent(instant.trial).direction;
+                let force = -instant.trial[0] * now * (next - now) / next;
                 change[3 * pair + 1] = force * e1;
                 change[3 * pair + 2] = force * e2;
             }
@@ -415,8 +410,8 @@ impl NonlinearSystem for StaticSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
-        for (pair, (_, force)) in self.forces(x).into_iter().enumerate() {
-            for (c, force) in force.iter().enumerate() {
+        for (pair, instant) in self.pairs(x).into_iter().enumerate() {
+            for (c, force) in instant.force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
             }
@@ -428,8 +423,8 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn linearise(&mut self, x: &[f64]) {
-        for (pair, trial) in self.trials(x).into_iter().enumerate() {
-            let derivative = self.law(pair).derivative(trial);
+        for (pair, instant) in self.pairs(x).into_iter().enumerate() {
+            let derivative = self.law(pair).derivative(&instant);
             let outs = self.linear.derivatives[9 * pair..][..9].iter_mut();
             for (i, out) in outs.enumerate() {
                 *out = derivative[i % 3][i / 3] as f32;
@@ -510,10 +505,14 @@ mod tests {
             (mean == Mean::Retained).then(|| Retention::new(&problem.reduced.stiffness, &eps));
         assert!(retention.as_ref().is_none_or(Retention::is_needed));
         let mut system = StaticSystem::new(&problem, &inexact, &eps, retention.as_ref());
-        system.slid_force = all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect();
+        let state = |pair: &usize| State {
+            contact: Contact::Stick,
+            slid_n: [mixed(*pair, 7), mixed(*pair, 8)],
+        };
+        system.at_rest = all.iter().map(state).collect();
         system.scale = 1.0;
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
-        let without_load = system.trials(&x).into_iter().flatten();
+        let without_load = system.pairs(&x).into_iter().flat_map(|pair| pair.trial);
         system.load = without_load
             .zip(TRIALS.iter().flatten())
             .enumerate()
@@ -549,7 +548,7 @@ mod tests {
     fn the_dense_jacobian_is_that_by_differences() {
         for mean in [Mean::Free, Mean::Retained] {
             with_system(mean, |system, x| {
-                let found: Vec<Contact> = system.forces(x).iter().map(|f| f.0).collect();
+                let found: Vec<Contact> = system.pairs(x).iter().map(|p| p.state.contact).collect();
                 let each = [Contact::Stick, Contact::Slip, Contact::Open];
                 assert_eq!(found, [each, each, each].concat());
                 let by_differences = differences(system, x);

@@ -9,6 +9,7 @@ use super::super::frame::table;
 use crate::export::manifest::BodySummary;
 use crate::words::{counted, figure, or_dash, percent, quantity, vector};
 use dovetail_mesh::ElementType;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
@@ -26,13 +27,7 @@ pub(super) fn computed(contents: &Contents<'_>) -> Markup {
                 Subject::ReducedModel(spec) => {
                     p {
                         "A reduced model was read from " code { (spec.folder.display()) } ": "
-                        (contents.pairs.rows.len()) " pairs, friction " (figure(spec.law.friction, 3)) ", clearance "
-                        (quantity(spec.law.gap_m, "m", 3))
-                        @if let Some(stiffness) = spec.law.stiffness {
-                            ", on springs of " (figure(stiffness.normal_n_m, 3)) " N/m against penetration and "
-                            (figure(stiffness.tangential_n_m, 3)) " N/m against shear"
-                        }
-                        ", excitation " (quantity(spec.force_n, "N", 3)) "."
+                        (contents.pairs.rows.len()) " pairs, " (law_words(spec.law, "N/m")) ", excitation " (quantity(spec.force_n, "N", 3)) "."
                     }
                 }
             }
@@ -214,24 +209,30 @@ fn spring_words(spring: &SpringSpec) -> Markup {
 
 fn contact_words(contact: &ContactSpec) -> Markup {
     let second = contact.second.as_deref().unwrap_or("rigid ground");
-    let law = contact.pair_law;
     html! {
         "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
         @match contact.law {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
-                "it opens, and slides with dry friction of " (figure(law.friction, 3))
-                @if let Some(stiffness) = law.stiffness {
-                    ", on springs of " (figure(stiffness.normal_n_m, 3)) " N/m3 against penetration and "
-                    (figure(stiffness.tangential_n_m, 3)) " N/m3 against shear"
-                }
-                @if law.gap_m > 0.0 { ", clearance " (quantity(law.gap_m, "m", 3)) }
-                @if law.gap_m < 0.0 { ", interference " (quantity(-law.gap_m, "m", 3)) }
+                "it opens and slides, " (law_words(contact.pair_law, "N/m3"))
                 @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
                 @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
                 "."
             },
         }
+    }
+}
+
+/// Law of a pair, with stiffnesses in this unit.
+fn law_words(law: PairLaw, unit: &str) -> Markup {
+    html! {
+        "dry friction " (figure(law.friction, 3))
+        @if let Some(stiffness) = law.stiffness {
+            ", on springs of " (figure(stiffness.normal_n_m, 3)) " " (unit) " against penetration and "
+            (figure(stiffness.tangential_n_m, 3)) " " (unit) " against shear"
+        }
+        @if law.gap_m > 0.0 { ", clearance " (quantity(law.gap_m, "m", 3)) }
+        @if law.gap_m < 0.0 { ", interference " (quantity(-law.gap_m, "m", 3)) }
     }
 }
 
