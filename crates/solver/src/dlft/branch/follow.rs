@@ -2,7 +2,7 @@
 
 use super::peak::Guess;
 use super::several::several_motions;
-use super::trace::{Course, Found, Point, Tracer};
+use super::trace::{Course, FoldStart, Found, Point, Tracer};
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
@@ -29,6 +29,8 @@ const PEAK_ERROR: f64 = 1e-4;
 /// A fold is found where the tangents of the points on both sides of it meet no farther beyond them
 /// than this fraction of the range.
 const FOLD_ERROR: f64 = 2e-4;
+/// Length from a point to a fold from which its tangent may lead past the fold.
+const LONG_WAY: f64 = 0.02;
 /// Parts of the range at whose ends the linear reference is known in any case.
 const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
@@ -423,7 +425,8 @@ impl<'b, 's> Follower<'b, 's> {
                 let Some(after) = around.iter().position(|(p, _)| p.length > top) else {
                     break;
                 };
-                let Some(added) = self.add([&around[after - 1].0, &around[after].0], top) else {
+                let ends = [&around[after - 1].0, &around[after].0];
+                let Some(added) = self.add(Tracer::inside, ends, top) else {
                     break;
                 };
                 around.insert(after, added);
@@ -443,32 +446,45 @@ impl<'b, 's> Follower<'b, 's> {
             return;
         };
         let mut beside = [before.clone(), after.clone()];
+        let rises = before.direction.frequency_hz;
         for _ in 0..MOST_ADDED {
             let error_hz = FOLD_ERROR * self.course.range_hz();
-            let places = beside.each_ref().map(|p| {
-                let slope = p.direction.frequency_hz;
-                (p.length, p.frequency_hz, slope)
-            });
-            let Some(length) = fold_between(places, error_hz) else {
+            let [first, second] = beside.each_ref();
+            let ways = first.ways_to_meeting(second);
+            let places = [first, second].map(|p| (p.frequency_hz, p.direction.frequency_hz));
+            let Some(start) = fold_between(places, ways, error_hz) else {
                 return;
             };
-            let Some((added, _)) = self.add(beside.each_ref(), length) else {
+            let solve = |tracer: &Tracer<'b, 's>, ends: [&Point; 2], length, work: &mut Work| {
+                tracer.beside_fold(ends, start, length, work)
+            };
+            let all = ways[0].max(0.0) + ways[1].max(0.0);
+            let per_way = (second.length - first.length) / all;
+            let length = match start {
+                FoldStart::AheadOfFirst(way) => first.length + way * per_way,
+                FoldStart::BehindSecond(way) => second.length - way * per_way,
+            };
+            let Some((added, _)) = self.add(solve, [first, second], length) else {
                 return;
             };
-            let is_after = added.direction.frequency_hz * places[0].2 < 0.0;
+            let is_after = added.direction.frequency_hz * rises < 0.0;
             beside[usize::from(is_after)] = added;
         }
     }
 
     /// Solves for the point of the curve at a length between two points.
-    fn add(&mut self, [first, second]: [&Point; 2], length: f64) -> Option<(Point, Vec<f64>)> {
+    fn add(
+        &mut self,
+        solve: impl Fn(&Tracer<'b, 's>, [&Point; 2], f64, &mut Work) -> Option<Found<'b>>,
+        ends: [&Point; 2],
+        length: f64,
+    ) -> Option<(Point, Vec<f64>)> {
         let run = self.run;
         let tracer = self.tracer.as_ref()?;
-        let fraction = (length - first.length) / (second.length - first.length);
         self.work.start_counting(run.most_seconds);
         let work = &mut self.work;
-        let found = tracer.inside([first, second], fraction, work)?;
-        let point = tracer.point_at(&found, first, work)?;
+        let found = solve(tracer, ends, length, work)?;
+        let point = tracer.point_at(&found, ends, work)?;
         let solver = run.refinement.level(self.level);
         let (at_hz, length) = (found.frequency_hz, found.length);
         let solution = solver.on_curve(at_hz, found.solution, work)?;
@@ -609,21 +625,34 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
     Some(highest + inside(shift, [before, highest, after]))
 }
 
-/// Length at which the tangents of two places meet, of a length, a frequency in Hz and its slope
-/// each; `None` where the curve does not fold between them, or by no more than the error beyond
-/// them. The fold may be a corner, at which no parabola comes near it.
-fn fold_between(places: [(f64, f64, f64); 2], error_hz: f64) -> Option<f64> {
-    let [(first, first_hz, rises), (second, second_hz, falls)] = places;
-    let span = second - first;
-    let turns = rises * falls < 0.0 && span > 0.0;
+/// Start for a further point at a fold between two points; `None` where the curve does not fold
+/// between them, or its fold is known to the error. A point has a frequency, Hz, and its slope, and
+/// `ways` are the lengths to where its tangents meet, from the first and back from the second. The
+/// fold may be a corner, at which no parabola comes near it. Where the tangents meet close to one
+/// point and far from the other, the curve may bend on the long way, and the meeting says little.
+fn fold_between(
+    [(first_hz, rises), (second_hz, falls)]: [(f64, f64); 2],
+    ways: [f64; 2],
+    error_hz: f64,
+) -> Option<FoldStart> {
+    let turns = rises * falls < 0.0;
     if !turns {
         return None;
     }
-    let there = (second_hz - first_hz - falls * span) / (rises - falls);
+    let [ahead, behind] = ways;
     let sign = rises.signum();
     let extreme_hz = (sign * first_hz).max(sign * second_hz);
-    let beyond_hz = sign * (first_hz + rises * there) - extreme_hz;
-    (beyond_hz > error_hz).then(|| first + there.clamp(0.1 * span, 0.9 * span))
+    let meets_hz = sign * (first_hz + rises * ahead);
+    let is_long = |way: f64, other: f64| way > LONG_WAY && other.abs() < 0.25 * way;
+    if ahead > 0.0 && behind > 0.0 && meets_hz - extreme_hz > error_hz {
+        Some(FoldStart::AheadOfFirst(ahead))
+    } else if is_long(behind, ahead) {
+        Some(FoldStart::BehindSecond(0.5 * behind))
+    } else if is_long(ahead, behind) {
+        Some(FoldStart::AheadOfFirst(0.5 * ahead))
+    } else {
+        None
+    }
 }
 
 /// Response that consists of these branches.
@@ -794,20 +823,26 @@ mod tests {
 
     #[test]
     fn a_fold_lies_where_the_tangents_beside_it_meet() {
-        // A corner at 3 m, up to 6 Hz, and the same one down.
+        // A corner at 6 Hz, and the same one down.
         for sign in [1.0, -1.0] {
-            let before = (1.0, sign * 2.0, sign * 2.0);
-            let after = (4.0, sign * 2.0, sign * -4.0);
-            assert_eq!(fold_between([before, after], 0.1), Some(3.0));
-            assert_eq!(fold_between([before, after], 4.1), None);
+            let places = [(sign * 2.0, sign * 2.0), (sign * 2.0, sign * -4.0)];
+            for (ways, error_hz, start) in [
+                ([2.0, 1.0], 3.9, Some(FoldStart::AheadOfFirst(2.0))),
+                ([2.0, 1.0], 4.1, None),
+                ([2.0, 0.4], 4.1, Some(FoldStart::AheadOfFirst(1.0))),
+                ([-0.1, 1.0], 0.0, Some(FoldStart::BehindSecond(0.5))),
+                ([0.01, 0.001], 1.0, None),
+                ([1.0, -1.0], 1.0, None),
+                ([f64::NAN, 1.0], 0.0, None),
+            ] {
+                assert_eq!(fold_between(places, ways, error_hz), start, "{ways:?}");
+            }
         }
-        // It does not turn, nothing moves, or nothing is known.
-        for places in [
-            [(1.0, 2.0, 2.0), (4.0, 8.0, 2.0)],
-            [(1.0, 2.0, 2.0), (1.0, 2.0, -2.0)],
-            [(1.0, 2.0, f64::NAN), (4.0, 2.0, -4.0)],
-        ] {
-            assert_eq!(fold_between(places, 0.0), None);
+        for falls in [2.0, f64::NAN] {
+            assert_eq!(
+                fold_between([(2.0, 2.0), (2.0, falls)], [2.0, 1.0], 0.0),
+                None
+            );
         }
     }
 

@@ -116,6 +116,15 @@ impl Scales {
         (norm(motion) / self.motion).hypot(frequency_hz / self.range_hz)
     }
 
+    /// Coefficients of dU and df in the product of a change of T and the frequency with any other.
+    pub fn across(self, gauge: &Gauge, motion: &[f64], frequency_hz: f64) -> (Vec<f64>, f64) {
+        let by = (self.motion * self.motion).recip();
+        let weights: Vec<f64> = motion.iter().map(|t| t * by).collect();
+        let (row, of_motion) = gauge.coefficients(&weights);
+        let own = frequency_hz / (self.range_hz * self.range_hz);
+        (row, of_motion + own)
+    }
+
     /// Product of two changes.
     pub fn product(self, a: (&[f64], f64), b: (&[f64], f64)) -> f64 {
         dot(a.0, b.0) / (self.motion * self.motion) + a.1 * b.1 / (self.range_hz * self.range_hz)

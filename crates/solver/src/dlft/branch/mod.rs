@@ -70,12 +70,14 @@ pub fn follow(
 mod tests {
     use super::*;
     use crate::contact::PairLaw;
+    use crate::contact::penalty::PairStiffness;
     use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::sweep;
     use crate::dlft::{Outcome, Part};
     use crate::problem::dovetail72::{damping, dovetail72};
+    use crate::reduction::damping::Rayleigh;
     use std::collections::HashSet;
     use std::f64::consts::TAU;
 
@@ -194,6 +196,30 @@ mod tests {
             for (a, b) in amplitudes[0].iter().zip(&amplitudes[1]) {
                 assert!((a / b - 1.0).abs() < 1e-6, "{amplitudes:?}");
             }
+        }
+    }
+
+    /// A mass with little damping before a hard stop: the curve turns back where it is touched,
+    /// within a millionth of its length.
+    #[test]
+    fn a_curve_turns_back_where_a_hard_stop_is_touched() {
+        // The amplitude of the mass without the stop, 0.1 / |1 - w^2 + 0.001 i w|, is the gap of 1.
+        let touches_hz = 1.1_f64.sqrt() / TAU;
+        let ends_hz = [0.4, 0.12];
+        for stop_n_m in [Some(1e4), Some(1e6), None] {
+            let mut problem = mass_with_a_stop(1.0);
+            problem.laws[0].stiffness = stop_n_m.map(|n_m| PairStiffness::new(n_m, 1.0));
+            let mut settings = SweepSettings::new(ends_hz.to_vec(), Resolution::fixed(3, 128));
+            settings.slip_threshold_m = Some(1e-9);
+            let state = static_state(&problem, 1, settings.newton);
+            let damping = Rayleigh::of_mass(0.001);
+            let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
+            let gaps = followed.branches.iter().map(|b| b.gaps.len());
+            assert_eq!(gaps.sum::<usize>(), 0, "{stop_n_m:?}");
+            let found = folds::folds(&followed);
+            let fold_hz = followed.orbits[found[0]].frequency_hz;
+            let off = (fold_hz - touches_hz).abs() / (ends_hz[0] - ends_hz[1]);
+            assert!(off < 2e-4, "{stop_n_m:?}: {fold_hz} {touches_hz}");
         }
     }
 

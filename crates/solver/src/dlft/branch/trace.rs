@@ -16,7 +16,7 @@ const FIRST_STEP: f64 = 0.02;
 /// Longest step: by it what is observed changes by a half.
 const LONGEST_STEP: f64 = 0.5;
 /// Shortest step: where it fails, the curve cannot be followed on.
-const SHORTEST_STEP: f64 = 1e-4;
+const SHORTEST_STEP: f64 = 1e-7;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
 /// A step that has been halved so many times is tried at its frequency, too, once.
@@ -109,6 +109,8 @@ pub struct Tracer<'b, 's> {
     largest_motion: f64,
     /// Length of the curve up to which frequencies asked for have been passed.
     passed_length: f64,
+    /// Frequency ahead at which no solution was found, Hz: a fold may lie before it.
+    failed_hz: Option<f64>,
 }
 
 /// Solution on the curve, with its frequency, Hz, and the length of the curve up to it.
@@ -119,6 +121,15 @@ pub struct Found<'b> {
     pub frequency_hz: f64,
     /// Length of the curve up to it.
     pub length: f64,
+}
+
+/// Start for a point at a fold, so far along the tangent of one of two points beside the fold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FoldStart {
+    /// Ahead of the first point.
+    AheadOfFirst(f64),
+    /// Behind the second one.
+    BehindSecond(f64),
 }
 
 /// Points of the curve that a step came to.
@@ -156,6 +167,7 @@ impl<'b, 's> Tracer<'b, 's> {
             before: None,
             step: FIRST_STEP,
             passed_length: 0.0,
+            failed_hz: None,
         })
     }
 
@@ -181,6 +193,7 @@ impl<'b, 's> Tracer<'b, 's> {
             before: None,
             step: self.step.min(FIRST_STEP),
             passed_length,
+            failed_hz: None,
         })
     }
 
@@ -212,6 +225,7 @@ impl<'b, 's> Tracer<'b, 's> {
             before,
             step: heading.next_step,
             passed_length,
+            failed_hz: None,
         })
     }
 
@@ -291,15 +305,15 @@ impl<'b, 's> Tracer<'b, 's> {
         }
     }
 
-    /// Solution between two points, at this fraction of the curve between them.
+    /// Solution at a length of the curve between two points.
     pub fn inside(
         &self,
         [first, second]: [&Point; 2],
-        fraction: f64,
+        length: f64,
         work: &mut Work,
     ) -> Option<Found<'b>> {
-        let (u, frequency_hz) = between(first, second, fraction);
         let span = second.length - first.length;
+        let (u, frequency_hz) = between(first, second, (length - first.length) / span);
         let plane = first.plane(span, (&u, frequency_hz));
         let start = (&u[..], frequency_hz);
         let newton = self.solver.newton;
@@ -307,12 +321,55 @@ impl<'b, 's> Tracer<'b, 's> {
         Some(Found {
             solution,
             frequency_hz,
-            length: first.length + fraction * span,
+            length,
         })
     }
 
-    /// Point at a solution between two points, with the direction of the curve.
-    pub fn point_at(&self, found: &Found<'_>, like: &Point, work: &mut Work) -> Option<Point> {
+    /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
+    /// is looked for in the plane across the line that joins both points: a curve from one to the
+    /// other crosses it however sharply it turns.
+    pub fn beside_fold(
+        &self,
+        [first, second]: [&Point; 2],
+        start: FoldStart,
+        length: f64,
+        work: &mut Work,
+    ) -> Option<Found<'b>> {
+        let (u, frequency_hz) = match start {
+            FoldStart::AheadOfFirst(way) => first.ahead(way),
+            FoldStart::BehindSecond(way) => second.ahead(-way),
+        };
+        let (joins, joins_hz) = first.to(second);
+        let scales = first.scales;
+        let squared = scales.length(&joins, joins_hz).powi(2);
+        let balance = self.solver.balance(frequency_hz, first.mean)?;
+        let gauge = Gauge::at(&balance, &u, frequency_hz);
+        let (row, corner) = scales.across(&gauge, &joins, joins_hz);
+        let row: Vec<f64> = row.iter().map(|v| v / squared).collect();
+        let corner = corner / squared;
+        let plane = Plane {
+            value: dot(&row, &u) + corner * frequency_hz,
+            row,
+            corner,
+        };
+        let newton = self.solver.newton;
+        let start = (&u[..], frequency_hz);
+        let (solution, frequency_hz) = self.corrected(&plane, start, first.mean, newton, work)?;
+        Some(Found {
+            solution,
+            frequency_hz,
+            length,
+        })
+    }
+
+    /// Point at a solution between two points, with the direction of the curve: that of the point
+    /// to whose direction it is nearer. Behind a corner the curve may run back.
+    pub fn point_at(
+        &self,
+        found: &Found<'_>,
+        [first, second]: [&Point; 2],
+        work: &mut Work,
+    ) -> Option<Point> {
         let motion = motion(
             &found.solution.balance,
             &found.solution.u,
@@ -320,7 +377,12 @@ impl<'b, 's> Tracer<'b, 's> {
         );
         let place = (self.scales(&motion), found.length);
         let at = (&found.solution, found.frequency_hz);
-        Point::at(self.solver, at, motion, &Ahead::As(like), place, work)
+        let mut point = Point::at(self.solver, at, motion, &Ahead::As(first), place, work)?;
+        let [like_first, like_second] = [first, second].map(|p| p.cosine(&point));
+        if like_second.abs() > like_first.abs() && like_second < 0.0 {
+            point.turn();
+        }
+        Some(point)
     }
 
     /// Scales of the length where the motion is this.
@@ -368,16 +430,11 @@ impl<'b, 's> Tracer<'b, 's> {
         }
         let next = self.point((&found, frequency_hz), reached.clone(), work)?;
         let may_shorten = h > 4.0 * SHORTEST_STEP;
-        let along = (&next.motion_along[..], next.direction.frequency_hz);
-        let last_along = (
-            &self.last.motion_along[..],
-            self.last.direction.frequency_hz,
-        );
-        let length = scales.length(along.0, along.1);
-        let cosine = scales.product(last_along, along) / length;
-        if cosine < LEAST_COSINE && may_shorten {
+        if self.last.cosine(&next) < LEAST_COSINE && may_shorten {
             return None;
         }
+        let along = (&next.motion_along[..], next.direction.frequency_hz);
+        let length = scales.length(along.0, along.1);
         // Distance of the prediction from the curve: what it is off along the curve is no error.
         let expected = motion(&found.balance, &predicted, predicted_hz);
         let (off, off_hz) = (from(&expected), frequency_hz - predicted_hz);
@@ -470,13 +527,16 @@ impl<'b, 's> Tracer<'b, 's> {
     /// Solution at a frequency ahead, found in all the ways that a frequency is solved in. `None`
     /// where a fold may lie before it.
     fn at_frequency_ahead(
-        &self,
+        &mut self,
         frequency_hz: f64,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
         let Point { direction, .. } = &self.last;
         let moved_hz = frequency_hz - self.last.frequency_hz;
-        if moved_hz / direction.frequency_hz < 0.5 * self.step {
+        let is_before = |failed_hz: f64| (failed_hz - frequency_hz) * moved_hz >= 0.0;
+        if moved_hz / direction.frequency_hz < 0.5 * self.step
+            || self.failed_hz.is_some_and(is_before)
+        {
             return None;
         }
         let neighbour = Neighbour {
@@ -486,6 +546,7 @@ impl<'b, 's> Tracer<'b, 's> {
             mean: self.last.mean,
         };
         let found = self.solver.solve(frequency_hz, Some(&neighbour), work);
+        self.failed_hz = (!found.is_converged()).then_some(frequency_hz);
         found.is_converged().then_some((found, frequency_hz))
     }
 
@@ -566,6 +627,33 @@ impl<'b, 's> Tracer<'b, 's> {
 }
 
 impl Point {
+    /// Cosine of the angle between the curve here and at another point.
+    fn cosine(&self, other: &Self) -> f64 {
+        let along = (&other.motion_along[..], other.direction.frequency_hz);
+        let own = (&self.motion_along[..], self.direction.frequency_hz);
+        self.scales.product(own, along) / self.scales.length(along.0, along.1)
+    }
+
+    /// Change of T and of the frequency to another point.
+    fn to(&self, other: &Self) -> (Vec<f64>, f64) {
+        let both = other.motion.iter().zip(&self.motion);
+        let change = both.map(|(there, here)| there - here).collect();
+        (change, other.frequency_hz - self.frequency_hz)
+    }
+
+    /// Lengths from here, and back from another point, at which the tangents of the curve come
+    /// closest to each other.
+    pub fn ways_to_meeting(&self, other: &Self) -> [f64; 2] {
+        let (joins, joins_hz) = self.to(other);
+        let [own, its] = [self, other].map(|p| (&p.motion_along[..], p.direction.frequency_hz));
+        let joins = (&joins[..], joins_hz);
+        let product = |a, b| self.scales.product(a, b);
+        let (aa, bb, ab) = (product(own, own), product(its, its), product(own, its));
+        let (aj, bj) = (product(own, joins), product(its, joins));
+        let determinant = aa * bb - ab * ab;
+        [aj * bb - bj * ab, bj * aa - aj * ab].map(|way| way / determinant)
+    }
+
     /// Turns the direction of the curve round.
     pub fn turn(&mut self) {
         let along = self.direction.u.iter_mut().chain(&mut self.motion_along);
@@ -604,13 +692,7 @@ impl Point {
         work: &mut Work,
     ) -> Option<Self> {
         let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
-        let across = |motion_along: &[f64], along_hz: f64| {
-            let by = (scales.motion * scales.motion).recip();
-            let weights: Vec<f64> = motion_along.iter().map(|t| t * by).collect();
-            let (row, of_motion) = gauge.coefficients(&weights);
-            let own = along_hz / (scales.range_hz * scales.range_hz);
-            (row, of_motion + own)
-        };
+        let across = |along: &[f64], along_hz: f64| scales.across(&gauge, along, along_hz);
         let (row, corner) = match ahead {
             Ahead::Frequency(sign) => (vec![0.0; solution.u.len()], *sign),
             Ahead::As(point) => across(&point.motion_along, point.direction.frequency_hz),
