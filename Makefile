@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test python python-tests wheel verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
+.PHONY: run views test python wheel verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -19,25 +19,18 @@ views: setup checks
 
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks
+	@tools/setup.sh python
 	cargo test --locked --workspace
-	@$(MAKE) --no-print-directory python-tests
 	target/debug/dovetail run scenes/paper.toml --out output/check --quiet
 	$(PYTHON) scripts/check_output.py output/check
 
 # The Python package of the debug build, in target/python: PYTHONPATH=target/python python3.
 python: setup
-	@tools/setup.sh python
 	cargo build --locked --package dovetail-python
 	rm -rf target/python
 	mkdir -p target/python
 	cp -r crates/python/python/dovetail target/python
 	cp target/debug/lib_dovetail.so target/python/dovetail/_dovetail.abi3.so
-
-# The tests of the Python package, which also run the program and examples of the debug build.
-python-tests: python
-	cargo build --locked --bin dovetail
-	cargo build --locked --package dovetail-solver --example own_newton --example reduced_from_matrices
-	PYTHONPATH=target/python $(PYTHON) -m pytest -q crates/python/tests
 
 # The wheel of the Python package, in target/wheels.
 wheel: setup

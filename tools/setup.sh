@@ -2,7 +2,8 @@
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
 # Chromium, which open what is written.
-# With the argument `python`: numpy, scipy, pytest and maturin in that environment, for `make python`.
+# With the argument `python`: numpy, scipy, pytest and maturin in that environment, which test the Python
+# package and build its wheel.
 # With the argument `views`: ParaView, and the X server Xvfb, for `make views`.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use faer::Mat;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 use numpy::Complex64;
 use pyo3::exceptions::PyTypeError;
@@ -437,6 +438,7 @@ pub fn problem_of(
     let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads)?;
     let reduction = crate::balance::quietly(py, || reduce(&structure, wanted))?;
     let mut reduced = reduction.map_err(|error| of_library(py, error))?.model;
+    give_stiffness(&mut reduced.stiffness, pairs);
     // One unit load for each part of an excitation that is not zero.
     let mut units = std::mem::take(&mut reduced.unit_loads).into_iter();
     let zero = || Load::zeros(reduced.stiffness.nrows(), reduced.omega2.len());
@@ -457,6 +459,25 @@ pub fn problem_of(
         excitations,
         reduced,
     })
+}
+
+/// Stiffness along a normal that the matrices lack, relative to the pair's own. It is small beside
+/// the springs of a pair, which then carry the preload.
+const SOFT: f64 = 1e-6;
+
+/// Gives the directions that the matrices lack, which nothing couples, the stiffness of those that
+/// they have: eps follows both tangents of a pair.
+fn give_stiffness(stiffness: &mut Mat<f64>, pairs: &[PyPair]) {
+    for (p, pair) in pairs.iter().enumerate() {
+        let at = |axis: usize| 3 * p + axis;
+        let known = (0..3).filter(|axis| pair.dofs[*axis].is_some());
+        let own = known
+            .map(|axis| stiffness[(at(axis), at(axis))])
+            .fold(0.0, f64::max);
+        for axis in (0..3).filter(|axis| pair.dofs[*axis].is_none()) {
+            stiffness[(at(axis), at(axis))] = if axis == 0 { SOFT * own } else { own };
+        }
+    }
 }
 
 /// Loads on the rows of the matrices.
@@ -492,7 +513,7 @@ fn structure_of(
     for dof in fixed {
         is_held[ordered.place[dof_of("fixed", *dof, k.size)?]] = true;
     }
-    // A direction that a slave lacks has a stiffness of its own and no mass: nothing moves it.
+    // A direction that a slave lacks has no mass, and a stiffness that it is given in the end.
     let mut diagonal = vec![0.0; ordered.dofs];
     for &(i, j, v) in &k.entries {
         if i == j {

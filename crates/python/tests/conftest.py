@@ -1,8 +1,8 @@
 """What the tests of the Python package share.
 
-The package is the one that Python finds: `make python` builds it into target/python. The program
-and the examples of the library are those of the same build; `DOVETAIL_BUILD` names its folder, by
-default target/debug.
+The package is the one that Python finds: package.rs and `make python` put it into target/python. The
+program and the examples of the library are those of the same build; `DOVETAIL_BUILD` names its
+folder, by default target/debug.
 """
 
 import os

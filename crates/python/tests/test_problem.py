@@ -145,6 +145,8 @@ def test_a_beam_from_sparse_matrices_has_its_frequencies(beam):
     expected = np.sqrt(eigh(k, m, eigvals_only=True)[:3]) / (2 * np.pi)
     state = problem.static_state()
     assert state.status == ["stuck"]
+    # The preload is that of the contact, although the beam has no normal direction.
+    np.testing.assert_allclose(state.contact_force_n[0], [-10, 0, 0], rtol=1e-4, atol=1e-9)
     np.testing.assert_allclose(state.linear_frequency_hz[:3], expected, rtol=2e-5)
     small, large = (
         problem.with_excitation_times(factor)
