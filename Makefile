@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
+.PHONY: run views test python wheel verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -19,9 +19,24 @@ views: setup checks
 
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks
+	@tools/setup.sh python
 	cargo test --locked --workspace
 	target/debug/dovetail run scenes/paper.toml --out output/check --quiet
 	$(PYTHON) scripts/check_output.py output/check
+
+# The Python package of the debug build, in target/python: PYTHONPATH=target/python python3.
+python: setup
+	cargo build --locked --package dovetail-python
+	rm -rf target/python
+	mkdir -p target/python
+	cp -r crates/python/python/dovetail target/python
+	cp target/debug/lib_dovetail.so target/python/dovetail/_dovetail.abi3.so
+
+# The wheel of the Python package, in target/wheels.
+wheel: setup
+	@tools/setup.sh python
+	PATH="$(CURDIR)/target/venv/bin:$$PATH" maturin build --release --locked \
+	    --manifest-path crates/python/Cargo.toml --out target/wheels
 
 # The library alone, without the readers of meshes, that the targets of `make fuzz` compile, the slow
 # tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, and the

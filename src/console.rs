@@ -5,11 +5,13 @@
 //! [`LINE_INTERVAL`].
 
 use std::io::{IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::export::manifest::StageSummary;
+use crate::listener::{Listener, News};
 use crate::warning::{Warning, Weight, by_weight};
 use crate::words::{counted, cycle_counts, quantity};
 use dovetail_mesh::text;
@@ -189,7 +191,7 @@ fn residuals(orbit: &Orbit) -> String {
 
 impl Console {
     /// Shows the begin of a stage.
-    pub fn stage_begins(&mut self, title: &str) {
+    fn stage_begins(&mut self, title: &str) {
         if self.on_terminal {
             let template = "{spinner} {msg}  {elapsed}";
             let spinner = ProgressBar::new_spinner()
@@ -202,7 +204,7 @@ impl Console {
     }
 
     /// Shows the end of the stage that began last.
-    pub fn stage_ends(&mut self, record: &StageSummary) {
+    fn stage_ends(&mut self, record: &StageSummary) {
         if let Some(spinner) = self.spinners.pop() {
             spinner.finish_and_clear();
             self.lines.remove(&spinner);
@@ -218,9 +220,11 @@ impl Console {
         ));
     }
 
-    /// Shows the events of a loop; other events are ignored.
-    pub fn loop_event(&mut self, event: &Event<'_>) {
+    /// Shows responses, their frequencies and loops; other events are ignored.
+    fn event(&mut self, event: &Event<'_>) {
         match event {
+            Event::ResponseBegins { .. } => self.failed = 0,
+            Event::Frequency(solved) => self.frequency(solved),
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
             Event::LoopAdvances(steps) => self.loop_advances(*steps),
             Event::LoopEnds => self.loop_ends(),
@@ -286,13 +290,8 @@ impl Console {
         }
     }
 
-    /// Prepares for a response that is about to be computed.
-    pub fn response_begins(&mut self) {
-        self.failed = 0;
-    }
-
     /// Shows a solved frequency of the response that began last, converged or not.
-    pub fn frequency(&mut self, solved: &SolvedFrequency) {
+    fn frequency(&mut self, solved: &SolvedFrequency) {
         let orbit = &solved.orbit;
         // The first attempt at one that is solved again has failed.
         self.failed -= usize::from(solved.again && self.failed > 0);
@@ -310,7 +309,7 @@ impl Console {
     }
 
     /// Prints a line unless the verbosity is quiet.
-    pub fn note(&mut self, message: &str) {
+    fn note(&mut self, message: &str) {
         if self.verbosity != Verbosity::Quiet {
             self.line(message);
         }
@@ -328,6 +327,19 @@ impl Console {
         if waits || again {
             self.waiting.push(warning.clone());
         }
+    }
+}
+
+impl Listener for Console {
+    fn hear(&mut self, news: News<'_>) -> ControlFlow<()> {
+        match news {
+            News::StageBegins(title) => self.stage_begins(title),
+            News::StageEnds(record) => self.stage_ends(record),
+            News::Note(message) => self.note(message),
+            News::Warning(warning) => self.warning(warning),
+            News::Event(event) => self.event(event),
+        }
+        ControlFlow::Continue(())
     }
 }
 

@@ -5,12 +5,12 @@
 //! and calls [`commands`] or [`study`]. [`scene`] reads TOML into a description of a run.
 //! [`commands`] opens its meshes, which [`gmsh`] makes where the scene names a script, and passes
 //! them to the library, which computes. [`cache`] keeps what later runs need again. [`reporter`]
-//! observes the run; [`console`] prints; [`files`] and [`export`] write its results. [`study`]
+//! observes the run and tells a [`listener`]; [`console`] is one that prints; [`files`] and [`export`] write its results. [`study`]
 //! performs many runs, each as a process of this program.
 //!
 //! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
 //! and most small modules, such as [`words`], import nothing of the rest. Then follow [`export`] <
-//! [`error`] < [`files`], [`console`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] <
+//! [`error`], [`listener`] < [`files`], [`console`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] <
 //! [`reference`](mod@reference), [`schema`] < [`cli`], none of which imports what stands after it.
 
 #![forbid(unsafe_code)]
@@ -26,6 +26,7 @@ pub mod export;
 pub mod files;
 pub mod fingerprint;
 pub mod gmsh;
+pub mod listener;
 pub mod mesh_files;
 pub mod metrics;
 pub mod motions;

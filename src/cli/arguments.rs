@@ -1,14 +1,14 @@
 //! Defines the words of the command line, and what each of them asks for.
 
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
 use super::error::Error;
 use super::new::Template;
-use crate::cache::CacheSettings;
+use crate::cache::{CacheSettings, gibibytes};
 use crate::commands::{KeyRange, PeakQuestion, SpeedRange};
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
@@ -470,42 +470,15 @@ pub(super) fn cache_settings(shared: &Shared) -> Result<Option<CacheSettings>, E
     if shared.no_cache {
         return Ok(None);
     }
-    let given = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let limit_gib = match (shared.cache_limit_gib, given(CACHE_LIMIT)) {
-        (Some(limit), _) => limit,
-        (None, Some(text)) => {
-            let text = text.to_string_lossy();
-            gibibytes(&text).map_err(|problem| Error::Environment {
-                variable: CACHE_LIMIT,
-                problem,
-            })?
-        }
-        (None, None) => DEFAULT_CACHE_GIB,
-    };
-    let folder = shared
-        .cache
-        .clone()
-        .or(given("DOVETAIL_CACHE").map(PathBuf::from));
-    Ok(Some(CacheSettings {
-        folder: folder.unwrap_or_else(|| Path::new("output").join(".cache")),
-        limit_bytes: (limit_gib * (1u64 << 30) as f64) as u64,
-    }))
-}
-
-const CACHE_LIMIT: &str = "DOVETAIL_CACHE_LIMIT_GIB";
-const DEFAULT_CACHE_GIB: f64 = 4.0;
-
-fn gibibytes(text: &str) -> Result<f64, String> {
-    match text.trim().parse() {
-        Ok(gib) if (0.0..=1e6).contains(&gib) => Ok(gib),
-        _ => Err(format!("`{text}` is not a number of GiB from 0 to 1e6")),
-    }
+    let settings = CacheSettings::chosen(shared.cache.clone(), shared.cache_limit_gib)?;
+    Ok(Some(settings))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
+    use std::path::Path;
 
     #[test]
     fn the_command_line_is_well_formed() {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::cache::EnvironmentError;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::scene::SceneError;
@@ -46,12 +47,9 @@ pub enum Error {
     NewExists { path: PathBuf },
 
     /// Environment variable with an invalid value.
-    #[error("the environment variable {variable}: {problem}")]
+    #[error(transparent)]
     #[diagnostic(help("correct it, or unset it"))]
-    Environment {
-        variable: &'static str,
-        problem: String,
-    },
+    Environment(#[from] EnvironmentError),
 
     /// The threads of `--threads` could not be started.
     #[error("{threads} threads could not be started")]
@@ -96,7 +94,7 @@ impl Error {
     pub fn exit_status(&self) -> ExitStatus {
         match self {
             Self::Scene(_)
-            | Self::Environment { .. }
+            | Self::Environment(_)
             | Self::KeyRanges { .. }
             | Self::NewName { .. }
             | Self::NewExists { .. } => ExitStatus::BadInput,

@@ -13,7 +13,7 @@ use crate::words::{
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::loss_factor;
-use dovetail_solver::run::{self, Error, PeakRange, Peaks};
+use dovetail_solver::run::{self, Error, Meshes, PeakRange, Peaks};
 
 /// Number of values of a range without its own.
 const VALUES: usize = 20;
@@ -181,22 +181,13 @@ impl Work<'_> {
                 amplitude_m: question.amplitude_m,
                 start,
             };
-            let wrong = RefCell::new(None);
             let scene_at = |value: f64| {
                 let set: Vec<String> = (also.iter().cloned())
                     .chain([question.over.set(value)])
                     .collect();
-                scene_with(&set).map_err(|error| {
-                    *wrong.borrow_mut() = Some(error);
-                    Error::Stopped
-                })
+                scene_with(&set)
             };
-            let meshes = meshes.clone();
-            let found = self.computes(|session| run::peaks(&range, scene_at, meshes, session));
-            let found = match (found, wrong.into_inner()) {
-                (_, Some(error)) => return Err(error),
-                (found, None) => found?,
-            };
+            let found = self.peaks_over(&range, &scene_at, meshes.clone())?;
             self.warn(question, value, &found);
             lines.push((value, found));
         }
@@ -217,6 +208,38 @@ impl Work<'_> {
             .iter()
             .map(|(value, peaks)| table(question, *value, peaks));
         Ok((tables.collect(), verdict))
+    }
+
+    /// Finds the peaks over the values of a range. `scene_at` gives the scene of a value.
+    ///
+    /// # Errors
+    /// Errors of [`Work::solve`]; those of `scene_at`.
+    pub fn peaks_at<E: From<RunError>>(
+        &self,
+        range: &PeakRange<'_>,
+        scene_at: &dyn Fn(f64) -> Result<Scene, E>,
+    ) -> Result<Peaks, E> {
+        self.peaks_over(range, scene_at, self.meshes()?)
+    }
+
+    fn peaks_over<E: From<RunError>>(
+        &self,
+        range: &PeakRange<'_>,
+        scene_at: &dyn Fn(f64) -> Result<Scene, E>,
+        meshes: Option<Meshes>,
+    ) -> Result<Peaks, E> {
+        let wrong = RefCell::new(None);
+        let scene_at = |value: f64| {
+            scene_at(value).map_err(|error| {
+                *wrong.borrow_mut() = Some(error);
+                Error::Stopped
+            })
+        };
+        let found = self.computes(|session| run::peaks(range, scene_at, meshes, session));
+        match wrong.into_inner() {
+            Some(error) => Err(error),
+            None => Ok(found?),
+        }
     }
 
     /// Warns of values without a peak, and of peaks that are not accurate.

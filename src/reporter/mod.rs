@@ -1,8 +1,7 @@
-//! Observes a run, measures its time, and passes its events on: as lines to [`crate::console`], as
-//! files to [`crate::files`].
+//! Observes a run, measures its time, and passes its events on: as news to a [`Listener`], which is
+//! [`crate::console`] in the program, as files to [`crate::files`].
 //!
-//! A new [`Event`] gets an arm in `Inner::hear`. Without one it goes to `Console::loop_event`
-//! alone, which ignores what it does not know. Its words stand in `model.rs` (what a mesh has
+//! A new [`Event`] gets an arm in `Inner::hear` where notes, warnings or files follow from it. Its words stand in `model.rs` (what a mesh has
 //! become, with `maps.rs` and `units.rs`) or `findings.rs` (what a user should mind). What the
 //! files make of it is an arm in `Files::hear`.
 //!
@@ -21,10 +20,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use self::line::Line;
-use crate::console::Console;
 use crate::error::RunError;
 use crate::export::manifest::StageSummary;
 use crate::files::{SharedFiles, Taken};
+use crate::listener::{Listener, News};
 use crate::metrics::{peak_rss_mib, processor_seconds};
 use crate::warning::{Warning, Weight};
 use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
@@ -37,7 +36,9 @@ pub struct Reporter<'c> {
 }
 
 struct Inner<'c> {
-    console: Option<&'c mut Console>,
+    listener: Option<&'c mut dyn Listener>,
+    /// True once the listener has ended the run.
+    is_ended: bool,
     /// Files of the run; `None` if nothing is written.
     files: Option<Arc<SharedFiles>>,
     /// Begin of the stages under way, the innermost last.
@@ -61,22 +62,23 @@ impl fmt::Debug for Reporter<'_> {
 }
 
 impl<'c> Reporter<'c> {
-    /// Reporter that prints to `console` and writes `files`, if any.
-    pub fn new(console: &'c mut Console, files: Option<Arc<SharedFiles>>) -> Self {
-        Self::of(Some(console), files)
+    /// Reporter that tells `listener`, and writes `files`, if any.
+    pub fn new(listener: &'c mut dyn Listener, files: Option<Arc<SharedFiles>>) -> Self {
+        Self::of(Some(listener), files)
     }
 
-    /// Reporter that writes `files`, if any, and prints nothing.
+    /// Reporter that writes `files`, if any, and tells nobody.
     pub fn silent(files: Option<Arc<SharedFiles>>) -> Self {
         Self::of(None, files)
     }
 
-    fn of(console: Option<&'c mut Console>, files: Option<Arc<SharedFiles>>) -> Self {
+    fn of(listener: Option<&'c mut dyn Listener>, files: Option<Arc<SharedFiles>>) -> Self {
         Self {
             begin: Instant::now(),
             processor_begin: processor_seconds(),
             inner: Mutex::new(Inner {
-                console,
+                listener,
+                is_ended: false,
                 files,
                 under_way: Vec::new(),
                 ended: Vec::new(),
@@ -187,6 +189,7 @@ impl Observer for &Reporter<'_> {
     fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
         let mut inner = self.inner();
         match inner.hear(event) {
+            Ok(()) if inner.is_ended => ControlFlow::Break(()),
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
                 inner.failure = Some(error);
@@ -197,19 +200,21 @@ impl Observer for &Reporter<'_> {
 }
 
 impl Inner<'_> {
-    fn note(&mut self, message: &str) {
-        if let Some(console) = &mut self.console {
-            console.note(message);
+    fn tell(&mut self, news: News<'_>) {
+        if let Some(listener) = &mut self.listener {
+            self.is_ended |= listener.hear(news).is_break();
         }
+    }
+
+    fn note(&mut self, message: &str) {
+        self.tell(News::Note(message));
     }
 
     fn warning(&mut self, warning: &Warning) {
         if let Some(files) = &self.files {
             files.locked().warning(warning);
         }
-        if let Some(console) = &mut self.console {
-            console.warning(warning);
-        }
+        self.tell(News::Warning(warning));
     }
 
     fn warnings(&mut self, warnings: impl IntoIterator<Item = Warning>) {
@@ -232,9 +237,7 @@ impl Inner<'_> {
             at: Instant::now(),
             processor_seconds: processor_seconds(),
         });
-        if let Some(console) = &mut self.console {
-            console.stage_begins(title);
-        }
+        self.tell(News::StageBegins(title));
     }
 
     fn end(&mut self, end: &StageEnd) {
@@ -253,16 +256,20 @@ impl Inner<'_> {
             from_cache: end.from_store,
             unknowns: end.unknowns.clone(),
         };
-        if let Some(console) = &mut self.console {
-            console.stage_ends(&stage);
-        }
+        self.tell(News::StageEnds(&stage));
         self.ended.push(stage);
     }
 
     fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
         match event {
-            Event::StageBegins { title, .. } => self.begin(title),
-            Event::StageEnds(end) => self.end(end),
+            Event::StageBegins { title, .. } => {
+                self.begin(title);
+                return Ok(());
+            }
+            Event::StageEnds(end) => {
+                self.end(end);
+                return Ok(());
+            }
             Event::Model {
                 assembly,
                 mesh,
@@ -284,13 +291,8 @@ impl Inner<'_> {
                 self.warnings(findings::of_static(reduced, statics));
                 self.write_in_stage(Stage::StaticFiles, event)?;
             }
-            Event::ResponseBegins { .. } => {
-                if let Some(console) = &mut self.console {
-                    console.response_begins();
-                }
-                self.write(event)?;
-            }
-            Event::Frequency(solved) => {
+            Event::ResponseBegins { .. } => self.write(event)?,
+            Event::Frequency(_) => {
                 if let Err(error) = self.write(event)
                     && !std::mem::replace(&mut self.not_kept, true)
                 {
@@ -299,20 +301,14 @@ impl Inner<'_> {
                     let weight = Weight::Remark;
                     self.warning(&Warning { weight, text });
                 }
-                if let Some(console) = &mut self.console {
-                    console.frequency(solved);
-                }
             }
             Event::Response(run) => {
                 self.warnings(findings::of_response(run));
                 self.write_in_stage(Stage::ResponseFiles, event)?;
             }
-            event => {
-                if let Some(console) = &mut self.console {
-                    console.loop_event(event);
-                }
-            }
+            _ => {}
         }
+        self.tell(News::Event(event));
         Ok(())
     }
 
@@ -324,6 +320,9 @@ impl Inner<'_> {
     }
 
     fn write_in_stage(&mut self, stage: Stage, event: &Event<'_>) -> Result<(), RunError> {
+        if self.files.is_none() {
+            return Ok(());
+        }
         self.begin(stage.title());
         let written = self.write(event);
         self.end(&StageEnd::of_caller(stage, false));
@@ -335,6 +334,38 @@ impl Inner<'_> {
 mod tests {
     use super::*;
     use std::time::Duration;
+
+    /// Listener that ends the run at its first warning.
+    #[derive(Default)]
+    struct Nervous(Vec<String>);
+
+    impl Listener for Nervous {
+        fn hear(&mut self, news: News<'_>) -> ControlFlow<()> {
+            match news {
+                News::StageBegins(title) => self.0.push(title.to_owned()),
+                News::Warning(warning) => {
+                    self.0.push(warning.text.clone());
+                    return ControlFlow::Break(());
+                }
+                _ => {}
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn a_listener_hears_of_stages_and_warnings_and_ends_the_run() {
+        let mut nervous = Nervous::default();
+        {
+            let reporter = Reporter::new(&mut nervous, None);
+            let goes_on = || (&mut &reporter).on(&Event::LoopEnds).is_continue();
+            drop(reporter.stage(Stage::Mesh));
+            assert!(goes_on());
+            reporter.warning(Weight::Doubt, "flat elements");
+            assert!(!goes_on() && !goes_on());
+        }
+        assert_eq!(nervous.0, ["mesh", "flat elements"]);
+    }
 
     #[test]
     fn stages_are_recorded_in_the_order_of_their_ends_with_their_time() {

@@ -19,6 +19,21 @@ const MOST_PROBLEMS: usize = 20;
 /// Parses the text, applies the `--set` arguments in their order and reads the result into the
 /// mirror.
 pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
+    let (mut root, mut problems) = table(source)?;
+    check_shapes(source, &mut root, &mut problems);
+    let raw = deserialize(source, root, &mut problems);
+    problems.sort_by_key(|p| p.span.start);
+    match raw {
+        Some(raw) if problems.is_empty() => Ok(raw),
+        _ => Err(problems),
+    }
+}
+
+/// Table of the text with the `--set` arguments applied in their order, and the problems of these.
+///
+/// # Errors
+/// A text that is not TOML.
+pub fn table<'s>(source: &'s Source) -> Result<(DeTable<'s>, Vec<Problem>), Vec<Problem>> {
     let (document, errors) = DeTable::parse_recoverable(&source.text);
     if !errors.is_empty() {
         return Err(syntax_problems(source, errors));
@@ -30,13 +45,7 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
             problems.push(*problem);
         }
     }
-    check_shapes(source, &mut root, &mut problems);
-    let raw = deserialize(source, root, &mut problems);
-    problems.sort_by_key(|p| p.span.start);
-    match raw {
-        Some(raw) if problems.is_empty() => Ok(raw),
-        _ => Err(problems),
-    }
+    Ok((root, problems))
 }
 
 /// Finds the first syntax error of each line. Further errors on the same line are mostly

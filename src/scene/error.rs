@@ -295,8 +295,43 @@ impl Fault {
         }
     }
 
+    /// Key at fault, as a dotted path; `None` where it is no single key.
+    pub fn key(&self) -> Option<String> {
+        let of = |path: &str| Some(path.to_owned());
+        match self {
+            Self::UnknownKey { path, .. }
+            | Self::WrongType { path, .. }
+            | Self::MissingKey { path, .. }
+            | Self::OutOfRange { path, .. }
+            | Self::UnknownChoice { path, .. }
+            | Self::UnknownBody { path, .. }
+            | Self::Duplicate { path, .. }
+            | Self::BadName { path, .. }
+            | Self::EmptyText { path }
+            | Self::Lacks { path, .. }
+            | Self::ZeroDirection { path }
+            | Self::EmptyRange { path, .. }
+            | Self::HarmonicNotKept { path, .. }
+            | Self::SameFlank { path }
+            | Self::OverrideNotATable { path, .. }
+            | Self::OverrideNothingToRemove { path } => of(path),
+            Self::OverrideNoElement { path, segment, .. } => Some(format!("{path}.{segment}")),
+            Self::WrongShape { section, .. } | Self::MissingSection { section, .. } => of(section),
+            Self::Exclusive { first, .. } => of(first),
+            Self::NoneOf { paths, .. } => paths.first().cloned(),
+            Self::NoHarmonic => of("response.harmonics"),
+            Self::TooFewSamples { .. } => of("response.samples"),
+            Self::LinearModeNotKept { .. } => of("damping.linear_mode"),
+            Self::NoBody | Self::NothingFixed => of("body"),
+            Self::Syntax { .. }
+            | Self::OverrideSyntax { .. }
+            | Self::OverrideTooDeep { .. }
+            | Self::Particular { .. } => None,
+        }
+    }
+
     /// Valid alternatives, and what to write instead.
-    fn remedy(&self) -> String {
+    pub fn remedy(&self) -> String {
         match self {
             Self::Syntax { .. } => "the file has to be TOML (https://toml.io): lines `key = value` under \
                  [section] or [[section]] headings; texts stand in double quotes. A mesh is named in a scene, and \

@@ -26,6 +26,9 @@ use std::path::Path;
 
 use dovetail_solver::description::Scene;
 use dovetail_solver::input;
+use serde::Deserialize;
+use serde_spanned::Spanned;
+use toml::de::{DeValue, ValueDeserializer};
 
 pub use error::{Fault, Problem, SceneError};
 pub use keys::nearest;
@@ -60,13 +63,48 @@ pub fn parse(
     base_dir: &Path,
     overrides: &[String],
 ) -> Result<Scene, SceneError> {
-    let source = source::Source {
+    let source = source_of(text, file_name, overrides);
+    document::read(&source)
+        .and_then(|raw| check::scene(&source, base_dir, raw))
+        .map_err(|problems| SceneError::Invalid { problems })
+}
+
+/// Values that the text of a scene and its `overrides` set at `key`, a dotted path as for
+/// [`parse`]: none where nothing is set there, and several where the path has a `*`. An empty key
+/// gives the whole scene. Values are not checked.
+///
+/// # Errors
+/// [`SceneError::Invalid`] for a text that is not TOML, and for a path through a list or a value
+/// that has no such element.
+pub fn values(
+    text: &str,
+    file_name: &str,
+    overrides: &[String],
+    key: &str,
+) -> Result<Vec<toml::Value>, SceneError> {
+    let source = source_of(text, file_name, overrides);
+    let invalid = |problems| SceneError::Invalid { problems };
+    let (root, _) = document::table(&source).map_err(invalid)?;
+    let root = Spanned::new(0..0, DeValue::Table(root));
+    let found = match (key, root.get_ref()) {
+        ("", whole) => vec![whole],
+        (key, DeValue::Table(root)) => {
+            overrides::values_at(&source, root, key).map_err(|problem| invalid(vec![*problem]))?
+        }
+        _ => Vec::new(),
+    };
+    let owned = |value: &DeValue<'_>| {
+        let value = Spanned::new(0..0, value.clone());
+        toml::Value::deserialize(ValueDeserializer::from(value)).ok()
+    };
+    Ok(found.into_iter().filter_map(owned).collect())
+}
+
+fn source_of<'i>(text: &str, file_name: &'i str, overrides: &'i [String]) -> source::Source<'i> {
+    source::Source {
         name: file_name,
         text: text.into(),
         overrides,
         vocabulary: &entries::SCENE,
-    };
-    document::read(&source)
-        .and_then(|raw| check::scene(&source, base_dir, raw))
-        .map_err(|problems| SceneError::Invalid { problems })
+    }
 }

@@ -187,13 +187,7 @@ fn put<'i>(
         DeValue::Array(items) => {
             let chosen = elements(items, segment.word);
             if chosen.is_empty() {
-                let names = element_names(items);
-                let fault = Fault::OverrideNoElement {
-                    path: above.join("."),
-                    segment: segment.word.to_owned(),
-                    nearest: keys::nearest(segment.word, &names),
-                    elements: names,
-                };
+                let fault = no_element(above.join("."), segment.word, items);
                 return Err(Box::new(source.problem(segment.span.clone(), fault)));
             }
             let all = items.iter_mut().enumerate();
@@ -220,6 +214,64 @@ fn put<'i>(
             };
             Err(Box::new(source.problem(segment.span.clone(), fault)))
         }
+    }
+}
+
+/// Values at a dotted path, which is written as for `--set`: none where nothing is set there, and
+/// several where it has a `*`.
+///
+/// # Errors
+/// A list without the element that is named, a single value that is taken for a table.
+pub fn values_at<'t>(
+    source: &Source<'_>,
+    root: &'t DeTable<'t>,
+    key: &str,
+) -> Result<Vec<&'t DeValue<'t>>, Box<Problem>> {
+    let problem = |fault| Box::new(source.problem(source.text.len()..source.text.len(), fault));
+    let path = segments(key, 0);
+    let Some((first, rest)) = path.split_first() else {
+        return Ok(Vec::new());
+    };
+    let mut above = vec![first.word.to_owned()];
+    let mut found: Vec<&DeValue<'_>> = root
+        .get(first.word)
+        .into_iter()
+        .map(Spanned::get_ref)
+        .collect();
+    for Segment { word, .. } in rest {
+        let mut inner = Vec::new();
+        for value in found {
+            match value {
+                DeValue::Table(table) => inner.extend(table.get(*word).map(Spanned::get_ref)),
+                DeValue::Array(items) => {
+                    let chosen = elements(items, word);
+                    if chosen.is_empty() {
+                        return Err(problem(no_element(above.join("."), word, items)));
+                    }
+                    inner.extend(chosen.into_iter().map(|index| items[index].get_ref()));
+                }
+                _ => {
+                    return Err(problem(Fault::OverrideNotATable {
+                        path: above.join("."),
+                        segment: (*word).to_owned(),
+                    }));
+                }
+            }
+        }
+        above.push((*word).to_owned());
+        found = inner;
+    }
+    Ok(found)
+}
+
+/// Fault of a list that has no such element.
+fn no_element(path: String, word: &str, items: &[Spanned<DeValue<'_>>]) -> Fault {
+    let names = element_names(items);
+    Fault::OverrideNoElement {
+        path,
+        segment: word.to_owned(),
+        nearest: keys::nearest(word, &names),
+        elements: names,
     }
 }
 

@@ -36,6 +36,39 @@ fn each_refused(table: &str) {
     }
 }
 
+/// What `scene::values` reads, as text; with the argument set before.
+fn values(key: &str, set: &str) -> Vec<String> {
+    let overrides = [set.to_owned()];
+    let found = scene::values(PAPER, "paper.toml", &overrides, key).unwrap();
+    found.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn values_are_read_by_the_paths_that_set_them() {
+    let set = "contact.left.friction=0.1";
+    assert_eq!(values("contact.left.friction", set), ["0.1"]);
+    assert_eq!(values("contact.0.friction", set), ["0.1"]);
+    assert_eq!(values("contact.*.friction", set), ["0.1", "0.3"]);
+    assert_eq!(values("excitation.0.direction.1", set), ["1"]);
+    assert!(values("response.slip_threshold_m", set).is_empty());
+    let [whole] = &values("", set)[..] else {
+        panic!("not one table");
+    };
+    has(whole, "friction = 0.1");
+    let refused = |key: &str, words: &str| {
+        let error = scene::values(PAPER, "paper.toml", &[], key).unwrap_err();
+        has(&rendered(&error), words);
+    };
+    refused(
+        "contact.middle.friction",
+        "`contact` has no element \"middle\"",
+    );
+    refused(
+        "response.harmonics.first",
+        "`response.harmonics` is a single value",
+    );
+}
+
 #[test]
 fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
     let scene = parse(&[

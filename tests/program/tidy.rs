@@ -28,8 +28,9 @@ const PROGRAM: &str = "
     export: warning words
     error: exit exhaustion words motions gmsh export
     files: exit metrics version fingerprint warning words scene_files export error
-    console: warning words export
-    reporter: metrics warning words motions export error files console
+    listener: warning export
+    console: warning words export listener
+    reporter: metrics warning words motions export error files listener
     cache: fingerprint warning export files reporter
     commands: warning words scene gmsh mesh_files scene_files export error files reporter cache
     study: exit metrics version fingerprint warning words scene scene_files export error reporter \

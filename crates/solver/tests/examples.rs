@@ -9,6 +9,8 @@ mod folded_curve;
 mod integration_check;
 #[path = "../examples/mesh_modes.rs"]
 mod mesh_modes;
+#[path = "../examples/own_newton.rs"]
+mod own_newton;
 #[path = "../examples/paper_without_toml.rs"]
 mod paper_without_toml;
 #[path = "../examples/reduced_from_matrices.rs"]
@@ -106,4 +108,10 @@ fn integration_in_time_keeps_the_motion_of_harmonic_balance() {
     for (difference, most) in differences.into_iter().zip([1e-4, 3e-4, 5e-3, 1e-3]) {
         assert!(difference.unwrap().abs() < most, "{differences:?}");
     }
+}
+
+#[test]
+fn newtons_method_by_the_residual_and_the_jacobian_finds_the_motion_of_the_library() {
+    let [own, library] = own_newton::amplitudes_m().unwrap();
+    assert_close(own, library, 1e-7);
 }

@@ -4,10 +4,10 @@
 //! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
 //! known at once, and only the other ("active") pairs enter the linear solve.
 
-use super::PairStatus;
 use super::aft::{PairEnd, contact_force_derivative, contact_forces};
 use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
+use super::{PairStatus, StaticState};
 use crate::contact::PredictedLaw;
 use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::problem::inexact::InexactModel;
@@ -49,6 +49,34 @@ pub struct Setting<'a> {
     /// Distance that each pair slides at the middle of the curve where nothing rubs, m; empty where
     /// it is not known.
     pub free_slips_m: &'a [f64],
+}
+
+impl<'a> Setting<'a> {
+    /// Setting about a static state, of these harmonics, samples and eps, with pairs that are
+    /// marched until they are periodic, and the default slip threshold.
+    pub fn about(
+        state: &'a StaticState,
+        (system, inexact): (&'a ContactSystem<'a>, &'a InexactModel<'a>),
+        (fourier, eps): (&'a Fourier, &'a [f64]),
+    ) -> Self {
+        Self {
+            system,
+            inexact,
+            fourier,
+            eps,
+            x_static: &state.x,
+            lambda_static: &state.lambda,
+            at_rest: &state.status,
+            static_mean: match state.retention_n {
+                None => Mean::Free,
+                Some(_) => Mean::Retained,
+            },
+            pressing_n: state.lambda.iter().step_by(3).map(|n| -n).sum(),
+            periods: Periods::UntilPeriodic,
+            slip_threshold_m: state.slip_threshold_m(),
+            free_slips_m: &[],
+        }
+    }
 }
 
 /// Balance of one frequency.
@@ -378,6 +406,22 @@ impl<'a> Balance<'a> {
             active,
             derivatives,
         }
+    }
+
+    /// Product J v of the Jacobian, at the U where it was [linearised](Balance::linearise), and a
+    /// vector of (2H+1) n, N.
+    pub fn jacobian_times(&self, jacobian: &Jacobian, v: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; v.len()];
+        self.apply_stiffness(v, &mut forces);
+        // (I - D) Lambda v + D eps v = (I - D) (Lambda v - eps v) + eps v.
+        for (i, force) in forces.iter_mut().enumerate() {
+            *force -= self.eps_at(i) * v[i];
+        }
+        let mut out = jacobian.less_contact_response(&forces, self.unknowns_per_block());
+        for (i, out) in out.iter_mut().enumerate() {
+            *out += self.eps_at(i) * v[i];
+        }
+        out
     }
 
     /// Distance that a pair slides in a period, m.

@@ -12,8 +12,8 @@
 //! In the order of reading:
 //! - `aft` evaluates the law of one pair over a period. `pair_signals` has its input and its
 //!   signals, `between_samples` the changes between two samples, `rounded` a law without corners.
-//! - `balance` has the residual of all pairs and its Jacobian. `dense` and `newton_krylov` solve
-//!   it; `linear_system`, `two_level` and `coarse` are the linear solves of the latter and of the
+//! - `balance` has the residual of all pairs and its Jacobian, `one_balance` offers those of one
+//!   frequency to other solvers. `dense` and `newton_krylov` solve it; `linear_system`, `two_level` and `coarse` are the linear solves of the latter and of the
 //!   static state.
 //! - `point` tries strategies until a frequency is solved, with `retention` for a mean that
 //!   friction does not hold and `gross_slip` for bodies that slide as a whole. `accuracy` chooses
@@ -35,6 +35,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
@@ -94,6 +95,9 @@ impl Outcome {
     }
 }
 
+/// Default slip threshold, as a fraction of the largest static slip.
+const SLIP_THRESHOLD: f64 = 1e-5;
+
 /// Static state of the pairs.
 #[derive(Debug, Clone)]
 pub struct StaticState {
@@ -127,6 +131,13 @@ impl StaticState {
     /// Number of pairs of each status.
     pub fn counts(&self) -> StaticCounts {
         self.status.iter().copied().collect()
+    }
+
+    /// Distance beyond which a pair slips in a period, m, where none is given: a fraction of the
+    /// largest static slip.
+    pub fn slip_threshold_m(&self) -> f64 {
+        let slips = self.x.chunks_exact(3).map(|x| x[1].hypot(x[2]));
+        SLIP_THRESHOLD * slips.fold(0.0, f64::max)
     }
 
     /// Returns `true` if no pair carries a force.
@@ -267,6 +278,25 @@ pub enum Told<'a> {
     Solved(&'a SolvedFrequency),
     /// A strategy is tried at a frequency.
     Tries(Attempt<'a>),
+    /// One more frequency is to be solved. A listener may stop the sweep here: its response then has
+    /// only the frequencies that were solved before.
+    Next(&'a Stop),
+}
+
+/// Switch by which a listener stops a sweep.
+#[derive(Debug, Default)]
+pub struct Stop(AtomicBool);
+
+impl Stop {
+    /// Stops the sweep: no further frequency is begun.
+    pub fn stop(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns `true` once the sweep is stopped.
+    pub fn is_stopped(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }
 
 /// Strategy that is tried at a frequency.
@@ -475,6 +505,7 @@ mod linear_system;
 #[cfg(test)]
 pub(crate) mod made_up;
 pub mod newton_krylov;
+pub mod one_balance;
 pub mod orbit;
 pub mod pair_signals;
 pub mod pair_status;

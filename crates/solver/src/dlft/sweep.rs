@@ -15,7 +15,9 @@ use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
 use super::point::{FrequencySolver, Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
-use super::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
+use super::{
+    Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, Told,
+};
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -24,9 +26,6 @@ use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-
-/// Default slip threshold, as a fraction of the largest static slip.
-const SLIP_THRESHOLD: f64 = 1e-5;
 
 /// Number of frequencies of a stretch.
 const STRETCH: usize = 20;
@@ -83,7 +82,7 @@ impl SweepSettings {
 /// `earlier` are frequencies that an interrupted sweep of the same model with the same settings
 /// solved, in any order. They are not solved again, except for those of an incomplete stretch.
 /// `tell` is called from any thread, for each frequency that is solved, `earlier` ones included,
-/// and once more for one that is solved again.
+/// and once more for one that is solved again. It may stop the sweep ([`Told::Next`]).
 pub fn sweep(
     problem: &Problem,
     damping: Rayleigh,
@@ -123,33 +122,21 @@ pub(super) fn in_run<T>(
     );
     let linear = static_state.linear.problem(problem);
     let holding = Holding::of(problem);
-    let largest_slip = static_state
-        .x
-        .chunks_exact(3)
-        .fold(0.0_f64, |m, x| m.max(x[1].hypot(x[2])));
     let slip_threshold_m = settings
         .slip_threshold_m
-        .unwrap_or(SLIP_THRESHOLD * largest_slip);
+        .unwrap_or(static_state.slip_threshold_m());
     let inexact = match settings.solver {
         Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
         Solver::Powell => InexactModel::unprepared(&problem.reduced),
     };
     let mut setting = Setting {
-        system: &system,
-        inexact: &inexact,
-        fourier: &levels[0].fourier,
-        eps: &levels[0].eps,
-        x_static: &static_state.x,
-        lambda_static: &static_state.lambda,
-        at_rest: &static_state.status,
-        static_mean: match static_state.retention_n {
-            None => Mean::Free,
-            Some(_) => Mean::Retained,
-        },
-        pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
         periods: settings.periods,
         slip_threshold_m,
-        free_slips_m: &[],
+        ..Setting::about(
+            static_state,
+            (&system, &inexact),
+            (&levels[0].fourier, &levels[0].eps),
+        )
     };
     let free_slips_m = free_slips_m(&setting, omega);
     setting.free_slips_m = &free_slips_m;
@@ -172,6 +159,7 @@ pub(super) fn in_run<T>(
         most_seconds: settings.most_seconds,
         estimates: settings.estimates,
         tell,
+        stop: Stop::default(),
     };
     solve(&run)
 }
@@ -227,6 +215,7 @@ pub(super) struct Run<'a> {
     estimates: bool,
     /// Listener to the solution.
     pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
+    stop: Stop,
     /// Distance beyond which a pair counts as slipping, m.
     pub(super) slip_threshold_m: f64,
 }
@@ -261,6 +250,12 @@ impl<'s> Run<'s> {
 }
 
 impl Run<'_> {
+    /// Asks the listener before a frequency is solved. Returns `false` once it has stopped the sweep.
+    pub(super) fn goes_on(&self) -> bool {
+        (self.tell)(Told::Next(&self.stop));
+        !self.stop.is_stopped()
+    }
+
     /// Sweeps the frequencies from both ends.
     fn swept(&self, settings: &SweepSettings) -> Response {
         let frequencies_hz = &settings.frequencies_hz;
@@ -272,7 +267,9 @@ impl Run<'_> {
         solved.extend(upper.into_iter().rev());
         let (mut orbits, linear): (Vec<Orbit>, Vec<_>) =
             solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
-        self.retry_from_other_side(&mut orbits, &linear, middle);
+        if orbits.len() == frequencies_hz.len() {
+            self.retry_from_other_side(&mut orbits, &linear, middle);
+        }
         Response {
             linear,
             linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
@@ -307,6 +304,9 @@ impl Run<'_> {
             let earlier = |point: &(usize, f64)| self.solved_before(*point, false);
             let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
             for (i, point) in stretch.iter().enumerate() {
+                if !self.goes_on() {
+                    return half;
+                }
                 let solved = match &known {
                     Some(known) => known[i].clone(),
                     None => self.point(*point, &last, &mut work),
@@ -356,6 +356,9 @@ impl Run<'_> {
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
         let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
         for (i, beside) in downwards.chain(upwards) {
+            if !self.goes_on() {
+                return;
+            }
             let Some(neighbour) = orbits.get(beside).cloned() else {
                 continue;
             };

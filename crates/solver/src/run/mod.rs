@@ -37,6 +37,7 @@ pub use kept::{
 pub use outcome::{Compared, PeakInputs, ResponseInputs, ResponseResult, Run, StaticResult};
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Reduced, stuck_modes};
+pub use response::off_undamped_modes;
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::static_options;
 pub use verify::{Verification, Verified, verify};

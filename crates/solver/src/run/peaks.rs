@@ -374,7 +374,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         let made = self.go_to(value, scene);
         self.session.goes_on()?;
         let at = made.and_then(|()| self.at.as_ref().ok_or(Error::NoPeak));
-        let (observation, count) = (self.observation, counting(self.solved));
+        let (observation, count) = (self.observation, counting(self.solved, self.session));
         let found = at.and_then(|at| {
             let orbit = at.find(near, observation, self.session, &count)?;
             Ok(at.row(orbit, observation))
@@ -474,7 +474,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         session.goes_on()?;
         // Both at the same time take twice the memory; else the whole curve comes last.
         let last = last.filter(|at| memory::ask_for(2 * at.bytes).is_ok());
-        let count = counting(self.solved);
+        let count = counting(self.solved, self.session);
         let mut of_last = None;
         let rows = rayon::in_place_scope(|scope| {
             if let Some(at) = last {
@@ -566,12 +566,14 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     }
 }
 
-/// Listener that counts the motions that are solved for.
-fn counting(solved: &AtomicUsize) -> impl Fn(Told<'_>) + Sync + Copy {
-    move |told: Told<'_>| {
-        if matches!(told, Told::Solved(_)) {
+/// Listener that counts the motions that are solved for, and stops where the run has ended.
+fn counting(solved: &AtomicUsize, session: &Session<'_>) -> impl Fn(Told<'_>) + Sync + Copy {
+    move |told: Told<'_>| match told {
+        Told::Solved(_) => {
             solved.fetch_add(1, Ordering::Relaxed);
         }
+        Told::Next(stop) => session.stops(stop),
+        Told::Tries(_) => {}
     }
 }
 

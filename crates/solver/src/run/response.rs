@@ -54,7 +54,7 @@ const ON_A_MODE: f64 = 1e-9;
 ///
 /// # Errors
 /// [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
-pub(super) fn off_undamped_modes(
+pub fn off_undamped_modes(
     reduced: &ReducedModel,
     state: &StaticState,
     damping: Rayleigh,
@@ -187,7 +187,6 @@ impl Responses<'_, '_> {
             session.steps(self.frequencies_hz.len(), "frequencies")
         };
         let reached = Reached::new(self.frequencies_hz);
-        // An observer that ends the run takes effect after the sweep.
         let tell = |told: Told<'_>| match told {
             Told::Solved(solved) => {
                 let mut solved = solved.clone();
@@ -202,6 +201,7 @@ impl Responses<'_, '_> {
             Told::Tries(attempt) => {
                 let _ = session.tell(&Event::Tries(attempt));
             }
+            Told::Next(stop) => session.stops(stop),
         };
         let solve = if follows { follow } else { sweep };
         let response = solve(problem, damping, state, &settings, &earlier, &tell);

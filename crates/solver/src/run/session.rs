@@ -16,7 +16,7 @@ use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
 use super::outcome::{PeakInputs, ResponseInputs, Run, StaticResult};
 use super::reduced::Reduced;
-use crate::dlft::{Attempt, Orbit, SolvedFrequency};
+use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
 use crate::model::Assembly;
 use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
@@ -310,6 +310,13 @@ impl<'o> Session<'o> {
             return Err(Error::Stopped);
         }
         Ok(())
+    }
+
+    /// Stops a sweep where the observer has ended the run.
+    pub(super) fn stops(&self, stop: &Stop) {
+        if self.goes_on().is_err() {
+            stop.stop();
+        }
     }
 
     /// Store, locked for this thread.

@@ -159,7 +159,7 @@ impl<'b, 's> Follower<'b, 's> {
         if stop_hz.is_some_and(is_at) {
             return;
         }
-        while !self.has_left && self.branch.points.len() < MOST_POINTS {
+        while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.goes_on() {
             let stops = if self.tracer.is_some() {
                 self.step(stop_hz)
             } else {
@@ -276,7 +276,11 @@ impl<'b, 's> Follower<'b, 's> {
         let mut start = Some(tracer.clone());
         // The first two points.
         let mut beside = Vec::new();
-        while self.tracer.is_some() && !self.has_left && self.solved < MOST_CLIMBED {
+        while self.tracer.is_some()
+            && !self.has_left
+            && self.solved < MOST_CLIMBED
+            && self.run.goes_on()
+        {
             self.step(None);
             if beside.is_empty() {
                 beside.clone_from(&self.recent);

@@ -45,7 +45,8 @@ use crate::reduction::damping::Rayleigh;
 ///
 /// `earlier` are points that an interrupted run of the same model with the same settings solved, in
 /// any order; complete stretches of 20 points are not solved again. `tell` is called from any
-/// thread, for each point that is solved, `earlier` ones included.
+/// thread, for each point that is solved, `earlier` ones included. It may stop the follower
+/// ([`Told::Next`]).
 pub fn follow(
     problem: &Problem,
     damping: Rayleigh,
@@ -80,6 +81,7 @@ mod tests {
     use crate::reduction::damping::Rayleigh;
     use std::collections::HashSet;
     use std::f64::consts::TAU;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Frequency and amplitude of each point of a response of one branch without a gap.
     fn curve(response: &Response) -> Vec<(f64, f64)> {
@@ -105,6 +107,30 @@ mod tests {
             points.len() > 3 && points.iter().all(|p| p.1 == 0.0),
             "{points:?}"
         );
+    }
+
+    #[test]
+    fn a_listener_stops_a_sweep_and_a_follower_before_their_next_frequency() {
+        let problem = dovetail72(1.0);
+        let frequencies_hz: Vec<f64> = (0..11).map(|i| 690.0 + f64::from(i)).collect();
+        let settings = SweepSettings::new(frequencies_hz, Resolution::fixed(1, 64));
+        let state = static_state(&problem, 10, settings.newton);
+        for solve in [sweep, follow] {
+            let told = AtomicUsize::new(0);
+            let tell = |told_of: Told<'_>| match told_of {
+                Told::Solved(_) => {
+                    told.fetch_add(1, Ordering::Relaxed);
+                }
+                Told::Next(stop) if told.load(Ordering::Relaxed) >= 3 => stop.stop(),
+                Told::Next(_) | Told::Tries(_) => {}
+            };
+            let response = solve(&problem, damping(&problem), &state, &settings, &[], &tell);
+            // Each of the two halves may have begun one more step.
+            let most = 3 + 2 * 3;
+            let solved = response.orbits.len();
+            assert!((3..=most).contains(&solved), "{solved} frequencies");
+            assert_eq!(response.linear.len(), solved);
+        }
     }
 
     /// Three forces: pairs stick, slip in part, and all slip, so that the mean is retained about

@@ -142,8 +142,10 @@ mod tests {
         }
         for (i, guess) in guesses.iter().enumerate() {
             let solved = AtomicUsize::new(0);
-            let count = |_: Told<'_>| {
-                solved.fetch_add(1, Ordering::Relaxed);
+            let count = |told: Told<'_>| {
+                if !matches!(told, Told::Next(_)) {
+                    solved.fetch_add(1, Ordering::Relaxed);
+                }
             };
             let near = (guess, 0);
             let found = peak_near(&problem, damping(&problem), &state, &settings, near, &count);

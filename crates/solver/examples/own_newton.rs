@@ -1,0 +1,124 @@
+//! Residual and Jacobian of one frequency as functions of U, for a solver of one's own: here Newton's
+//! method with the Jacobian formed column by column, beside the solver of the library.
+//!
+//!     cargo run --release --package dovetail-solver --example own_newton
+//!
+//! With `--bits` the bits of a residual and of a product with the Jacobian are printed, line by
+//! line, which another way into the library has to give, too.
+
+use std::error::Error;
+use std::path::Path;
+
+use dovetail_numerics::dense::Lu;
+use dovetail_numerics::nonlinear::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::StaticState;
+use dovetail_solver::dlft::balance::Balance;
+use dovetail_solver::dlft::eps::Eps;
+use dovetail_solver::dlft::one_balance::OneBalance;
+use dovetail_solver::dlft::orbit::observed_amplitudes_m;
+use dovetail_solver::dlft::retention::Mean;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::problem::Problem;
+use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
+use dovetail_solver::reduction::superelement;
+use faer::Mat;
+
+/// Frequency below the first mode, at which few pairs slip.
+const FREQUENCY_HZ: f64 = 690.0;
+const HARMONICS: usize = 1;
+const SAMPLES: usize = 64;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    if std::env::args().any(|word| word == "--bits") {
+        for [residual, product] in bits()? {
+            println!("{residual:016x} {product:016x}");
+        }
+        return Ok(());
+    }
+    let [own, library] = amplitudes_m()?;
+    println!("{own:e} m by Newton's method of one's own");
+    println!("{library:e} m by the library");
+    Ok(())
+}
+
+/// Dovetail of 72 pairs, with its damping and static state.
+fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
+    let model = superelement::read(&folder)?.model;
+    let problem = Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0);
+    let state = static_state(&problem, 10, NewtonOptions::new(1e-10, 100));
+    let ratio = DampingSpec::Ratio {
+        ratio: 0.001,
+        linear_mode: 1,
+    };
+    let damping = rayleigh(&ratio, &state.linear.omega2)?;
+    Ok((problem, damping, state))
+}
+
+fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> OneBalance {
+    OneBalance::new(
+        (problem, damping),
+        state,
+        FREQUENCY_HZ,
+        (HARMONICS, SAMPLES),
+        (Eps::new(EpsChoice::Dynamic), FREQUENCY_HZ),
+        Mean::Free,
+    )
+}
+
+/// Amplitude of the observed point by Newton's method from the static state, and by the library, m.
+pub fn amplitudes_m() -> Result<[f64; 2], Box<dyn Error>> {
+    let (problem, damping, state) = dovetail()?;
+    let one = balance_of(&problem, damping, &state);
+    let mut u = state.x.clone();
+    u.resize(one.unknowns(), 0.0);
+    let own = one.with(&problem, &state, |balance| {
+        for _ in 0..10 {
+            let evaluation = balance.evaluate(&u);
+            let mut step = evaluation.residual;
+            formed(balance, &u).solve_column_in_place(&mut step);
+            u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
+        }
+        observed_amplitudes_m(balance, &u, FREQUENCY_HZ)
+    });
+    let settings = SweepSettings::new(vec![FREQUENCY_HZ], Resolution::fixed(HARMONICS, SAMPLES));
+    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
+    Ok([own[0], response.orbits[0].observed_amplitude_m[0]])
+}
+
+/// Jacobian at U, column by column, factored.
+fn formed(balance: &Balance<'_>, u: &[f64]) -> Lu {
+    let jacobian = balance.linearise(&balance.lambda_u(u));
+    let mut matrix = Mat::zeros(u.len(), u.len());
+    for column in 0..u.len() {
+        let mut unit = vec![0.0; u.len()];
+        unit[column] = 1.0;
+        let product = balance.jacobian_times(&jacobian, &unit);
+        (0..u.len()).for_each(|row| matrix[(row, column)] = product[row]);
+    }
+    Lu::new(matrix)
+}
+
+/// Bits of the residual and of J v, for numbers v that vary along the unknowns, about the static
+/// state.
+pub fn bits() -> Result<Vec<[u64; 2]>, Box<dyn Error>> {
+    let (problem, damping, state) = dovetail()?;
+    let one = balance_of(&problem, damping, &state);
+    // Whole numbers, so that any program makes the same ones.
+    let v: Vec<f64> = (0..one.unknowns())
+        .map(|i| ((i * 7919) % 2003) as f64 / 1e9 - 1e-6)
+        .collect();
+    let mut u = state.x.clone();
+    u.resize(one.unknowns(), 0.0);
+    u.iter_mut().zip(&v).for_each(|(u, v)| *u += v);
+    Ok(one.with(&problem, &state, |balance| {
+        let evaluation = balance.evaluate(&u);
+        let jacobian = balance.linearise(&evaluation.lambda_u);
+        let product = balance.jacobian_times(&jacobian, &v);
+        let both = evaluation.residual.iter().zip(&product);
+        both.map(|(f, jv)| [f.to_bits(), jv.to_bits()]).collect()
+    }))
+}
