@@ -30,7 +30,7 @@ const PEAK_ERROR: f64 = 1e-4;
 /// than this fraction of the range.
 const FOLD_ERROR: f64 = 2e-4;
 /// Length from a point to a fold from which its tangent may lead past the fold.
-const LONG_WAY: f64 = 0.02;
+const LONG_WAY: f64 = 0.05;
 /// Parts of the range at whose ends the linear reference is known in any case.
 const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
@@ -632,8 +632,8 @@ fn top_of(around: &[(f64, f64)]) -> Option<f64> {
 /// Start for a further point at a fold between two points; `None` where the curve does not fold
 /// between them, or its fold is known to the error. A point has a frequency, Hz, and its slope, and
 /// `ways` are the lengths to where its tangents meet, from the first and back from the second. The
-/// fold may be a corner, at which no parabola comes near it. Where the tangents meet close to one
-/// point and far from the other, the curve may bend on the long way, and the meeting says little.
+/// fold may be a corner, at which no parabola comes near it. Where the tangents meet far from one of
+/// the points the curve may bend on the way, and the meeting says little.
 fn fold_between(
     [(first_hz, rises), (second_hz, falls)]: [(f64, f64); 2],
     ways: [f64; 2],
@@ -647,7 +647,7 @@ fn fold_between(
     let sign = rises.signum();
     let extreme_hz = (sign * first_hz).max(sign * second_hz);
     let meets_hz = sign * (first_hz + rises * ahead);
-    let is_long = |way: f64, other: f64| way > LONG_WAY && other.abs() < 0.25 * way;
+    let is_long = |way: f64, other: f64| way > LONG_WAY && way >= other && other > -0.25 * way;
     if ahead > 0.0 && behind > 0.0 && meets_hz - extreme_hz > error_hz {
         Some(FoldStart::AheadOfFirst(ahead))
     } else if is_long(behind, ahead) {
@@ -832,8 +832,8 @@ mod tests {
             let places = [(sign * 2.0, sign * 2.0), (sign * 2.0, sign * -4.0)];
             for (ways, error_hz, start) in [
                 ([2.0, 1.0], 3.9, Some(FoldStart::AheadOfFirst(2.0))),
-                ([2.0, 1.0], 4.1, None),
-                ([2.0, 0.4], 4.1, Some(FoldStart::AheadOfFirst(1.0))),
+                ([0.02, 0.01], 4.1, None),
+                ([2.0, 1.0], 4.1, Some(FoldStart::AheadOfFirst(1.0))),
                 ([-0.1, 1.0], 0.0, Some(FoldStart::BehindSecond(0.5))),
                 ([0.01, 0.001], 1.0, None),
                 ([1.0, -1.0], 1.0, None),
