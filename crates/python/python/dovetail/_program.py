@@ -11,7 +11,7 @@ import sys
 GMSH = "DOVETAIL_GMSH"
 
 #: Packages of Debian and Ubuntu with the libraries that the Python package of gmsh does not have.
-OF_GMSH = "libglu1-mesa libxcursor1 libxft2 libxinerama1"
+OF_GMSH = "libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1"
 
 
 def program():
