@@ -79,7 +79,8 @@ dist() {
     "$tree/bin/dovetail" completions fish >"$tree/share/fish/vendor_completions.d/dovetail.fish"
     licences "$built/dovetail" "$tree/licences"
     # What the repository has of these folders, and no output of runs.
-    git archive HEAD README.md CHANGELOG.md CITATION.cff docs scenes geometry meshes studies |
+    git archive HEAD README.md LICENSE-MIT LICENSE-APACHE CHANGELOG.md CITATION.cff docs scenes \
+        geometry meshes studies |
         tar -x -C "$tree"
     mkdir -p target/dist
     rm -f target/dist/dovetail-*.tar.gz
