@@ -113,7 +113,7 @@ try_wheel() {
     ends_with 2 'venv/bin/dovetail run' >/dev/null
     said=$(ends_with 0 'venv/bin/dovetail new blade && venv/bin/dovetail run blade/scene.toml')
     say "dovetail new and run:" $(grep -m 1 'peak of' <<<"$said")
-    # The processes of a study are the program, too, and Ctrl-C leaves a readable folder.
+    # The processes of a study are the program, too, and SIGTERM leaves a readable folder.
     cp -r scenes/verification "$root/root/scenes"
     printf '%s\n' 'name = "two"' 'scene = "scenes/verification/den_hartog.toml"' '[[parameter]]' \
         'key = "response.harmonics"' 'values = [1, 3]' >"$root/root/two.toml"
