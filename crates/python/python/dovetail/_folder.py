@@ -4,8 +4,6 @@ import csv
 import json
 import os
 
-import numpy as np
-
 
 def read(folder):
     """Reads the folder that `dovetail run` and the commands beside it wrote.
@@ -92,6 +90,8 @@ class Folder:
         c_k stands for the signal `real(c_k exp(i k w t))`; c_0, the mean, is not in the file and is
         NaN. Harmonics that a point does not have are 0.
         """
+        import numpy as np
+
         response = self.response
         count = 1
         while f"{name}_h{count}_amplitude_m" in response:
@@ -111,6 +111,9 @@ class Folder:
 
 
 def _column(cells):
+    # Not with the module: the command `dovetail` starts without numpy.
+    import numpy as np
+
     truths = {"true": True, "false": False}
     if cells and all(cell in truths for cell in cells):
         return np.array([truths[cell] for cell in cells])
