@@ -43,7 +43,7 @@ def rows(path):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--key", default="excitation.*.force_n")
-    parser.add_argument("--range", default="0.1:10:20")
+    parser.add_argument("--range", default="0.1:20:20")
     parser.add_argument("--set", action="append", default=[])
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
