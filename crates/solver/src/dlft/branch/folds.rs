@@ -131,6 +131,9 @@ mod tests {
         let mut down = up;
         down.reverse();
         assert_eq!(unstable(&[&down]), (vec![1, 4], vec![2, 3]));
+        // How far it runs back is measured by the range, and not by the frequencies.
+        let high = up.map(|hz| hz.map(|hz| 1e4 + hz));
+        assert_eq!(unstable(&[&high]), (vec![2, 5], vec![3, 4]));
         // One branch from each end, which are two curves.
         let (first, second) = ([1.0, 4.0, 2.0].map(Some), [5.0, 2.0, 3.0].map(Some));
         assert_eq!(unstable(&[&first, &second]), (vec![1, 4], vec![2, 5]));
