@@ -14,9 +14,9 @@ pub enum News<'a> {
     StageBegins(&'a str),
     /// The stage that began last has ended, with its time and memory.
     StageEnds(&'a StageSummary),
-    /// What has been found, in words.
+    /// A finding, in words.
     Note(&'a str),
-    /// What a user should mind.
+    /// A warning to the user.
     Warning(&'a Warning),
     /// Any other event of the library, after the notes and warnings about it.
     Event(&'a Event<'a>),

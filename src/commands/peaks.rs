@@ -249,17 +249,13 @@ impl Work<'_> {
         let kind = |missing: &(f64, Error)| std::mem::discriminant(&missing.1);
         let same = |a: &(f64, Error), b: &(f64, Error)| kind(a) == kind(b);
         for alike in peaks.missing.chunk_by(same) {
-            let [(first, error), ..] = alike else {
-                continue;
-            };
-            let others = match alike {
-                [_] => String::new(),
-                [.., (last, _)] => format!(
-                    ", nor at {} more up to {}",
-                    alike.len() - 1,
-                    question.over.words(*last)
-                ),
+            let (first, error, others) = match alike {
                 [] => continue,
+                [(first, error)] => (first, error, String::new()),
+                [(first, error), .., (last, _)] => {
+                    let (more, last) = (alike.len() - 1, question.over.words(*last));
+                    (first, error, format!(", nor at {more} more up to {last}"))
+                }
             };
             let first = question.over.words(*first);
             let text = format!("no peak at {first}{at}{others}: {error}");

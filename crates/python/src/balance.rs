@@ -10,7 +10,7 @@ use crate::errors;
 use crate::motion::PyMotion;
 use crate::running::watched;
 use crate::subject::Subject;
-use dovetail_solver::dlft::balance::Jacobian;
+use dovetail_solver::dlft::balance::{Balance, Jacobian};
 use dovetail_solver::dlft::one_balance::OneBalance;
 use dovetail_solver::dlft::orbit::orbit;
 use dovetail_solver::dlft::{Outcome, StaticState};
@@ -45,6 +45,17 @@ impl PyBalance {
         done.map_err(|payload| errors::of_panic(payload.as_ref()))
     }
 
+    /// Result of a function of the balance, as [`Self::apart`] gives it.
+    fn of_balance<T: Send>(
+        &self,
+        py: Python<'_>,
+        function: impl FnOnce(&Balance<'_>) -> T + Send,
+    ) -> PyResult<T> {
+        self.apart(py, || {
+            self.one.with(&self.subject.problem, &self.state, function)
+        })
+    }
+
     fn jacobian_at(&self, u: &[f64]) -> Arc<Jacobian> {
         let lock = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((at, jacobian)) = &*lock()
@@ -52,14 +63,14 @@ impl PyBalance {
         {
             return Arc::clone(jacobian);
         }
-        let made = |b: &dovetail_solver::dlft::balance::Balance<'_>| b.linearise(&b.lambda_u(u));
+        let made = |b: &Balance<'_>| b.linearise(&b.lambda_u(u));
         let jacobian = Arc::new(self.one.with(&self.subject.problem, &self.state, made));
         *lock() = Some((u.to_vec(), Arc::clone(&jacobian)));
         jacobian
     }
 
     fn product(&self, jacobian: &Jacobian, v: &[f64]) -> Vec<f64> {
-        let times = |b: &dovetail_solver::dlft::balance::Balance<'_>| b.jacobian_times(jacobian, v);
+        let times = |b: &Balance<'_>| b.jacobian_times(jacobian, v);
         self.one.with(&self.subject.problem, &self.state, times)
     }
 }
@@ -108,9 +119,7 @@ impl PyBalance {
     /// Load F, N, (unknowns,): the steady load and the excitations, condensed on the pairs.
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (problem, state) = (&self.subject.problem, &self.state);
-        let force = self.apart(py, || self.one.with(problem, state, |b| b.force.clone()))?;
-        Ok(vector(py, force))
+        Ok(vector(py, self.of_balance(py, |b| b.force.clone())?))
     }
 
     /// The static state as U, m, (unknowns,): a motion to begin with.
@@ -128,11 +137,10 @@ impl PyBalance {
         u: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let u = self.vector_of("u", u)?;
-        let (problem, state) = (&self.subject.problem, &self.state);
-        let residual = self.apart(py, || {
-            self.one.with(problem, state, |b| b.evaluate(&u).residual)
-        })?;
-        Ok(vector(py, residual))
+        Ok(vector(
+            py,
+            self.of_balance(py, |b| b.evaluate(&u).residual)?,
+        ))
     }
 
     /// Contact forces lambda(U), N, (unknowns,).
@@ -142,11 +150,7 @@ impl PyBalance {
         u: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let u = self.vector_of("u", u)?;
-        let (problem, state) = (&self.subject.problem, &self.state);
-        let lambda = self.apart(py, || {
-            self.one.with(problem, state, |b| b.evaluate(&u).lambda)
-        })?;
-        Ok(vector(py, lambda))
+        Ok(vector(py, self.of_balance(py, |b| b.evaluate(&u).lambda)?))
     }
 
     /// Product Lambda v of the dynamic stiffness, N, (unknowns,).
@@ -156,13 +160,10 @@ impl PyBalance {
         v: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let v = self.vector_of("v", v)?;
-        let (problem, state) = (&self.subject.problem, &self.state);
-        let product = self.apart(py, || {
-            self.one.with(problem, state, |b| {
-                let mut out = vec![0.0; v.len()];
-                b.apply_stiffness(&v, &mut out);
-                out
-            })
+        let product = self.of_balance(py, |b| {
+            let mut out = vec![0.0; v.len()];
+            b.apply_stiffness(&v, &mut out);
+            out
         })?;
         Ok(vector(py, product))
     }
@@ -213,16 +214,13 @@ impl PyBalance {
     /// the balance: `Motion.residual` has |f| / |F|.
     fn motion(&self, py: Python<'_>, u: &Bound<'_, PyAny>) -> PyResult<PyMotion> {
         let u = self.vector_of("u", u)?;
-        let (problem, state) = (&self.subject.problem, &self.state);
-        let found = self.apart(py, || {
-            self.one.with(problem, state, |b| {
-                let evaluation = b.evaluate(&u);
-                let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-                let residual = size(&evaluation.residual) / size(&b.force).max(f64::MIN_POSITIVE);
-                let mut found = orbit(b, &u, &evaluation, self.frequency_hz, Outcome::Converged);
-                found.residual = residual;
-                found
-            })
+        let found = self.of_balance(py, |b| {
+            let evaluation = b.evaluate(&u);
+            let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let residual = size(&evaluation.residual) / size(&b.force).max(f64::MIN_POSITIVE);
+            let mut found = orbit(b, &u, &evaluation, self.frequency_hz, Outcome::Converged);
+            found.residual = residual;
+            found
         })?;
         Ok(PyMotion::alone(found, &self.subject))
     }

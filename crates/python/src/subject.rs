@@ -1,4 +1,4 @@
-//! What responses, motions and static states are about.
+//! Subject of responses, motions and static states: a problem, its pairs and its bodies.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -102,10 +102,10 @@ pub struct PredictedLaw {
     pub touch_n: f64,
 }
 
-/// What a pair keeps from one instant to the next.
+/// State of a pair that is kept from one instant to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State<D = f64> {
-    /// What the pair does.
+    /// Stick, slip or open.
     pub contact: Contact,
     /// Way along the contact as a force, share lambda_u_T - lambda_T, N. It changes where the pair
     /// slips or is open.

@@ -42,6 +42,17 @@ const PLANE_WEIGHT: f64 = 1e-4;
 const TANGENT_TOLERANCE: f64 = 1e-5;
 
 impl Plane {
+    /// Plane through a point across a direction that has these coefficients, in units of the step h.
+    pub fn across((row, corner): (&[f64], f64), h: f64, (u, frequency_hz): (&[f64], f64)) -> Self {
+        let row: Vec<f64> = row.iter().map(|v| v / h).collect();
+        let corner = corner / h;
+        Self {
+            value: dot(&row, u) + corner * frequency_hz,
+            row,
+            corner,
+        }
+    }
+
     /// Distance of a point from the plane, in steps.
     fn off(&self, u: &[f64], frequency_hz: f64) -> f64 {
         dot(&self.row, u) + self.corner * frequency_hz - self.value

@@ -345,13 +345,7 @@ impl<'b, 's> Tracer<'b, 's> {
         let balance = self.solver.balance(frequency_hz, first.mean)?;
         let gauge = Gauge::at(&balance, &u, frequency_hz);
         let (row, corner) = scales.across(&gauge, &joins, joins_hz);
-        let row: Vec<f64> = row.iter().map(|v| v / squared).collect();
-        let corner = corner / squared;
-        let plane = Plane {
-            value: dot(&row, &u) + corner * frequency_hz,
-            row,
-            corner,
-        };
+        let plane = Plane::across((&row, corner), squared, (&u, frequency_hz));
         let newton = self.solver.newton;
         let start = (&u[..], frequency_hz);
         let (solution, frequency_hz) = self.corrected(&plane, start, first.mean, newton, work)?;
@@ -672,13 +666,7 @@ impl Point {
     /// Plane across the direction of the point, through `at`, in units of the step h.
     fn plane(&self, h: f64, at: (&[f64], f64)) -> Plane {
         let (row, corner) = &self.across;
-        let row: Vec<f64> = row.iter().map(|v| v / h).collect();
-        let corner = corner / h;
-        Plane {
-            value: dot(&row, at.0) + corner * at.1,
-            row,
-            corner,
-        }
+        Plane::across((row, *corner), h, at)
     }
 
     /// Point at a solution with its motion. `place` has the scales there and the length of the curve
