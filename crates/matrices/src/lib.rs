@@ -1,0 +1,126 @@
+//! Conversion of the bytes of a file to sparse matrices of other finite element programs, and of
+//! tables that say which node and direction their rows belong to.
+//!
+//! [`parse`] reads every format: MatrixMarket, CalculiX' matrix storage, Abaqus' matrices and
+//! substructures, Nastran's OUTPUT4, Matlab's .mat and Ansys' Harwell-Boeing files. [`choose`] finds
+//! the stiffness or the mass among the matrices of a file. [`parse_rows`] reads tables of rows.
+//! [`on_rows`] brings a matrix with labels onto the rows of another one. [`write_matrix_market`]
+//! writes a matrix.
+//!
+//! These rules hold for every format:
+//! - A matrix is whole: of a file that has one of each pair of opposite entries both are made. A
+//!   file that has both is taken as it is, whether they are equal or not.
+//! - Entries are finite numbers and not zero; several at one place are added.
+//! - Memory is taken for what stands in the file, not for what its header announces.
+//! - No file is opened here. The path is for messages.
+//!
+//! The stiffness of two masses that a spring joins, as CalculiX writes it, and its rows:
+//!
+//! ```
+//! # fn main() -> Result<(), dovetail_matrices::MatrixError> {
+//! use dovetail_matrices::{Quantity, Row, choose, parse, parse_rows};
+//! use std::path::Path;
+//!
+//! let path = Path::new("job.sti");
+//! let matrices = parse(path, b"1 1 2.0e3\n1 2 -2.0e3\n2 2 2.0e3\n")?;
+//! let stiffness = choose(path, matrices, Quantity::Stiffness, None)?.matrix;
+//! assert_eq!(stiffness.get_entry(1, 0).unwrap().into_value(), -2e3);
+//!
+//! let rows = parse_rows(Path::new("job.dof"), b"7.1\n10.1\n")?;
+//! assert_eq!(rows[1], Row::Node { node: 10, direction: 1 });
+//! # Ok(())
+//! # }
+//! ```
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::missing_errors_doc)]
+
+use std::fmt;
+use std::path::Path;
+
+use nalgebra_sparse::CscMatrix;
+use serde::{Deserialize, Serialize};
+
+mod choice;
+mod columns;
+mod detect;
+mod entries;
+mod error;
+mod harwell_boeing;
+mod mat;
+mod matrix_market;
+mod op4;
+mod substructure;
+mod table;
+mod text;
+
+pub use choice::{Quantity, choose, on_rows};
+pub use error::{Fault, MatrixError, Place};
+pub use matrix_market::write as write_matrix_market;
+
+use detect::Format;
+
+/// What a row of a matrix is the degree of freedom of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Row {
+    /// Displacement (direction 1, 2, 3 for x, y, z) or rotation (4, 5, 6) of a node.
+    Node {
+        /// Number of the node.
+        node: u64,
+        /// Direction from 1 to 6.
+        direction: u8,
+    },
+    /// Generalised coordinate, such as the amplitude of a mode.
+    Generalised,
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node { node, direction } => write!(f, "direction {direction} of node {node}"),
+            Self::Generalised => write!(f, "a generalised coordinate"),
+        }
+    }
+}
+
+/// One matrix of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedMatrix {
+    /// Name in the file; `None` where the format has none.
+    pub name: Option<String>,
+    /// Whole matrix: both triangles where the file stores one of a symmetric one; rows ascending in
+    /// each column.
+    pub matrix: CscMatrix<f64>,
+    /// Rows, where the file names them.
+    pub rows: Option<Vec<Row>>,
+}
+
+/// Reads the matrices of a file, whatever its format.
+///
+/// # Errors
+/// Bytes that are not whole matrices of real, finite numbers in a known format.
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<NamedMatrix>, MatrixError> {
+    let format = detect::detect(path, bytes).map_err(|fault| fault.in_file().of(path))?;
+    let matrices = match format {
+        Format::MatrixMarket => matrix_market::parse(bytes).map(|matrix| vec![matrix]),
+        Format::Numbered => columns::numbered(bytes).map(|matrix| vec![matrix]),
+        Format::Labelled => columns::labelled(bytes).map(|matrix| vec![matrix]),
+        Format::Substructure => substructure::parse(bytes),
+        Format::Op4Text => op4::parse_text(bytes),
+        Format::Op4Binary => op4::parse_binary(bytes),
+        Format::Mat => mat::parse(bytes),
+        Format::HarwellBoeing => harwell_boeing::parse(bytes).map(|matrix| vec![matrix]),
+    };
+    matrices.map_err(|failure| failure.of(path))
+}
+
+/// Reads a table of what the rows of a matrix are: CalculiX' .dof; a table with the columns `node`
+/// and `direction`, and if need be `row`, between commas, semicolons, tabs or blanks; or Ansys'
+/// mapping file. Directions are 1 to 6 or x, y, z, ux, uy, uz, rotx, roty, rotz. A row whose node
+/// is empty or `-` is a generalised coordinate.
+///
+/// # Errors
+/// Bytes that are not such a table.
+pub fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, MatrixError> {
+    table::parse(bytes).map_err(|failure| failure.of(path))
+}
