@@ -10,6 +10,7 @@ use crate::exhaustion::OutOfMemory;
 use crate::exit::ExitStatus;
 use crate::export::ExportError;
 use crate::gmsh::GmshError;
+use crate::matrix_files::MatrixFilesError;
 use crate::motions::free_words;
 use crate::words::quantity;
 use dovetail_mesh::MeshError;
@@ -37,6 +38,10 @@ pub enum RunError {
     /// Error of the file of `excitation.file`.
     #[error(transparent)]
     Field(#[from] SurfaceFieldError),
+
+    /// Error of the matrices of a body.
+    #[error(transparent)]
+    Matrices(#[from] MatrixFilesError),
 
     /// Error of the run itself.
     #[error(transparent)]
@@ -244,6 +249,7 @@ impl RunError {
             )
             | Self::Mesh(_)
             | Self::Field(_)
+            | Self::Matrices(_)
             | Self::Quality(_)
             | Self::NoMesh { .. }
             | Self::NoCache

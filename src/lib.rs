@@ -8,8 +8,8 @@
 //! observes the run and tells a [`listener`]; [`console`] is one that prints; [`files`] and [`export`] write its results. [`study`]
 //! performs many runs, each as a process of this program.
 //!
-//! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
-//! and most small modules, such as [`words`], import nothing of the rest. Then follow [`export`] <
+//! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`],
+//! [`matrix_files`] and most small modules, such as [`words`], import nothing of the rest. Then follow [`export`] <
 //! [`error`], [`listener`] < [`files`], [`console`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] <
 //! [`reference`](mod@reference), [`schema`] < [`cli`], none of which imports what stands after it.
 
@@ -27,6 +27,7 @@ pub mod files;
 pub mod fingerprint;
 pub mod gmsh;
 pub mod listener;
+pub mod matrix_files;
 pub mod mesh_files;
 pub mod metrics;
 pub mod motions;

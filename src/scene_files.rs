@@ -7,10 +7,10 @@ use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::input;
 use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
+use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource, MatrixSource};
 use dovetail_solver::reduction::superelement;
 
-/// Files that a scene names: meshes or their script, fields, the files of a reduced model. A ready
+/// Files that a scene names: meshes or their script, matrices, fields, the files of a reduced model. A ready
 /// mesh that does not exist is left out, as it is needed only if gmsh is missing.
 pub fn files(scene: &Scene) -> Vec<PathBuf> {
     let assembly = match &scene.subject {
@@ -31,6 +31,9 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
     for body in &assembly.bodies {
         if let BodyMesh::File { path, .. } = &body.mesh {
             files.extend(mesh_files::files(path));
+        }
+        if let MatrixSource::Files(named) = &body.matrices {
+            files.extend(named.paths().map(Path::to_path_buf));
         }
     }
     for excitation in &assembly.excitations {

@@ -2,6 +2,7 @@
 //! earlier one.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::cache::{Cache, Key, Kind};
 use crate::error::RunError;
@@ -9,6 +10,7 @@ use crate::export::manifest::MeshOrigin;
 use crate::export::{create_folder, write_file};
 use crate::files::MESH_FILE;
 use crate::gmsh::{self, GmshError, GmshRun, inputs};
+use crate::matrix_files;
 use crate::mesh_files;
 use crate::reporter::{Reporter, StageGuard};
 use crate::scene_files::hash_of_file;
@@ -18,7 +20,8 @@ use dovetail_mesh::{Mesh, MeshError, quality};
 use dovetail_solver::input;
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, ExcitationKind, FieldSource, MeshKind, MeshSource, SurfaceFields,
+    Assembly, BodyMesh, BodySpec, ExcitationKind, FieldSource, GivenMatrices, MatrixFiles,
+    MatrixSource, MeshKind, MeshSource, NamedFiles, SurfaceFields,
 };
 use dovetail_solver::run::Stage;
 
@@ -32,7 +35,7 @@ fn origin_of(path: &Path) -> MeshOrigin {
     }
 }
 
-/// Checks that the meshes and fields named by the scene exist. Notes that gmsh runs a script as a
+/// Checks that the meshes, matrices and fields named by the scene exist. Notes that gmsh runs a script as a
 /// program.
 pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), RunError> {
     let is_there = |path: &Path| {
@@ -44,6 +47,9 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
     for body in &assembly.bodies {
         if let BodyMesh::File { path, .. } = &body.mesh {
             is_there(path)?;
+        }
+        if let MatrixSource::Files(named) = &body.matrices {
+            matrix_files::check(&body.name, named)?;
         }
     }
     surface_fields(assembly)?;
@@ -65,7 +71,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
 }
 
 /// Fields that excitations name by their files.
-pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
+fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
     let mut fields = SurfaceFields::new();
     for excitation in &assembly.excitations {
         if let ExcitationKind::Field {
@@ -77,6 +83,37 @@ pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunEr
         }
     }
     Ok(fields)
+}
+
+/// Contents of the files that excitations and bodies name.
+pub(super) fn named_files(
+    assembly: &Assembly,
+    reporter: &Reporter<'_>,
+) -> Result<NamedFiles, RunError> {
+    let mut files = NamedFiles {
+        fields: surface_fields(assembly)?,
+        ..NamedFiles::default()
+    };
+    let has_files = |body: &BodySpec| matches!(body.matrices, MatrixSource::Files(_));
+    let is_read = assembly.bodies.iter().any(has_files);
+    let _stage = is_read.then(|| reporter.stage(Stage::Matrices));
+    // Copies of a body have the same files.
+    let mut read: Vec<(&MatrixFiles, Arc<GivenMatrices>)> = Vec::new();
+    for body in &assembly.bodies {
+        if let MatrixSource::Files(named) = &body.matrices {
+            let known = read.iter().find(|(files, _)| *files == named);
+            let matrices = match known {
+                Some((_, matrices)) => Arc::clone(matrices),
+                None => {
+                    let matrices = Arc::new(matrix_files::read(&body.name, named)?);
+                    read.push((named, Arc::clone(&matrices)));
+                    matrices
+                }
+            };
+            files.matrices.insert(body.name.clone(), matrices);
+        }
+    }
+    Ok(files)
 }
 
 /// Folder in which gmsh writes the mesh, and the cache that keeps it for later runs.

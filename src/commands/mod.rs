@@ -64,8 +64,8 @@ impl Work<'_> {
         if let Some(files) = &self.files {
             files.locked().comes_from(origin);
         }
-        let fields = meshing::surface_fields(assembly)?;
-        Ok(Some(Meshes { mesh, fields }))
+        let files = meshing::named_files(assembly, &self.reporter)?;
+        Ok(Some(Meshes { mesh, files }))
     }
 
     /// Bodies and meshes of a scene that must have meshes.

@@ -8,9 +8,12 @@ use super::{maps, units};
 use crate::warning::Weight;
 use crate::words::{counted, percent, quantity};
 use dovetail_mesh::{Mesh, Shape};
+use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
-use dovetail_solver::model::{Assembly, Body, ContactSpec, Model, Side, SpringSpec};
+use dovetail_solver::model::{
+    Assembly, Body, ContactSpec, Matrices, Model, PlacedMatrices, Side, SpringSpec,
+};
 use dovetail_solver::run::{Bound, PrestressPass};
 
 /// Notes and warnings about a bound assembly.
@@ -147,6 +150,28 @@ const WHOLE: f64 = 0.98;
 /// they are taken to touch.
 const FAR_APART: f64 = 0.05;
 
+/// Adds a note on matrices of another program: their rows, and the number of rigid motions that
+/// strain nothing, six of a body without supports.
+fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>) {
+    let others = placed.others();
+    let on_mesh = placed.places.len() - others;
+    let beside = match others {
+        0 => String::new(),
+        others => format!(", and {others} unknowns that no node of the mesh has"),
+    };
+    let free = match given::free_rigid_motions(body, placed) {
+        0 => "no rigid motion is free".to_owned(),
+        count => format!(
+            "{} free",
+            counted(count, "rigid motion is", "rigid motions are")
+        ),
+    };
+    lines.push(Line::Note(format!(
+        "{}: matrices of another program, {on_mesh} displacements of nodes of the mesh{beside}; {free}",
+        body.name
+    )));
+}
+
 fn spring_note(spring: &SpringSpec) -> String {
     let SpringSpec {
         name,
@@ -202,11 +227,19 @@ fn tell_of_mass(body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
         let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();
         format!(", centrifugal force {size_n:.4e} N")
     });
+    let volume = own
+        .volume_m3
+        .map_or(String::new(), |v| format!(", {v:.4e} m3"));
     lines.push(Line::Note(format!(
-        "{}: {:.4} kg, {:.4e} m3{force}",
-        body.name, own.mass_kg, own.volume_m3
+        "{}: {:.4} kg{volume}{force}",
+        body.name, own.mass_kg
     )));
-    if let Some(doubt) = units::doubt(&body.name, body.material) {
-        lines.push(Line::warning(Weight::Wrong, doubt));
+    match &body.matrices {
+        Matrices::Elements(material) => {
+            if let Some(doubt) = units::doubt(&body.name, *material) {
+                lines.push(Line::warning(Weight::Wrong, doubt));
+            }
+        }
+        Matrices::Given(placed) => tell_of_matrices(body, placed, lines),
     }
 }

@@ -196,6 +196,22 @@ section! {
         density_kg_m3: Number("kg/m3", Limits::POSITIVE), "- or `material`",
             "density",
             "4430";
+        stiffness_file: Text("path of a matrix"), "none: finite elements",
+            "the stiffness of the body from another program, in place of finite elements and a \
+             material, with `mass_file`: a [format that is read](how-to/matrices.md)",
+            "\"blade.sti\"  # and mass_file = \"blade.mas\"";
+        mass_file: Text("path of a matrix"), "- with `stiffness_file`",
+            "the mass that belongs to it, in the same units, those of the mesh (`units`)",
+            "\"blade.mas\"";
+        rows_file: Text("path of a table"), "the rows that `stiffness_file` names",
+            "the node and direction of each row of both matrices",
+            "\"blade.dof\"";
+        stiffness_name: Text("name of a matrix"), "the only one, or one of a customary name",
+            "the matrix of `stiffness_file`, where that has several",
+            "\"KAA\"";
+        mass_name: Text("name of a matrix"), "the only one, or one of a customary name",
+            "the matrix of `mass_file`, where that has several",
+            "\"MAA\"";
         fixed: Texts("list of groups"), "`[]`",
             "groups of any dimension; their nodes do not move",
             "[\"jaw_base\"]";

@@ -8,7 +8,7 @@ use crate::shared_runs::summary;
 use dovetail::scene;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
-use dovetail_solver::model::{Assembly, BodyMesh, MaterialSpec};
+use dovetail_solver::model::{Assembly, BodyMesh, MaterialSpec, MatrixSource};
 use dovetail_testkit::folder::root;
 use miette::Diagnostic;
 
@@ -89,11 +89,14 @@ fn a_scene_of_bodies_with_their_own_files_needs_no_mesh_table() {
         }
     );
     assert_eq!(
-        blade.material,
-        MaterialSpec::OfMesh(None),
+        blade.matrices,
+        MatrixSource::Elements(MaterialSpec::OfMesh(None)),
         "a deck has materials"
     );
-    assert!(matches!(disc.material, MaterialSpec::Given(_)));
+    assert!(matches!(
+        disc.matrices,
+        MatrixSource::Elements(MaterialSpec::Given(_))
+    ));
     // The units of [mesh] hold for files that say nothing else.
     let with_mesh = "mesh.units=m-kg-s";
     let assembly = read(SCENE, &[with_mesh, "body.disc.metres_per_unit="]).unwrap();
@@ -116,8 +119,8 @@ fn a_copy_takes_what_it_does_not_say_from_its_original() {
     let assembly = read(&text, &[]).unwrap();
     let [blade, disc] = [&assembly.bodies[0], &assembly.bodies[1]];
     assert_eq!(
-        (&disc.volume, &disc.material),
-        (&blade.volume, &blade.material)
+        (&disc.volume, &disc.matrices),
+        (&blade.volume, &blade.matrices)
     );
     assert_eq!(disc.fixed, ["base"]);
     assert!(matches!(&disc.mesh, BodyMesh::CopyOf { body, .. } if body == "blade"));

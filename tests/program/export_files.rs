@@ -52,9 +52,9 @@ fn summary(run: &Run) -> Summary {
         mesh: Some(manifest::mesh_summary(
             &run.model,
             &[MassProperties {
-                volume_m3: 1e-4,
+                volume_m3: Some(1e-4),
                 mass_kg: 0.5,
-                centre_m: [0.0, 0.0, 0.5],
+                centre_m: Some([0.0, 0.0, 0.5]),
                 centrifugal_force_n: None,
             }; 2],
             &MeshOrigin {

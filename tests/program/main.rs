@@ -26,6 +26,7 @@ mod dovetail_script;
 mod excitation;
 mod export_files;
 mod extremes;
+mod given_matrices;
 mod interruption;
 mod limits;
 mod memory;

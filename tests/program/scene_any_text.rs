@@ -7,7 +7,7 @@ use crate::shared_program::rendered;
 use dovetail::scene;
 use dovetail::study::{Study, cases};
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec};
+use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec, MatrixSource};
 use dovetail_testkit::folder::root;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -55,7 +55,7 @@ fn survives(text: &str, overrides: &[String]) {
         assert!((length2 - 1.0).abs() < 1e-12, "{direction:?}");
     }
     for body in &assembly.bodies {
-        let MaterialSpec::Given(material) = body.material else {
+        let MatrixSource::Elements(MaterialSpec::Given(material)) = body.matrices else {
             continue; // of the mesh
         };
         assert!(material.young_pa > 0.0 && material.young_pa.is_finite());

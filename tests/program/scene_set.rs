@@ -8,7 +8,7 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
+use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec, MatrixSource};
 use dovetail_solver::reduction::damping::DampingSpec;
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
@@ -92,7 +92,7 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
     assert_eq!(assembly.contacts[1].pair_law, PairLaw::rigid(0.3, 1e-6));
     assert!(
         assembly.bodies.iter().all(
-            |b| matches!(b.material, MaterialSpec::Given(material) if material.poisson == 0.3)
+            |b| matches!(b.matrices, MatrixSource::Elements(MaterialSpec::Given(material)) if material.poisson == 0.3)
         )
     );
     assert_eq!(scene.response.solver, Solver::Powell);

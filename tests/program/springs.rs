@@ -46,7 +46,7 @@ fn spring(name: &str, first: &str, second: Option<&str>, stiffness_n_m: f64) -> 
 fn on_springs(bodies: &[&str], material: Material, springs: Vec<SpringSpec>) -> Assembly {
     let named = |name: &&str| {
         let mut body = body(name, &[]);
-        body.material = material.into();
+        body.matrices = material.into();
         body.volume = match *name {
             "volume" => "volume".into(),
             name => format!("{name}_volume"),

@@ -51,7 +51,7 @@ fn assembly() -> Assembly {
         name: name.into(),
         mesh: BodyMesh::Shared,
         volume: name.into(),
-        material: Material {
+        matrices: Material {
             young_pa: 113.8e9,
             poisson: 0.34,
             density_kg_m3: 4430.0,

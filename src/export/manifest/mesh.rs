@@ -66,13 +66,14 @@ pub struct BodySummary {
     pub nodes: usize,
     pub elements: usize,
     pub free_dofs: usize,
-    pub young_pa: f64,
-    pub poisson: f64,
-    pub density_kg_m3: f64,
-    pub volume_m3: f64,
+    /// Elastic constants and density; `None` where the matrices come from another program.
+    pub young_pa: Option<f64>,
+    pub poisson: Option<f64>,
+    pub density_kg_m3: Option<f64>,
+    pub volume_m3: Option<f64>,
     pub mass_kg: f64,
-    /// Centre of gravity, m.
-    pub centre_m: [f64; 3],
+    /// Centre of gravity, m; `None` where the mesh lacks nodes of the matrices.
+    pub centre_m: Option<[f64; 3]>,
     /// Centrifugal force of the whole body, N; `None` if it does not rotate.
     pub centrifugal_force_n: Option<[f64; 3]>,
 }
@@ -103,9 +104,9 @@ pub fn mesh_summary(
         .iter()
         .zip(properties)
         .map(|(b, properties)| BodySummary {
-            young_pa: b.material.young_pa,
-            poisson: b.material.poisson,
-            density_kg_m3: b.material.density_kg_m3,
+            young_pa: b.material().map(|m| m.young_pa),
+            poisson: b.material().map(|m| m.poisson),
+            density_kg_m3: b.material().map(|m| m.density_kg_m3),
             volume_m3: properties.volume_m3,
             mass_kg: properties.mass_kg,
             centre_m: properties.centre_m,

@@ -13,7 +13,10 @@ use crate::scene::keys;
 use crate::scene::raw::{Located, Numbers};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
-use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
+use dovetail_solver::model::{
+    BodyMesh, BodySpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, Prestress,
+    RotationSpec,
+};
 
 /// Checks the bodies. `units` are those of `[mesh]`.
 pub fn bodies(
@@ -46,10 +49,14 @@ pub fn bodies(
             fixed_y,
             fixed_z,
             copy_of,
+            stiffness_file,
             ..
         } = b.get_ref();
         let groups = [fixed, fixed_x, fixed_y, fixed_z].into_iter().flatten();
-        copy_of.is_some() || groups.into_iter().any(|g| !g.get_ref().is_empty())
+        // Supports may be in the matrices of another program.
+        copy_of.is_some()
+            || stiffness_file.is_some()
+            || groups.into_iter().any(|g| !g.get_ref().is_empty())
     };
     let on_ground = |c: &Spanned<RawContact>| c.get_ref().second.is_none();
     let grounded = scene.spring.iter().any(|s| s.get_ref().second.is_none());
@@ -108,7 +115,7 @@ fn body(
         (None, Some(original)) => Some(original.volume.clone()),
         (volume, _) => checker.text(&at, "volume", volume),
     };
-    let material = material(checker, &at, raw, original, context);
+    let matrices = matrices(checker, &at, raw, (mesh.as_ref(), original), context);
     let key = "fixed_interface_modes";
     let modes = match (&raw.fixed_interface_modes, original) {
         (None, original) => Some(original.and_then(|o| o.fixed_interface_modes)),
@@ -131,7 +138,7 @@ fn body(
         name: name?,
         mesh: mesh?,
         volume: volume?,
-        material: material?,
+        matrices: matrices?,
         fixed,
         fixed_along,
         fixed_interface_modes: modes?,
@@ -217,12 +224,81 @@ fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placeme
     })
 }
 
-/// Material given by numbers, or a material of the mesh.
+/// Matrices of another program, or finite elements of a material.
+fn matrices(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawBody,
+    (mesh, original): (Option<&BodyMesh>, Option<&BodySpec>),
+    context: &Context,
+) -> Option<MatrixSource> {
+    let Some(stiffness) = &raw.stiffness_file else {
+        let others = places!(raw; mass_file, rows_file, stiffness_name, mass_name);
+        for (key, span) in others {
+            let remedy = "name the file of the stiffness, or leave it out: finite elements have no such file";
+            if let Some(span) = span {
+                checker.lacks(at, key, "stiffness_file", span, remedy);
+            }
+        }
+        return match original.map(|original| &original.matrices) {
+            Some(matrices @ (MatrixSource::Files(_) | MatrixSource::Given(_))) => {
+                Some(matrices.clone())
+            }
+            Some(MatrixSource::Elements(of)) => {
+                material(checker, at, raw, Some(of), context).map(MatrixSource::Elements)
+            }
+            None => material(checker, at, raw, None, context).map(MatrixSource::Elements),
+        };
+    };
+    let remedy = "keep the matrices of another program or the material of finite elements";
+    let material = places!(raw; material, young_pa, poisson, density_kg_m3);
+    checker.exclude(at, ("stiffness_file", stiffness.span()), &material, remedy)?;
+    let mut text = |key: &'static str, value: &Located<String>| match value {
+        None => Some(None),
+        Some(_) => checker.text(at, key, value).map(Some),
+    };
+    let stiffness_name = text("stiffness_name", &raw.stiffness_name);
+    let mass_name = text("mass_name", &raw.mass_name);
+    let rows = text("rows_file", &raw.rows_file);
+    let stiffness_path = checker.text(at, "stiffness_file", &raw.stiffness_file);
+    let mass_path = checker.text(at, "mass_file", &raw.mass_file);
+    let units = units_of(mesh?, context)?;
+    if units.stress_pa_and_density_kg_m3().is_none() {
+        let remedy = "give `units` (\"m-kg-s\" or \"mm-t-s\") of the mesh in place of metres_per_unit: the matrices are \
+                      in the same units, and a length alone says nothing about forces and masses";
+        checker.lacks(at, "stiffness_file", "units", stiffness.span(), remedy);
+        return None;
+    }
+    let file = |path, name| MatrixFile {
+        path: context.base_dir.join(path),
+        name,
+    };
+    Some(MatrixSource::Files(MatrixFiles {
+        stiffness: file(stiffness_path?, stiffness_name?),
+        mass: file(mass_path?, mass_name?),
+        rows: rows?.map(|path| context.base_dir.join(path)),
+        units,
+    }))
+}
+
+/// Units of the mesh of a body.
+fn units_of(mesh: &BodyMesh, context: &Context) -> Option<Units> {
+    match mesh {
+        BodyMesh::Shared => context.units,
+        BodyMesh::File { units, .. } => Some(*units),
+        BodyMesh::CopyOf { body, .. } => {
+            let original = context.before.iter().flatten().find(|b| b.name == *body)?;
+            units_of(&original.mesh, context)
+        }
+    }
+}
+
+/// Material given by numbers, or a material of the mesh; without either, that of `original`.
 fn material(
     checker: &mut Checker,
     at: &Table,
     raw: &RawBody,
-    original: Option<&BodySpec>,
+    original: Option<&MaterialSpec>,
     context: &Context,
 ) -> Option<MaterialSpec> {
     let numbers = [
@@ -239,7 +315,7 @@ fn material(
     }
     if numbers.iter().all(|(_, value)| value.is_none()) {
         if let Some(original) = original {
-            return Some(original.material.clone());
+            return Some(original.clone());
         }
         if is_deck(raw, context) {
             return Some(MaterialSpec::OfMesh(None));
@@ -252,7 +328,7 @@ fn material(
         poisson: poisson?,
         density_kg_m3: density_kg_m3?,
     };
-    Some(material.into())
+    Some(MaterialSpec::Given(material))
 }
 
 /// Returns `true` if the mesh of a body is a deck by its name. Decks are the only format with

@@ -8,9 +8,9 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::{
     Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
-use dovetail_solver::model::Material;
 use dovetail_solver::model::{
-    Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation, Side, Slave,
+    Body, BodyNode, ContactPair, DofMap, Material, Matrices, Model, NodeMotion, Observation, Side,
+    Slave,
 };
 use dovetail_solver::problem::LinearReference;
 use dovetail_solver::reduction::{Load, ReducedModel};
@@ -190,7 +190,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         }
         Body {
             name: name.to_owned(),
-            material,
+            matrices: Matrices::Elements(material),
             rotates: true,
             fixed_interface_modes: None,
             mesh_nodes: (0..nodes_m.len() as u32).collect(),

@@ -9,7 +9,7 @@ use super::FemError;
 use super::elasticity::Lame;
 use super::element::{Deformed, Element, Form, Isoparametric, MOST_NODES};
 use super::incompatible::IncompatibleHexahedron;
-use crate::model::Body;
+use crate::model::{Body, Material};
 use dovetail_mesh::element::ElementType;
 
 /// Integrals of a type of element.
@@ -34,6 +34,7 @@ fn made(element: ElementType) -> Box<dyn Element> {
 /// Elements of a body whose maps are one to one at every quadrature point.
 pub struct Elements<'a> {
     body: &'a Body,
+    material: Material,
     affine: Vec<bool>,
     volumes_m3: Vec<f64>,
 }
@@ -42,11 +43,11 @@ pub struct Elements<'a> {
 const FLATNESS: f64 = 1e-9;
 
 impl<'a> Elements<'a> {
-    /// Checks the elements of a body.
+    /// Checks the elements of a body, which are of this material.
     ///
     /// # Errors
     /// [`FemError::Inverted`] or [`FemError::Degenerate`], with the tags of the elements.
-    pub fn new(body: &'a Body) -> Result<Self, FemError> {
+    pub fn new(body: &'a Body, material: Material) -> Result<Self, FemError> {
         let forms: Vec<Form> = (0..body.elements.len())
             .into_par_iter()
             .map(|e| integrals(body, e).form(&values(body, e, &body.nodes_m)))
@@ -71,6 +72,7 @@ impl<'a> Elements<'a> {
         }
         Ok(Self {
             body,
+            material,
             affine: forms.iter().map(|s| s.affine).collect(),
             volumes_m3: forms.iter().map(|s| s.volume_m3).collect(),
         })
@@ -88,31 +90,31 @@ impl<'a> Elements<'a> {
 
     /// Stiffness of element `e` ([`Element::stiffness`]).
     pub fn stiffness(&self, e: usize, out: &mut [[f64; 9]]) {
-        let lame = Lame::from(self.body.material);
+        let lame = Lame::from(self.material);
         integrals(self.body, e).stiffness(&self.coords_m(e), self.affine[e], lame, out);
     }
 
     /// Mass of element `e` ([`Element::mass`]).
     pub fn mass(&self, e: usize, out: &mut [[f64; 1]]) {
-        let density = self.body.material.density_kg_m3;
+        let density = self.material.density_kg_m3;
         integrals(self.body, e).mass(&self.coords_m(e), self.affine[e], density, out);
     }
 
     /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the
     /// body ([`Element::geometric_stiffness`]).
     pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
-        let lame = Lame::from(self.body.material);
+        let lame = Lame::from(self.material);
         let u = values(self.body, e, displacement_m);
         let coords = self.coords_m(e);
         integrals(self.body, e).geometric_stiffness(&Deformed::new(&coords, &u, lame), out);
     }
 }
 
-/// Mass of element `e` of a body ([`Element::mass`]) by the rule that is exact for all elements of
-/// its type.
-pub(super) fn element_mass(body: &Body, e: usize, out: &mut [[f64; 1]]) {
+/// Mass of element `e` of a body ([`Element::mass`]) of this density by the rule that is exact for
+/// all elements of its type.
+pub(super) fn element_mass(body: &Body, density_kg_m3: f64, e: usize, out: &mut [[f64; 1]]) {
     let coords = values(body, e, &body.nodes_m);
-    integrals(body, e).mass(&coords, false, body.material.density_kg_m3, out);
+    integrals(body, e).mass(&coords, false, density_kg_m3, out);
 }
 
 /// Integrals of element `e` of a body.

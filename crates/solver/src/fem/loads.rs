@@ -8,7 +8,8 @@ use nalgebra_sparse::CscMatrix;
 
 use super::element::MOST_NODES;
 use super::elements::element_mass;
-use crate::model::{AppliedLoad, Body, Traction};
+use super::given;
+use crate::model::{AppliedLoad, Body, Matrices, Traction};
 use dovetail_mesh::facet::{Share, shares};
 use dovetail_numerics::space::add_scaled;
 
@@ -21,10 +22,16 @@ pub fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
             add_on_surface(body, facets, *traction, load_n);
         }
         AppliedLoad::Acceleration { vector_m_s2 } => {
+            let material = match &body.matrices {
+                Matrices::Elements(material) => material,
+                Matrices::Given(placed) => {
+                    return given::add_inertia(body, placed, *vector_m_s2, load_n);
+                }
+            };
             let everywhere = vec![*vector_m_s2; body.nodes_m.len()];
             add_inertia(
                 body,
-                |e, out| element_mass(body, e, out),
+                |e, out| element_mass(body, material.density_kg_m3, e, out),
                 &everywhere,
                 load_n,
             );
@@ -115,11 +122,11 @@ mod tests {
         let n = nodes_m.len();
         Body {
             name: "facet".into(),
-            material: Material {
+            matrices: Matrices::Elements(Material {
                 young_pa: 1.0,
                 poisson: 0.0,
                 density_kg_m3: 1.0,
-            },
+            }),
             rotates: false,
             fixed_interface_modes: None,
             nodes_m,

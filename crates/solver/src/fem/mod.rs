@@ -17,6 +17,7 @@ pub mod assembly;
 pub mod elasticity;
 pub mod element;
 pub mod elements;
+pub mod given;
 pub mod incompatible;
 pub mod loads;
 pub mod mass_properties;
@@ -32,7 +33,7 @@ mod joined;
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use crate::model::{Body, BodyPrestress, Model, Rotation};
+use crate::model::{Body, BodyPrestress, Matrices, Model, Rotation};
 use crate::structure::{BodyMatrices, Structure};
 use assembly::{
     NodePattern, add_springs, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars,
@@ -109,14 +110,19 @@ pub fn assemble_body(
 }
 
 /// Matrices of a body with the prestress of the displacement that `stressed` finds from its
-/// stiffness and its load.
+/// stiffness and its load. Matrices of another program stay as they are: what stresses them is not
+/// known.
 fn body_matrices(
     body: &Body,
     rotation: Option<&Rotation>,
     stressed: impl FnOnce(&CscMatrix<f64>, &[f64]) -> Result<Option<Vec<[f64; 3]>>, FemError>,
 ) -> Result<BodyMatrices, FemError> {
-    let elements = Elements::new(body)?;
     let springs = spring_elements(body);
+    let material = match &body.matrices {
+        Matrices::Elements(material) => *material,
+        Matrices::Given(placed) => return given::body_matrices(body, placed, &springs),
+    };
+    let elements = Elements::new(body, material)?;
     let pattern = NodePattern::new(body, &springs);
     let isolated = pattern.isolated();
     if !isolated.is_empty() {

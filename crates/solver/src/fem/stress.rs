@@ -7,9 +7,13 @@ use super::element::{Deformed, MOST_NODES};
 use super::elements::{integrals, values};
 use crate::model::Body;
 
-/// Stress of each element in its middle, from the displacement of every node of the body.
+/// Stress of each element in its middle, from the displacement of every node of the body. Zero
+/// where the matrices of the body come from another program, which has its stresses.
 pub fn stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
-    let lame = Lame::from(body.material);
+    let Some(material) = body.material() else {
+        return vec![[0.0; 6]; body.elements.len()];
+    };
+    let lame = Lame::from(material);
     let of = |e: usize| {
         let [coords, u] = [&body.nodes_m[..], displacement_m].map(|field| values(body, e, field));
         integrals(body, e).centre_stress(&Deformed::new(&coords, &u, lame))
@@ -18,9 +22,13 @@ pub fn stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
 }
 
 /// Stress at each node: the mean over the elements that meet there of their stress at the node,
-/// weighted by their volumes. Nodes of no element get zero.
+/// weighted by their volumes. Nodes of no element get zero, as do bodies whose matrices come from
+/// another program.
 pub fn nodal_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
-    let lame = Lame::from(body.material);
+    let Some(material) = body.material() else {
+        return vec![[0.0; 6]; body.nodes_m.len()];
+    };
+    let lame = Lame::from(material);
     let mut sums = vec![[0.0; 6]; body.nodes_m.len()];
     let mut volumes = vec![0.0; body.nodes_m.len()];
     let mut stress = [[0.0; 6]; MOST_NODES];

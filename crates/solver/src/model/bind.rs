@@ -1,30 +1,31 @@
 //! Binding of an assembly to a mesh: looks up groups, numbers bodies, and ties contacts, forces and
 //! observed points to nodes.
 
-use super::builder::BodyBuilder;
+use super::builder::{BodyBuilder, Source};
 use super::excitations::excitations;
 use super::groups::{find_group, first_tags};
 use super::joints::joints;
 use super::loads::{applied_load, check_owned, is_fixed};
+use super::matrices::axes_of;
 use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use super::{BodyPrestress, Prestress};
-use crate::model::{Assembly, SurfaceFields};
+use crate::model::{Assembly, BodySpec, MatrixSource, NamedFiles};
 use dovetail_mesh::Mesh;
 
-/// Resolves every name of an assembly against the mesh. `fields` has what was read from the files
-/// that its excitations name, and is not needed where they name none.
+/// Resolves every name of an assembly against the mesh. `files` has what was read from the files
+/// that its excitations and bodies name, and is not needed where they name none.
 ///
 /// Pairs are ordered contact by contact, each along the slot and then across it, whatever the
 /// numbering of the mesh. An observation is the mean of the nodes of its group.
 ///
 /// # Errors
-/// A name that the mesh does not have, a group of the wrong kind, or a file that `fields` lacks:
+/// A name that the mesh does not have, a group of the wrong kind, or a file that `files` lacks:
 /// see [`ModelError`].
 pub fn bind(
     assembly: &Assembly,
     mesh: &Mesh,
-    fields: Option<&SurfaceFields>,
+    files: Option<&NamedFiles>,
 ) -> Result<Model, ModelError> {
     if assembly.bodies.is_empty() {
         return Err(ModelError::NoBody);
@@ -40,7 +41,8 @@ pub fn bind(
         }
     }
     let builders = assembly.bodies.iter();
-    let builders = builders.map(|spec| BodyBuilder::new(spec, mesh));
+    let builders =
+        builders.map(|spec| BodyBuilder::new(spec, mesh, source(assembly, spec, files)?));
     let mut bodies: Vec<BodyBuilder> = builders.collect::<Result<_, _>>()?;
     check_disjoint(&bodies, mesh)?;
     for (body, spec) in bodies.iter_mut().zip(&assembly.bodies) {
@@ -55,7 +57,7 @@ pub fn bind(
         joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
     }
 
-    let (excitations, maps) = excitations(assembly, mesh, &bodies, fields)?;
+    let (excitations, maps) = excitations(assembly, mesh, &bodies, files.map(|f| &f.fields))?;
     let mut observations = Vec::new();
     for spec in &assembly.observations {
         let used_by = format!("observation `{}`", spec.name);
@@ -99,6 +101,26 @@ pub fn bind(
         matches: joints.matches,
         straightened,
     })
+}
+
+/// Source of the matrices of a body.
+fn source<'a>(
+    assembly: &Assembly,
+    spec: &'a BodySpec,
+    files: Option<&'a NamedFiles>,
+) -> Result<Source<'a>, ModelError> {
+    let given = match &spec.matrices {
+        MatrixSource::Elements(material) => return Ok(Source::Elements(material)),
+        MatrixSource::Given(given) => given,
+        MatrixSource::Files(named) => {
+            let read = files.and_then(|files| files.matrices.get(&spec.name));
+            read.ok_or_else(|| ModelError::MatricesMissing {
+                body: spec.name.clone(),
+                path: named.stiffness.path.clone(),
+            })?
+        }
+    };
+    Ok(Source::Given(given, axes_of(assembly, spec)))
 }
 
 /// Nodes of a group on their bodies.

@@ -1,12 +1,17 @@
 //! Body under construction: its nodes, how they move, and what acts on them.
 
+use std::sync::Arc;
+
 use super::contacts::ContactSide;
 use super::dofs::{Roles, number};
 use super::gather::name_for;
 use super::groups::find_group;
 use super::material::material;
-use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion, Spring, StraightenedEdges};
-use crate::model::{BodySpec, RotationSpec};
+use super::matrices::{GivenMatrices, Place, PlacedMatrices, place};
+use super::{
+    AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges,
+};
+use crate::model::{BodySpec, MaterialSpec, RotationSpec};
 use dovetail_mesh::quality::folds;
 use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
@@ -14,6 +19,20 @@ use dovetail_numerics::space::{distance, middle};
 const NONE: u32 = u32::MAX;
 /// A middle node counts as in the middle if it is nearer to it than this fraction of the edge.
 const STRAIGHT: f64 = 1e-9;
+
+/// Source of the matrices of a body whose material is not looked up yet.
+enum Unfinished {
+    Elements(MaterialSpec),
+    Given(PlacedMatrices),
+}
+
+/// Source of the matrices of a body, with the contents of its files.
+pub(super) enum Source<'a> {
+    /// Finite elements of this material.
+    Elements(&'a MaterialSpec),
+    /// Matrices of another program, and their axes where the body is turned.
+    Given(&'a Arc<GivenMatrices>, Option<[[f64; 3]; 3]>),
+}
 
 /// Body on its way into the model.
 pub(super) struct BodyBuilder {
@@ -31,12 +50,18 @@ pub(super) struct BodyBuilder {
     held: Vec<[bool; 3]>,
     loads: Vec<AppliedLoad>,
     springs: Vec<Spring>,
+    matrices: Unfinished,
     /// True for each local node that belongs to a contact.
     in_contact: Vec<bool>,
 }
 
 impl BodyBuilder {
-    pub(super) fn new(spec: &BodySpec, mesh: &Mesh) -> Result<Self, ModelError> {
+    /// Body without supports, loads and contacts.
+    pub(super) fn new(
+        spec: &BodySpec,
+        mesh: &Mesh,
+        source: Source<'_>,
+    ) -> Result<Self, ModelError> {
         let used_by = format!("body `{}`", spec.name);
         let volume = name_for(mesh, &spec.name, &spec.volume);
         let group = find_group(mesh, &volume, Some(3), &used_by)?;
@@ -44,6 +69,26 @@ impl BodyBuilder {
         for (i, &n) in (0..).zip(&group.nodes) {
             local[n as usize] = i;
         }
+        let nodes = group.nodes.len();
+        let mut roles = Roles {
+            fixed: vec![false; nodes],
+            ..Roles::default()
+        };
+        let mut held = vec![[false; 3]; nodes];
+        let matrices = match source {
+            Source::Elements(material) => Unfinished::Elements(material.clone()),
+            Source::Given(given, axes) => {
+                let tags = group.nodes.iter().map(|&n| mesh.node_tags[n as usize]);
+                let placed = place(&spec.name, given, axes, &tags.collect::<Vec<_>>())?;
+                // What has no row does not move: supports of the other program are not in it.
+                for (node, known) in placed.axes_with_rows(nodes).into_iter().enumerate() {
+                    roles.fixed[node] = known == [false; 3];
+                    held[node] = known.map(|known| !known);
+                }
+                roles.auxiliary = vec![false; placed.others().div_ceil(3)];
+                Unfinished::Given(placed)
+            }
+        };
         Ok(Self {
             name: spec.name.clone(),
             elements: group.elements.clone(),
@@ -54,13 +99,11 @@ impl BodyBuilder {
                 .map(|&n| mesh.nodes_m[n as usize])
                 .collect(),
             local,
-            roles: Roles {
-                fixed: vec![false; group.nodes.len()],
-                ..Roles::default()
-            },
-            held: vec![[false; 3]; group.nodes.len()],
+            roles,
+            held,
             loads: Vec::new(),
             springs: Vec::new(),
+            matrices,
             in_contact: vec![false; group.nodes.len()],
         })
     }
@@ -111,6 +154,16 @@ impl BodyBuilder {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }
 
+    /// Those of these nodes of the mesh that have no row in the matrices of another program.
+    pub(super) fn without_rows(&self, mesh_nodes: &[u32]) -> Vec<u32> {
+        let Unfinished::Given(placed) = &self.matrices else {
+            return Vec::new();
+        };
+        let known = placed.axes_with_rows(self.nodes.len());
+        let lacks = |n: &u32| self.has(*n) && known[self.local(*n) as usize] == [false; 3];
+        mesh_nodes.iter().copied().filter(lacks).collect()
+    }
+
     pub(super) fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
         let used_by = |key| format!("body `{}`, {key}", spec.name);
         for name in &spec.fixed {
@@ -147,6 +200,19 @@ impl BodyBuilder {
     /// Free degrees of freedom that are held, ascending. Tied nodes follow their corners.
     fn held_dofs(&self, dofs: &DofMap) -> Vec<u32> {
         let mut held = Vec::new();
+        if let Unfinished::Given(given) = &self.matrices {
+            // Of the unknowns that are not on the mesh, rotations of supports are held, and what
+            // fills the last auxiliary node.
+            let mut moves = vec![false; 3 * given.others().div_ceil(3)];
+            for place in &given.places {
+                if let Place::Other { number, rotates } = *place {
+                    moves[number as usize] = rotates.is_none_or(|n| !self.roles.fixed[n as usize]);
+                }
+            }
+            let still = (0..).zip(moves).filter(|(_, moves)| !moves);
+            let dof = |number: u32| 3 * dofs.auxiliary[number as usize / 3] + number % 3;
+            held.extend(still.map(|(number, _)| dof(number)));
+        }
         for (motion, axes) in dofs.nodes.iter().zip(&self.held) {
             if let NodeMotion::Free(n) = motion {
                 held.extend((0..3).filter(|&k| axes[k as usize]).map(|k| 3 * n + k));
@@ -183,6 +249,10 @@ impl BodyBuilder {
         &mut self,
         mesh: &Mesh,
     ) -> Result<Option<StraightenedEdges>, ModelError> {
+        if matches!(self.matrices, Unfinished::Given(_)) {
+            // Matrices of another program are those of the edges as they are.
+            return Ok(None);
+        }
         let mut found = StraightenedEdges {
             body: self.name.clone(),
             edges: 0,
@@ -256,8 +326,17 @@ impl BodyBuilder {
         if dofs.free_nodes() == 0 {
             return Err(ModelError::NothingFree { body: self.name });
         }
-        let material = material(&spec.material, mesh, &self.name, &self.elements)?;
         let held_dofs = self.held_dofs(&dofs);
+        let rotates = rotation.is_some_and(|r| r.bodies.contains(&spec.name));
+        let matrices = match self.matrices {
+            Unfinished::Given(_) if rotates => {
+                return Err(ModelError::MatricesRotate { body: self.name });
+            }
+            Unfinished::Given(placed) => Matrices::Given(placed),
+            Unfinished::Elements(spec) => {
+                Matrices::Elements(material(&spec, mesh, &self.name, &self.elements)?)
+            }
+        };
         let mut elements = Connectivity::default();
         for &e in &self.elements {
             let nodes = mesh.elements.of(e as usize).iter();
@@ -267,8 +346,8 @@ impl BodyBuilder {
         let mesh_node = |&n: &u32| n as usize;
         Ok(Body {
             name: self.name,
-            material,
-            rotates: rotation.is_some_and(|r| r.bodies.contains(&spec.name)),
+            matrices,
+            rotates,
             fixed_interface_modes: spec.fixed_interface_modes,
             nodes_m: self.nodes_m,
             node_tags: self

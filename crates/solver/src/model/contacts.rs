@@ -41,6 +41,11 @@ pub(super) struct Surface {
 }
 
 impl Surface {
+    /// Nodes of the mesh that carry the contact.
+    pub fn nodes(&self) -> &[u32] {
+        &self.flank.nodes
+    }
+
     /// Flank `group` of the body with number `body` in the scene, which has these elements.
     pub fn new(
         mesh: &Mesh,

@@ -2,12 +2,13 @@
 //! unresolved.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::{GivenMatrices, MeshSource};
 use crate::contact::PairLaw;
-use crate::model::MeshSource;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
@@ -42,8 +43,8 @@ pub struct BodySpec {
     pub mesh: BodyMesh,
     /// Name of the volume group.
     pub volume: String,
-    /// Material of the body.
-    pub material: MaterialSpec,
+    /// Source of its stiffness and mass.
+    pub matrices: MatrixSource,
     /// Groups (of any dimension) whose nodes do not move.
     pub fixed: Vec<String>,
     /// Groups whose nodes do not move along x, y, z (planes of symmetry, rollers).
@@ -77,6 +78,57 @@ pub enum BodyMesh {
     },
 }
 
+/// Source of the stiffness and mass of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MatrixSource {
+    /// Finite elements of its mesh, of this material.
+    Elements(MaterialSpec),
+    /// Files of another program, whose contents [`bind`](super::bind()) takes.
+    Files(MatrixFiles),
+    /// Matrices of another program.
+    Given(Arc<GivenMatrices>),
+}
+
+/// Files with the matrices of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixFiles {
+    /// File of the stiffness.
+    pub stiffness: MatrixFile,
+    /// File of the mass.
+    pub mass: MatrixFile,
+    /// Table of the rows; `None` where the file of the stiffness names them.
+    pub rows: Option<PathBuf>,
+    /// Units of the matrices, which give a unit of force.
+    pub units: Units,
+}
+
+impl MatrixFiles {
+    /// Paths of all files.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        let both = [&self.stiffness, &self.mass].map(|file| file.path.as_path());
+        both.into_iter().chain(self.rows.as_deref())
+    }
+}
+
+/// Matrix in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixFile {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Name of the matrix where the file has several; `None`: the only one, or the one of a
+    /// customary name.
+    pub name: Option<String>,
+}
+
+/// Contents of the files that an assembly names besides those of its meshes.
+#[derive(Debug, Clone, Default)]
+pub struct NamedFiles {
+    /// Fields of excitations.
+    pub fields: SurfaceFields,
+    /// Matrices of bodies, by the names of the bodies.
+    pub matrices: BTreeMap<String, Arc<GivenMatrices>>,
+}
+
 /// Material of a body, or where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialSpec {
@@ -87,9 +139,9 @@ pub enum MaterialSpec {
     OfMesh(Option<String>),
 }
 
-impl From<Material> for MaterialSpec {
+impl From<Material> for MatrixSource {
     fn from(material: Material) -> Self {
-        Self::Given(material)
+        Self::Elements(MaterialSpec::Given(material))
     }
 }
 

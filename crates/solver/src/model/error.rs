@@ -83,6 +83,48 @@ pub enum ModelError {
         name: String,
         reason: String,
     },
+    #[error(
+        "body `{body}`: the matrices of {} were not read: pass them to the binding with the mesh",
+        path.display()
+    )]
+    MatricesMissing { body: String, path: PathBuf },
+    #[error(
+        "body `{body}`: two nodes of its mesh have the number {tag}, so that rows of its matrices cannot be told apart: give the mesh from which the matrices were made"
+    )]
+    TagTwice { body: String, tag: u64 },
+    #[error(
+        "body `{body}`: none of the {rows} rows of its matrices is a displacement of a node of its mesh: the rows begin with nodes {}, the mesh with {}; give the mesh from which the matrices were made, or number the table of rows (`rows_file`) like it",
+        list(nodes),
+        list(tags)
+    )]
+    NoRowOnMesh {
+        body: String,
+        rows: usize,
+        nodes: Vec<u64>,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "body `{body}`: it is turned, and {count} nodes, the first of them {tag}, have one or two of the three displacements in its matrices: what holds the others would be turned, too; export the matrices without these supports and hold the nodes by `fixed`, or do not turn the body"
+    )]
+    TurnedRows {
+        body: String,
+        count: usize,
+        tag: u64,
+    },
+    #[error(
+        "contact `{contact}`: {count} nodes of its flank on body `{body}` (first tags {}) have no row in the matrices of that body: retain them where the matrices are made, or name a surface whose nodes have rows",
+        list(tags)
+    )]
+    FlankWithoutRows {
+        body: String,
+        contact: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "body `{body}`: it has matrices of another program, which contain no stress and no centrifugal load: leave it out of `bodies` of [rotation], and export its matrices at the speed"
+    )]
+    MatricesRotate { body: String },
     #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
     FixedElsewhere { body: String, group: String },
     #[error(
@@ -164,7 +206,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "{used_by}: group `{group}` has nodes that are fixed and cannot move, {count} of them (first tags {}): name another group, or hold less by `fixed`",
+        "{used_by}: group `{group}` has nodes that cannot move, {count} of them (first tags {}), being fixed or without a row in the matrices of their body: name another group, or hold less by `fixed`",
         list(tags)
     )]
     NodesFixed {

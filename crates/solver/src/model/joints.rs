@@ -204,8 +204,19 @@ fn surface(
             tags,
         });
     };
-    let body = (bodies[owner].name(), bodies[owner].elements());
-    Surface::new(mesh, &spec.name, (name, group), owner, body)
+    let body = &bodies[owner];
+    let of_body = (body.name(), body.elements());
+    let found = Surface::new(mesh, &spec.name, (name, group), owner, of_body)?;
+    let (count, tags) = first_tags(mesh, body.without_rows(found.nodes()).iter());
+    if count > 0 {
+        return Err(ModelError::FlankWithoutRows {
+            body: body.name().to_string(),
+            contact: spec.name.clone(),
+            count,
+            tags,
+        });
+    }
+    Ok(found)
 }
 
 /// Checks that a slave node is held along the flank only, and that the nodes opposite are held,

@@ -34,6 +34,7 @@ mod least_squares;
 mod loads;
 mod mapping;
 mod material;
+mod matrices;
 mod mesh_source;
 mod mortar;
 mod neighbours;
@@ -42,11 +43,14 @@ mod springs;
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
-    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, ObservationSpec,
-    Prestress, RotationSpec, Side, SpringSpec, SurfaceFields,
+    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, MatrixFile,
+    MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec, Side,
+    SpringSpec, SurfaceFields,
 };
+pub use dovetail_matrices::Row;
 pub use error::ModelError;
 pub use mapping::FieldMap;
+pub use matrices::{GivenMatrices, MatricesError, Place, PlacedMatrices};
 pub use mesh_source::{MeshKind, MeshSource};
 
 /// Input of the finite elements and of the contact, with every name resolved.
@@ -108,8 +112,8 @@ impl Model {
 pub struct Body {
     /// Name in the description.
     pub name: String,
-    /// Material of the body.
-    pub material: Material,
+    /// Source of its stiffness and mass.
+    pub matrices: Matrices,
     /// True if the body carries the load and prestress of the rotation.
     pub rotates: bool,
     /// Number of modes that a Craig-Bampton reduction of this body keeps; `None` where it is not
@@ -135,7 +139,24 @@ pub struct Body {
     pub springs: Vec<Spring>,
 }
 
+/// Source of the stiffness and mass of a body.
+#[derive(Debug, Clone, Serialize)]
+pub enum Matrices {
+    /// Finite elements of this material.
+    Elements(Material),
+    /// Matrices of another program.
+    Given(PlacedMatrices),
+}
+
 impl Body {
+    /// Material of the elements; `None` where the matrices come from another program.
+    pub fn material(&self) -> Option<Material> {
+        match &self.matrices {
+            Matrices::Elements(material) => Some(*material),
+            Matrices::Given(_) => None,
+        }
+    }
+
     /// Mesh tag of each free node; for an auxiliary one, the tag of a node that its spring acts on.
     pub fn free_node_tags(&self) -> Vec<u64> {
         let nodes = self.mesh_nodes_of_free_nodes().into_iter();

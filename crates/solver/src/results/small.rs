@@ -138,15 +138,17 @@ impl<'m> Sizes<'m> {
 
     fn hardest(&self, pressures_pa: &[f64]) -> Option<AtContact> {
         let pairs = self.model.pairs.iter().zip(pressures_pa);
-        let pressed = pairs.map(|(pair, &pressure_pa)| {
+        // A modulus is not known where the matrices come from another program.
+        let pressed = pairs.filter_map(|(pair, &pressure_pa)| {
             let bodies = [Some(pair.slave.node), pair.slave.partner()];
-            let moduli = bodies.into_iter().flatten();
-            let moduli = moduli.map(|at| self.model.bodies[at.body].material.young_pa);
-            AtContact {
+            let materials = bodies.into_iter().flatten();
+            let materials = materials.filter_map(|at| self.model.bodies[at.body].material());
+            let modulus = materials.map(|material| material.young_pa);
+            Some(AtContact {
                 contact: self.model.contact_names[pair.contact].clone(),
                 value: pressure_pa,
-                share: pressure_pa / moduli.fold(f64::MAX, f64::min),
-            }
+                share: pressure_pa / modulus.reduce(f64::min)?,
+            })
         });
         pressed.reduce(larger)
     }

@@ -8,7 +8,7 @@ use super::kept::{Displacement, Key, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
 use crate::fem::expand_to_nodes;
 use crate::fem::mass_properties::MassProperties;
-use crate::model::{Model, SurfaceFields};
+use crate::model::{Model, NamedFiles};
 use crate::problem::Problem;
 use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
 use crate::results::modes::{ModeKind, ModeShape, hertz};
@@ -18,20 +18,20 @@ use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::spectrum::{Spectrum, blocks};
 
-/// Meshes and fields that an assembly is bound to.
+/// Meshes and other files that an assembly is bound to.
 #[derive(Debug, Clone)]
 pub struct Meshes {
     /// Mesh of all bodies, in metres: see [`gather`](crate::model::gather::gather).
     pub mesh: Mesh,
-    /// Fields that excitations name by their files.
-    pub fields: SurfaceFields,
+    /// Contents of the other files that it names.
+    pub files: NamedFiles,
 }
 
 impl From<Mesh> for Meshes {
     fn from(mesh: Mesh) -> Self {
         Self {
             mesh,
-            fields: SurfaceFields::new(),
+            files: NamedFiles::default(),
         }
     }
 }

@@ -68,7 +68,7 @@ impl Bound {
     /// volume.
     pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
         let _stage = session.stage(Stage::Model);
-        let model = bind(assembly, &meshes.mesh, Some(&meshes.fields))?;
+        let model = bind(assembly, &meshes.mesh, Some(&meshes.files))?;
         let rotation = model.rotation.as_ref();
         let bodies = model.bodies.iter();
         let properties = bodies

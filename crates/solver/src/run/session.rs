@@ -29,6 +29,8 @@ use dovetail_numerics::eigen::Modes;
 pub enum Stage {
     /// The caller of the library generates or reads the mesh.
     Mesh,
+    /// The caller of the library reads the matrices of bodies.
+    Matrices,
     /// Names become indices, flanks become pairs.
     Model,
     /// Matrices of the bodies.
@@ -78,6 +80,7 @@ impl Stage {
     pub fn title(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
+            Self::Matrices => "matrices of other programs",
             Self::Model => "model",
             Self::FiniteElements => "finite elements",
             Self::Reduction => "reduction",

@@ -6,8 +6,8 @@ use dovetail_mesh::units::Units;
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, ContactSpec, ExcitationKind, Material, MaterialSpec, Model, ModelError,
-    bind,
+    Assembly, BodyMesh, ContactSpec, ExcitationKind, Material, MaterialSpec, MatrixSource, Model,
+    ModelError, bind,
 };
 use dovetail_testkit::block::{block, map_nodes};
 use dovetail_testkit::words::has;
@@ -182,7 +182,8 @@ fn cube(deck: &str, units: Units, material: Option<&str>) -> Result<Model, Model
     let mut assembly = blocks_assembly();
     assembly.bodies.truncate(1);
     assembly.bodies[0].volume = "cube".into();
-    assembly.bodies[0].material = MaterialSpec::OfMesh(material.map(str::to_owned));
+    let of_mesh = MaterialSpec::OfMesh(material.map(str::to_owned));
+    assembly.bodies[0].matrices = MatrixSource::Elements(of_mesh);
     let contact = &mut assembly.contacts[0];
     (contact.first, contact.second) = ("base".into(), None);
     assembly.excitations[0].kind = ExcitationKind::force("corner", [0.0, 1.0, 0.0]);
@@ -197,14 +198,14 @@ fn materials_of_a_deck_are_converted_by_its_units() {
         young_pa,
         poisson,
         density_kg_m3,
-    } = model.bodies[0].material;
+    } = model.bodies[0].material().unwrap();
     assert!((young_pa / 210e9 - 1.0).abs() < 1e-15 && poisson == 0.3);
     assert!((density_kg_m3 / 7850.0 - 1.0).abs() < 1e-14);
     let volume = dovetail_solver::fem::mass_properties::mass_properties(&model.bodies[0], None);
     assert!((volume.unwrap().mass_kg / (7850.0 * 8e-9) - 1.0).abs() < 1e-12);
     // In metres the same numbers are another material.
     let raw = cube(STEEL_CUBE, Units::MetreKilogramSecond, Some("Steel")).unwrap();
-    assert_eq!(raw.bodies[0].material.young_pa, 210000.0);
+    assert_eq!(raw.bodies[0].material().unwrap().young_pa, 210000.0);
 }
 
 #[test]

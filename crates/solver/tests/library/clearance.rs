@@ -416,7 +416,7 @@ fn rotating(materials: [Material; 2], gap_m: f64, speed_rad_s: f64) -> Assembly 
     assembly.contacts[0].pair_law.gap_m = gap_m;
     for (body, material) in assembly.bodies.iter_mut().zip(materials) {
         let name = body.name.clone();
-        body.material = material.into();
+        body.matrices = material.into();
         body.fixed.clear();
         body.fixed_along = [
             vec![format!("{name}_x_min")],

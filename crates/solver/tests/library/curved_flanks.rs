@@ -109,7 +109,7 @@ fn a_uniform_pressure_on_a_plane_flank_with_curved_edges_stays_uniform() {
             "{:?}",
             model.straightened
         );
-        let material = model.bodies[0].material;
+        let material = model.bodies[0].material().unwrap();
         let stress_pa = 1e8;
         let strain = stress_pa / material.young_pa;
         let (forces, _) = forces_n(&model, |[x, y, z]| {

@@ -48,7 +48,7 @@ fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assem
         density_kg_m3: 2700.0,
     };
     let mut bar = body("bar", &["x_min"]);
-    bar.material = material.into();
+    bar.matrices = material.into();
     let mut assembly = assembly(vec![bar], Vec::new(), "x_max");
     assembly.rotation = None;
     assembly.excitations = vec![excitation];

@@ -19,6 +19,7 @@ mod damaged_meshes;
 mod elements;
 mod excitation;
 mod extremes;
+mod given_matrices;
 mod gross_slip;
 mod mortar;
 mod peaks;

@@ -36,7 +36,7 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
     both.excitations.clear();
     both.observations.clear();
     for (body, [young_pa, poisson]) in both.bodies.iter_mut().zip([[1e11, 0.3], [2e11, 0.2]]) {
-        body.material = Material {
+        body.matrices = Material {
             young_pa,
             poisson,
             density_kg_m3: 4000.0,

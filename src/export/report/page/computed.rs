@@ -67,9 +67,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             &assembly.bodies,
             &[
                 ("body", &|body| body.name.clone()),
-                ("Young's modulus", &|body| of(body, |b| quantity(b.young_pa, "Pa", 4))),
-                ("Poisson's ratio", &|body| of(body, |b| figure(b.poisson, 3))),
-                ("density", &|body| of(body, |b| format!("{} kg/m³", figure(b.density_kg_m3, 4)))),
+                ("Young's modulus", &|body| of(body, |b| or_dash(b.young_pa, |e| quantity(e, "Pa", 4)))),
+                ("Poisson's ratio", &|body| of(body, |b| or_dash(b.poisson, |nu| figure(nu, 3)))),
+                ("density", &|body| of(body, |b| or_dash(b.density_kg_m3, |rho| format!("{} kg/m³", figure(rho, 4))))),
                 ("mass", &|body| of(body, |b| format!("{} kg", figure(b.mass_kg, 4)))),
                 ("nodes", &|body| of(body, |b| b.nodes.to_string())),
                 ("elements", &|body| of(body, |b| b.elements.to_string())),

@@ -3,7 +3,7 @@
 use dovetail_mesh::element::facet_corners;
 use dovetail_mesh::{ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
-use dovetail_solver::model::{BodyPrestress, Material};
+use dovetail_solver::model::{BodyPrestress, Material, Matrices};
 use dovetail_testkit::block::{block, distort, map_nodes, mixed_block};
 
 /// Elements of a block.
@@ -64,7 +64,7 @@ pub fn body_of(
         .count();
     Body {
         name: "block".into(),
-        material,
+        matrices: Matrices::Elements(material),
         rotates: true,
         fixed_interface_modes: None,
         nodes_m: mesh.nodes_m.clone(),

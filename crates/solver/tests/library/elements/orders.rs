@@ -11,7 +11,7 @@ use dovetail_mesh::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::fem::elasticity::Lame;
-use dovetail_solver::model::Material;
+use dovetail_solver::model::{Material, Matrices};
 use dovetail_testkit::block::{FACES, distort, map_nodes};
 
 use super::algebra::*;
@@ -421,7 +421,7 @@ fn sliding_block_errors(filling: Filling, shape: &Block, finer: usize, count: us
     let mut mesh = filling.block((shape.cells)(finer), shape.size);
     distort(&mut mesh, shape.size, shape.distortion * shape.size[2]);
     let mut body = free_body(&mesh);
-    body.material = MATERIAL;
+    body.matrices = Matrices::Elements(MATERIAL);
     let all = matrices(&body);
     let mut held = vec![false; all.load_n.len()];
     for (axis, faces) in FACES.iter().enumerate() {

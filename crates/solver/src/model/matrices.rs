@@ -1,0 +1,416 @@
+//! Bodies whose stiffness and mass come from another program, and the places of their rows.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra_sparse::CscMatrix;
+use serde::Serialize;
+use serde::ser::{SerializeTuple, Serializer};
+
+use super::ModelError;
+use crate::model::{Assembly, BodyMesh, BodySpec};
+use dovetail_matrices::Row;
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::units::Units;
+use dovetail_numerics::space::cross;
+
+/// Largest difference of two entries of a symmetric matrix, relative to the largest entry.
+const ASYMMETRY: f64 = 1e-9;
+
+/// Stiffness and mass of a body from another program, in SI units and in the axes of its mesh file.
+#[derive(Debug, PartialEq)]
+pub struct GivenMatrices {
+    stiffness: CscMatrix<f64>,
+    mass: CscMatrix<f64>,
+    rows: Vec<Row>,
+}
+
+/// Error of matrices that are not those of a body.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
+#[non_exhaustive]
+pub enum MatricesError {
+    #[error("the {what} matrix is {rows} x {columns}: it has to be square")]
+    NotSquare {
+        what: &'static str,
+        rows: usize,
+        columns: usize,
+    },
+    #[error(
+        "the stiffness has {stiffness} rows, the mass {mass}, and the table of rows {table}: they belong to the same degrees of freedom"
+    )]
+    Sizes {
+        stiffness: usize,
+        mass: usize,
+        table: usize,
+    },
+    #[error(
+        "the {what} matrix is not symmetric: entries ({row}, {column}) and ({column}, {row}), counted from 1, differ by {by:.3e}, and the largest entry is {largest:.3e}; dampers and gyroscopic terms do not belong in it"
+    )]
+    NotSymmetric {
+        what: &'static str,
+        row: usize,
+        column: usize,
+        by: f64,
+        largest: f64,
+    },
+    #[error("entry ({row}, {column}) of the {what} matrix, counted from 1, is not a finite number")]
+    NotFinite {
+        what: &'static str,
+        row: usize,
+        column: usize,
+    },
+    #[error(
+        "entry {row} of the diagonal of the {what} matrix, counted from 1, is {value:.3e}: no body has a negative one; check that the two matrices are not exchanged, and their signs"
+    )]
+    Negative {
+        what: &'static str,
+        row: usize,
+        value: f64,
+    },
+    #[error(
+        "rows {first} and {second} of the table, counted from 1, are both direction {direction} of node {node}"
+    )]
+    RowTwice {
+        first: usize,
+        second: usize,
+        node: u64,
+        direction: u8,
+    },
+}
+
+impl GivenMatrices {
+    /// Matrices in these units on these rows. Entries that differ from their mirror by rounding are
+    /// replaced by the mean of both.
+    ///
+    /// # Errors
+    /// Matrices that are not square, of different sizes, not symmetric (1e-9 of the largest entry)
+    /// or not finite, with negative diagonals; a row that is named twice.
+    ///
+    /// # Panics
+    /// Where `units` give no unit of force: a length alone does not.
+    pub fn new(
+        stiffness: CscMatrix<f64>,
+        mass: CscMatrix<f64>,
+        rows: Vec<Row>,
+        units: Units,
+    ) -> Result<Self, MatricesError> {
+        let [stress_pa, density_kg_m3] = units
+            .stress_pa_and_density_kg_m3()
+            .expect("a system of units has a unit of force");
+        let length_m = units.metres();
+        let stiffness = symmetric("stiffness", stiffness, stress_pa * length_m)?;
+        let mass = symmetric("mass", mass, density_kg_m3 * length_m.powi(3))?;
+        let sizes = [stiffness.nrows(), mass.nrows(), rows.len()];
+        if sizes.iter().any(|size| *size != sizes[0]) {
+            let [stiffness, mass, table] = sizes;
+            return Err(MatricesError::Sizes {
+                stiffness,
+                mass,
+                table,
+            });
+        }
+        let mut known = HashMap::new();
+        for (at, row) in rows.iter().enumerate() {
+            let Row::Node { node, direction } = *row else {
+                continue;
+            };
+            if let Some(first) = known.insert((node, direction), at) {
+                return Err(MatricesError::RowTwice {
+                    first: first + 1,
+                    second: at + 1,
+                    node,
+                    direction,
+                });
+            }
+        }
+        Ok(Self {
+            stiffness,
+            mass,
+            rows,
+        })
+    }
+
+    /// Stiffness, N/m, n x n.
+    pub fn stiffness(&self) -> &CscMatrix<f64> {
+        &self.stiffness
+    }
+
+    /// Mass, kg, n x n.
+    pub fn mass(&self) -> &CscMatrix<f64> {
+        &self.mass
+    }
+
+    /// Rows of both matrices, n.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+}
+
+/// Symmetric matrix times a factor.
+fn symmetric(
+    what: &'static str,
+    mut matrix: CscMatrix<f64>,
+    factor: f64,
+) -> Result<CscMatrix<f64>, MatricesError> {
+    let (rows, columns) = (matrix.nrows(), matrix.ncols());
+    if rows != columns || rows == 0 {
+        return Err(MatricesError::NotSquare {
+            what,
+            rows,
+            columns,
+        });
+    }
+    let numbered = |(row, column)| (row + 1, column + 1);
+    if let Some((row, column, _)) = matrix.triplet_iter().find(|(.., v)| !v.is_finite()) {
+        let (row, column) = numbered((row, column));
+        return Err(MatricesError::NotFinite { what, row, column });
+    }
+    let values = || matrix.triplet_iter().map(|(i, j, v)| (i, j, *v));
+    if let Some((i, _, value)) = values().find(|(i, j, v)| i == j && *v < 0.0) {
+        return Err(MatricesError::Negative {
+            what,
+            row: i + 1,
+            value,
+        });
+    }
+    let largest = values().map(|(.., v)| v.abs()).fold(0.0, f64::max);
+    let mirror = matrix.transpose();
+    let difference = &matrix - &mirror;
+    let all = difference.triplet_iter();
+    let worst = all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
+    if let Some((row, column, by)) = worst.filter(|(.., by)| **by != 0.0) {
+        if by.abs() > ASYMMETRY * largest {
+            let (row, column) = numbered((row.min(column), row.max(column)));
+            return Err(MatricesError::NotSymmetric {
+                what,
+                row,
+                column,
+                by: by.abs(),
+                largest,
+            });
+        }
+        matrix = (&matrix + &mirror) * 0.5;
+    }
+    if factor != 1.0 {
+        matrix.values_mut().iter_mut().for_each(|v| *v *= factor);
+    }
+    Ok(matrix)
+}
+
+/// Writes all numbers, for the hash by which results are kept.
+impl Serialize for GivenMatrices {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut parts = serializer.serialize_tuple(7)?;
+        for matrix in [&self.stiffness, &self.mass] {
+            let (offsets, indices, values) = matrix.csc_data();
+            parts.serialize_element(offsets)?;
+            parts.serialize_element(indices)?;
+            parts.serialize_element(values)?;
+        }
+        parts.serialize_element(&self.rows)?;
+        parts.end()
+    }
+}
+
+/// Matrices of another program on the nodes of a body.
+#[derive(Debug, Clone)]
+pub struct PlacedMatrices {
+    /// Matrices as they were given.
+    pub given: Arc<GivenMatrices>,
+    /// Unknown of the body that each row is.
+    pub places: Vec<Place>,
+    /// Axes of the matrices as columns, in those of the scene, where the body is turned.
+    pub axes: Option<[[f64; 3]; 3]>,
+}
+
+/// Unknown of a body that a row of its matrices is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Place {
+    /// Displacement of a node of the mesh, local number, along an axis of the matrices.
+    Displacement {
+        /// Node in the body's own numbering.
+        node: u32,
+        /// Axis, from 0.
+        axis: u8,
+    },
+    /// Unknown that no node of the mesh has: a generalised coordinate, the rotation of a node, or
+    /// a displacement of a node that the mesh lacks. Three of them make an auxiliary node.
+    Other {
+        /// Number among these unknowns.
+        number: u32,
+        /// Node of the mesh, local number, whose rotation it is.
+        rotates: Option<u32>,
+    },
+}
+
+impl Serialize for PlacedMatrices {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (&*self.given, &self.places, &self.axes).serialize(serializer)
+    }
+}
+
+impl PlacedMatrices {
+    /// Number of unknowns that no node of the mesh has.
+    pub fn others(&self) -> usize {
+        let other = |place: &&Place| matches!(place, Place::Other { .. });
+        self.places.iter().filter(other).count()
+    }
+
+    /// Nodes, axes and weights of the displacements in the scene that make up a row. `nodes` is the
+    /// number of nodes of the mesh, behind which auxiliary ones are numbered.
+    pub fn parts(&self, row: usize, nodes: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let (node, axis, axes) = match self.places[row] {
+            Place::Displacement { node, axis } => (node as usize, usize::from(axis), self.axes),
+            Place::Other { number, .. } => {
+                let number = number as usize;
+                (nodes + number / 3, number % 3, None)
+            }
+        };
+        (0..3).filter_map(move |k| {
+            let weight = axes.map_or(f64::from(k == axis), |axes| axes[k][axis]);
+            (weight != 0.0).then_some((node, k, weight))
+        })
+    }
+
+    /// Values of the rows in a motion of all nodes by the same vector, also of those that the mesh
+    /// lacks. Rotations and generalised coordinates are zero.
+    pub fn translation(&self, vector: [f64; 3]) -> Vec<f64> {
+        let of = |row: &Row| match row {
+            Row::Node { direction, .. } if *direction <= 3 => {
+                self.along(usize::from(*direction) - 1, vector)
+            }
+            _ => 0.0,
+        };
+        self.given.rows().iter().map(of).collect()
+    }
+
+    /// Values of the rows in a rotation of all nodes about an axis. `arm` gives the position of a
+    /// node relative to a point of the axis. `None` where the mesh lacks a node.
+    pub fn rotation(&self, axis: [f64; 3], arm: impl Fn(u32) -> [f64; 3]) -> Option<Vec<f64>> {
+        let of = |(place, row): (&Place, &Row)| match (place, row) {
+            (Place::Displacement { node, axis: k }, _) => {
+                Some(self.along(usize::from(*k), cross(axis, arm(*node))))
+            }
+            (_, Row::Generalised) => Some(0.0),
+            (_, Row::Node { direction, .. }) if *direction > 3 => {
+                Some(self.along(usize::from(*direction) - 4, axis))
+            }
+            (_, Row::Node { .. }) => None,
+        };
+        self.places.iter().zip(self.given.rows()).map(of).collect()
+    }
+
+    /// Axes of each node of the mesh along which it has a row.
+    pub(super) fn axes_with_rows(&self, nodes: usize) -> Vec<[bool; 3]> {
+        let mut known = vec![[false; 3]; nodes];
+        for place in &self.places {
+            if let Place::Displacement { node, axis } = *place {
+                known[node as usize][usize::from(axis)] = true;
+            }
+        }
+        known
+    }
+
+    /// Component of a vector along an axis of the matrices.
+    fn along(&self, axis: usize, vector: [f64; 3]) -> f64 {
+        let of_turned = |axes: [[f64; 3]; 3]| (0..3).map(|k| axes[k][axis] * vector[k]).sum();
+        self.axes.map_or(vector[axis], of_turned)
+    }
+}
+
+/// Finds the rows of the matrices of a body on its nodes, whose numbers are `tags`.
+///
+/// # Errors
+/// A number that two nodes have, matrices none of whose rows is on a node of the mesh, and a node
+/// of a turned body that has some of its three displacements only.
+pub(super) fn place(
+    body: &str,
+    given: &Arc<GivenMatrices>,
+    axes: Option<[[f64; 3]; 3]>,
+    tags: &[u64],
+) -> Result<PlacedMatrices, ModelError> {
+    let mut local = HashMap::with_capacity(tags.len());
+    for (at, &tag) in (0..).zip(tags) {
+        if local.insert(tag, at).is_some() {
+            return Err(ModelError::TagTwice {
+                body: body.to_owned(),
+                tag,
+            });
+        }
+    }
+    let mut others = 0..;
+    let mut other = |rotates| Place::Other {
+        number: others.next().unwrap_or(u32::MAX),
+        rotates,
+    };
+    let rows = given.rows().iter();
+    let places = rows.map(|row| match *row {
+        Row::Generalised => other(None),
+        Row::Node { node, direction } => match local.get(&node) {
+            Some(&node) if direction <= 3 => Place::Displacement {
+                node,
+                axis: direction - 1,
+            },
+            known => other(known.copied()),
+        },
+    });
+    let placed = PlacedMatrices {
+        given: Arc::clone(given),
+        places: places.collect(),
+        axes,
+    };
+    let known = placed.axes_with_rows(tags.len());
+    if known.iter().all(|axes| *axes == [false; 3]) {
+        let of_node = |row: &Row| match row {
+            Row::Node { node, .. } => Some(*node),
+            Row::Generalised => None,
+        };
+        return Err(ModelError::NoRowOnMesh {
+            body: body.to_owned(),
+            rows: given.rows().len(),
+            nodes: given.rows().iter().filter_map(of_node).take(5).collect(),
+            tags: tags.iter().take(5).copied().collect(),
+        });
+    }
+    let partly = known.iter().zip(tags);
+    let mut partly = partly.filter(|(axes, _)| axes.contains(&true) && axes.contains(&false));
+    match partly.next() {
+        Some((_, &tag)) if axes.is_some() => Err(ModelError::TurnedRows {
+            body: body.to_owned(),
+            count: partly.count() + 1,
+            tag,
+        }),
+        _ => Ok(placed),
+    }
+}
+
+/// Axes of the file of a body in those of the scene, as columns; `None` where it is not turned.
+pub(super) fn axes_of(assembly: &Assembly, body: &BodySpec) -> Option<[[f64; 3]; 3]> {
+    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut turns: Vec<&Placement> = Vec::new();
+    let mut of = Some(body);
+    while let Some(spec) = of {
+        of = match &spec.mesh {
+            BodyMesh::Shared => None,
+            BodyMesh::File { placement, .. } => {
+                turns.push(placement);
+                None
+            }
+            BodyMesh::CopyOf { body, placement } => {
+                turns.push(placement);
+                assembly.bodies.iter().find(|b| b.name == *body)
+            }
+        };
+    }
+    turns.retain(|placement| placement.angle_rad != 0.0);
+    for placement in turns.iter().rev() {
+        let origin = placement.of([0.0; 3]);
+        for axis in &mut axes {
+            let end = placement.of(*axis);
+            *axis = [0, 1, 2].map(|k| end[k] - origin[k]);
+        }
+    }
+    // `axes` has the axes of the file as rows.
+    (!turns.is_empty()).then(|| [0, 1, 2].map(|k| [0, 1, 2].map(|axis| axes[axis][k])))
+}

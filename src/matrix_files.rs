@@ -1,0 +1,96 @@
+//! Opens the files of the matrices of a body, as the library reads bytes.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, choose, on_rows, parse, parse_rows};
+use dovetail_solver::input;
+use dovetail_solver::model::{GivenMatrices, MatricesError, MatrixFile, MatrixFiles};
+
+/// Error of the matrices of a body.
+#[derive(Debug, Error)]
+pub enum MatrixFilesError {
+    #[error("body `{body}`: cannot read {}", path.display())]
+    Io {
+        body: String,
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("body `{body}`: {error}")]
+    File { body: String, error: MatrixError },
+    #[error(
+        "body `{body}`: {} does not say which node and direction its rows belong to; give a table by `rows_file` (of CalculiX the .dof beside it, else lines `node,direction`)",
+        path.display()
+    )]
+    NoRows { body: String, path: PathBuf },
+    #[error("body `{body}`, {} and {}: {error}", stiffness.display(), mass.display())]
+    Matrices {
+        body: String,
+        stiffness: PathBuf,
+        mass: PathBuf,
+        error: MatricesError,
+    },
+}
+
+/// Checks that the files of the matrices of a body exist.
+///
+/// # Errors
+/// A path where no regular file is.
+pub fn check(body: &str, files: &MatrixFiles) -> Result<(), MatrixFilesError> {
+    for path in files.paths() {
+        input::check(path).map_err(|source| MatrixFilesError::Io {
+            body: body.to_owned(),
+            path: path.to_owned(),
+            source,
+        })?;
+    }
+    Ok(())
+}
+
+/// Reads the matrices of a body.
+///
+/// # Errors
+/// A file that cannot be read, or is no such file; matrices that are not those of a body.
+pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFilesError> {
+    let body = body.to_owned();
+    let wrong = |error| MatrixFilesError::File {
+        body: body.clone(),
+        error,
+    };
+    let bytes = |path: &Path| {
+        input::bytes(path).map_err(|source| MatrixFilesError::Io {
+            body: body.clone(),
+            path: path.to_owned(),
+            source,
+        })
+    };
+    let matrix = |file: &MatrixFile, quantity| -> Result<NamedMatrix, MatrixFilesError> {
+        let all = parse(&file.path, &bytes(&file.path)?).map_err(wrong)?;
+        choose(&file.path, all, quantity, file.name.as_deref()).map_err(wrong)
+    };
+    let stiffness = matrix(&files.stiffness, Quantity::Stiffness)?;
+    let mass = matrix(&files.mass, Quantity::Mass)?;
+    let rows = match (&files.rows, &stiffness.rows) {
+        (Some(path), _) => parse_rows(path, &bytes(path)?).map_err(wrong)?,
+        (None, Some(rows)) => rows.clone(),
+        (None, None) => {
+            let path = files.stiffness.path.clone();
+            return Err(MatrixFilesError::NoRows { body, path });
+        }
+    };
+    // A file that names its rows leaves out those without entries.
+    let on_these = |matrix: NamedMatrix| match matrix.rows {
+        Some(_) => on_rows(matrix, &rows).map_err(wrong),
+        None => Ok(matrix.matrix),
+    };
+    let both = (on_these(stiffness)?, on_these(mass)?);
+    GivenMatrices::new(both.0, both.1, rows, files.units).map_err(|error| {
+        MatrixFilesError::Matrices {
+            body: body.clone(),
+            stiffness: files.stiffness.path.clone(),
+            mass: files.mass.path.clone(),
+            error,
+        }
+    })
+}

@@ -1,0 +1,181 @@
+//! Scenes whose bodies have matrices of another program, and what the program says about them.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use dovetail::mesh_files;
+use dovetail_matrices::write_matrix_market;
+use dovetail_mesh::units::Units;
+use dovetail_solver::fem::{assemble_body, statics};
+use dovetail_solver::model::{
+    Assembly, Body, BodyMesh, BodySpec, MaterialSpec, MatrixSource, bind,
+};
+use dovetail_testkit::folder::root;
+use nalgebra_sparse::CscMatrix;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{cases, has, on_scene, told};
+use crate::shared_runs::{Row, number, rows};
+
+/// The joint of two decks at rest: a force pulls the blade outwards.
+fn at_rest(sources: [&str; 2]) -> String {
+    let text = std::fs::read_to_string(root().join("scenes/decks/two_decks.toml")).unwrap();
+    let begin = text.find("[rotation]").unwrap();
+    let end = text.find("[[contact]]").unwrap();
+    let load = "[[load]]\non = \"Tip\"\ndirection = [0, 0, 1]\nforce_n = 500\n\n";
+    let text = format!("{}{load}{}", &text[..begin], &text[end..]);
+    let decks = root().join("meshes/decks");
+    let text = text.replace("../../meshes/decks", decks.to_str().unwrap());
+    let text = text.replace(
+        "volume = \"Blade-1\"",
+        &format!("volume = \"Blade-1\"\n{}", sources[0]),
+    );
+    text.replace(
+        "volume = \"Sector\"",
+        &format!("volume = \"Sector\"\n{}", sources[1]),
+    )
+}
+
+/// Body of a deck as its elements make it, with its stiffness and mass in SI units.
+fn of_deck(deck: &str, volume: &str, fixed: &[&str], units: Units) -> (Body, [CscMatrix<f64>; 2]) {
+    let mesh = mesh_files::read(&root().join("meshes/decks").join(deck), units).unwrap();
+    let assembly = Assembly {
+        bodies: vec![BodySpec {
+            name: "body".into(),
+            mesh: BodyMesh::Shared,
+            volume: volume.into(),
+            matrices: MatrixSource::Elements(MaterialSpec::OfMesh(None)),
+            fixed: fixed.iter().map(|s| (*s).to_owned()).collect(),
+            fixed_along: Default::default(),
+            fixed_interface_modes: None,
+        }],
+        ..Assembly::default()
+    };
+    let mut model = bind(&assembly, &mesh, None).unwrap();
+    let body = model.bodies.remove(0);
+    let matrices = assemble_body(&body, None, &statics::solve_by_cholesky).unwrap();
+    (body, [matrices.stiffness, matrices.mass])
+}
+
+/// Matrices as CalculiX writes them: the upper triangle, counted from 1, and `node.direction`.
+fn write_calculix(folder: &Path, body: &Body, matrices: &[CscMatrix<f64>; 2]) {
+    for (matrix, file) in matrices.iter().zip(["jaw.sti", "jaw.mas"]) {
+        let mut text = String::new();
+        for (i, j, v) in matrix.triplet_iter().filter(|(i, j, _)| i <= j) {
+            writeln!(text, "{} {} {v:.16e}", i + 1, j + 1).unwrap();
+        }
+        std::fs::write(folder.join(file), text).unwrap();
+    }
+    let mut text = String::new();
+    for node in body.free_node_tags() {
+        for direction in 1..=3 {
+            writeln!(text, "{node}.{direction}").unwrap();
+        }
+    }
+    std::fs::write(folder.join("jaw.dof"), text).unwrap();
+}
+
+const JAW: &str = "stiffness_file = \"jaw.sti\"\nmass_file = \"jaw.mas\"\nrows_file = \"jaw.dof\"";
+const BLADE: &str =
+    "stiffness_file = \"blade_k.mtx\"\nmass_file = \"blade_m.mtx\"\nrows_file = \"rows.csv\"";
+
+/// Folder with the files of the matrices of both decks: those of the blade in millimetres and
+/// tonnes with a table of its rows, those of the jaw without the rows of its support.
+fn with_matrices() -> Folder {
+    let folder = Folder::new("given_matrices");
+    let (body, mut matrices) = of_deck("blade.inp", "Blade-1", &[], Units::MillimetreTonneSecond);
+    for (matrix, file) in matrices.iter_mut().zip(["blade_k.mtx", "blade_m.mtx"]) {
+        matrix.values_mut().iter_mut().for_each(|v| *v /= 1e3);
+        folder.write(file, write_matrix_market(matrix));
+    }
+    let mut table = "node,direction\n".to_owned();
+    for node in body.free_node_tags() {
+        for direction in ["x", "y", "z"] {
+            writeln!(table, "{node},{direction}").unwrap();
+        }
+    }
+    folder.write("rows.csv", table);
+    let (body, matrices) = of_deck("disc.inp", "Sector", &["Base"], Units::MetreKilogramSecond);
+    write_calculix(&folder, &body, &matrices);
+    let matrices = at_rest([BLADE, JAW]).replace("fixed = [\"Base\"]\n", "");
+    folder.write("matrices.toml", matrices);
+    folder.write("elements.toml", at_rest(["", ""]));
+    folder.write("mixed.toml", at_rest([BLADE, ""]));
+    folder
+}
+
+/// The jaw is turned by its scene, and a middle node of the flank follows its corners.
+#[test]
+fn a_scene_with_matrices_has_the_answers_of_its_elements() {
+    let folder = with_matrices();
+    let run = |scene: &str| {
+        let out = folder.join(scene);
+        let file = folder.join(&format!("{scene}.toml"));
+        let said = told(on_scene("static", &file, &out, &[]), 0);
+        told(on_scene("modes", &file, &out, &[]), 0);
+        (
+            said,
+            ["static.csv", "modes.csv"].map(|file| rows(&out.join(file))),
+        )
+    };
+    let (_, expected) = run("elements");
+    for scene in ["matrices", "mixed"] {
+        let (said, found) = run(scene);
+        has(
+            &said,
+            "blade: matrices of another program & 6 rigid motions are free",
+        );
+        assert_eq!(
+            said.contains("no rigid motion is free"),
+            scene == "matrices"
+        );
+        let [statics, modes] = &expected;
+        let compared = |found: &[Row], expected: &[Row], column: &str| {
+            assert_eq!(found.len(), expected.len());
+            let largest = expected
+                .iter()
+                .map(|row| number(row, column).abs())
+                .fold(0.0, f64::max);
+            for (found, expected) in found.iter().zip(expected) {
+                let off = number(found, column) - number(expected, column);
+                assert!(
+                    off.abs() < 1e-6 * largest,
+                    "{scene}, {column}: {off:e} of {largest:e}"
+                );
+            }
+        };
+        for column in ["normal_force_n", "slip_t1_m"] {
+            compared(&found[0], statics, column);
+        }
+        compared(&found[1], modes, "frequency_hz");
+    }
+}
+
+#[test]
+fn keys_of_matrices_that_do_not_fit_are_refused() {
+    let folder = with_matrices();
+    let table = "
+        body.blade.young_pa=1e11 => `body.blade.stiffness_file` and `body.blade.young_pa` exclude
+        body.blade.material=Steel => `body.blade.stiffness_file` and `body.blade.material` exclude
+        body.blade.mass_file= => `body.blade.mass_file` is missing
+        body.blade.stiffness_file= => `body.blade.mass_file` is given without `body.blade.stiffness_file`
+        body.blade.rows_file=no.csv => body `blade` & cannot read & no.csv
+        body.blade.rows_file= => body `blade` & blade_k.mtx & node and direction & `rows_file`
+        body.blade.rows_file=jaw.dof => body `blade` & rows & same degrees of freedom
+        body.blade.mass_file=jaw.mas => body `blade` & blade_k.mtx and & jaw.mas & same degrees
+        body.blade.stiffness_name=K => body `blade` & blade_k.mtx & `K`
+        body.blade.mass_file=rows.csv => body `blade` & rows.csv & format is not known
+        ";
+    for [set, words] in cases(table) {
+        let file = folder.join("matrices.toml");
+        let said = told(on_scene("mesh", &file, &folder.join("out"), &[&set]), 2);
+        has(&said, &words);
+    }
+    let set = ["body.blade.units=", "body.blade.metres_per_unit=1e-3"];
+    let file = folder.join("matrices.toml");
+    let said = told(on_scene("mesh", file, &folder.join("out"), &set), 2);
+    has(
+        &said,
+        "`body.blade.stiffness_file` is given without `body.blade.units` & m-kg-s",
+    );
+}
