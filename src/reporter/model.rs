@@ -167,7 +167,7 @@ fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>)
         ),
     };
     lines.push(Line::Note(format!(
-        "{}: matrices of another program, {on_mesh} displacements of nodes of the mesh{beside}; {free}",
+        "{}: matrices, {on_mesh} displacements of nodes of the mesh{beside}; {free}",
         body.name
     )));
 }

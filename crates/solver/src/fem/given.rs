@@ -7,60 +7,51 @@
 //! K = T^T K_given T      M = T^T M_given T
 //! ```
 
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use super::FemError;
-use super::loads::{add_load, uncouple};
 use super::springs::SpringElement;
 use crate::model::{Body, Place, PlacedMatrices};
-use crate::structure::BodyMatrices;
+use dovetail_numerics::dense::{product, self_adjoint_eigenvalues};
 use dovetail_numerics::space::{add_scaled, sub};
 use dovetail_numerics::sparse::times;
 
-/// Matrices of a body on its free degrees of freedom, with its springs.
+/// Stiffness and mass of a body on its free degrees of freedom, with its springs.
 ///
 /// # Errors
 /// [`FemError::EmptyRows`] where free degrees of freedom have neither stiffness nor mass.
-pub fn body_matrices(
+pub fn matrices(
     body: &Body,
     placed: &PlacedMatrices,
     springs: &[SpringElement],
-) -> Result<BodyMatrices, FemError> {
+) -> Result<(CscMatrix<f64>, CscMatrix<f64>), FemError> {
     let parts = free_parts(body, placed);
-    let mut stiffness = congruent(body, placed.given.stiffness(), &parts);
-    add_springs(body, springs, &mut stiffness);
+    let mut is_held = vec![false; 3 * body.dofs.free_nodes()];
+    for dof in &body.held_dofs {
+        is_held[*dof as usize] = true;
+    }
+    let mut stiffness = congruent(placed.given.stiffness(), &parts, &is_held);
+    add_springs(body, springs, &is_held, &mut stiffness);
     let mut stiffness = CscMatrix::from(&stiffness);
-    let mut mass = CscMatrix::from(&congruent(body, placed.given.mass(), &parts));
-    for matrix in [&mut stiffness, &mut mass] {
-        uncouple(matrix, &body.held_dofs);
+    let mass = CscMatrix::from(&congruent(placed.given.mass(), &parts, &is_held));
+    let own = [&stiffness, &mass].map(diagonal);
+    let has_none = |dof: &usize| own.iter().all(|own| own[*dof] <= 0.0);
+    // Held degrees of freedom without a stiffness would make the matrix singular.
+    let mean = own[0].iter().sum::<f64>() / own[0].len() as f64;
+    let mut more = CooMatrix::new(is_held.len(), is_held.len());
+    for dof in (0..is_held.len()).filter(|dof| is_held[*dof] && own[0][*dof] <= 0.0) {
+        more.push(dof, dof, mean);
     }
-    hold(body, &mut stiffness);
-    let both = diagonal(&stiffness).into_iter().zip(diagonal(&mass));
-    let empty: Vec<usize> = both
-        .enumerate()
-        .filter_map(|(dof, (k, m))| (k <= 0.0 && m <= 0.0).then_some(dof))
-        .collect();
-    if let Some(first) = empty.first() {
-        return Err(FemError::empty_rows(body, empty.len(), *first));
+    if more.nnz() > 0 {
+        stiffness = &stiffness + &CscMatrix::from(&more);
     }
-    let mut load_n = vec![0.0; stiffness.ncols()];
-    for load in &body.loads {
-        add_load(body, load, &mut load_n);
+    let empty = (0..is_held.len()).filter(|dof| !is_held[*dof] && has_none(dof));
+    let empty: Vec<usize> = empty.collect();
+    match empty.first() {
+        Some(first) => Err(FemError::empty_rows(body, empty.len(), *first)),
+        None => Ok((stiffness, mass)),
     }
-    for &dof in &body.held_dofs {
-        load_n[dof as usize] = 0.0;
-    }
-    Ok(BodyMatrices {
-        name: body.name.clone(),
-        stiffness,
-        mass,
-        load_n,
-        interior_nodes: body.dofs.interior_nodes,
-        held_dofs: body.held_dofs.clone(),
-        fixed_interface_modes: body.fixed_interface_modes,
-        node_tags: body.free_node_tags(),
-    })
 }
 
 /// Adds the force M a of the mass in a uniform field of acceleration. Mass that the matrices couple
@@ -131,10 +122,9 @@ pub fn free_rigid_motions(body: &Body, placed: &PlacedMatrices) -> usize {
     }
     let r = Mat::from_fn(placed.places.len(), motions.len(), |i, j| motions[j][i]);
     let strained = times(stiffness, r.as_ref());
-    let energies = r.transpose() * strained;
-    let energies = energies.self_adjoint_eigenvalues(Side::Lower);
-    let none = |energies: Vec<f64>| energies.into_iter().filter(|e| e.abs() < NO_STRAIN).count();
-    energies.map_or(0, none)
+    let energies = product(r.transpose(), strained.as_ref());
+    let energies = self_adjoint_eigenvalues(energies.as_ref()).unwrap_or_default();
+    energies.iter().filter(|e| e.abs() < NO_STRAIN).count()
 }
 
 /// Strain energy of a rigid motion, relative to that of its displacements alone, that counts as
@@ -163,29 +153,37 @@ fn free_parts(body: &Body, placed: &PlacedMatrices) -> Vec<Vec<(usize, f64)>> {
     (0..placed.places.len()).map(of_row).collect()
 }
 
-/// Triplets of T^T A T.
-fn congruent(body: &Body, a: &CscMatrix<f64>, parts: &[Vec<(usize, f64)>]) -> CooMatrix<f64> {
-    let size = 3 * body.dofs.free_nodes();
-    let mut sum = CooMatrix::new(size, size);
+/// Triplets of T^T A T. Of held rows and columns only the diagonal is kept.
+fn congruent(a: &CscMatrix<f64>, parts: &[Vec<(usize, f64)>], is_held: &[bool]) -> CooMatrix<f64> {
+    let mut sum = CooMatrix::new(is_held.len(), is_held.len());
     for (i, j, v) in a.triplet_iter() {
-        for (row, left) in &parts[i] {
-            for (column, right) in &parts[j] {
-                sum.push(*row, *column, left * right * v);
+        for &(row, left) in &parts[i] {
+            for &(column, right) in &parts[j] {
+                if row == column || !(is_held[row] || is_held[column]) {
+                    sum.push(row, column, left * right * v);
+                }
             }
         }
     }
     sum
 }
 
-fn add_springs(body: &Body, springs: &[SpringElement], stiffness: &mut CooMatrix<f64>) {
+fn add_springs(
+    body: &Body,
+    springs: &[SpringElement],
+    is_held: &[bool],
+    stiffness: &mut CooMatrix<f64>,
+) {
     for SpringElement { nodes, matrix } in springs {
         let blocks = nodes.iter().flat_map(|a| nodes.iter().map(move |b| (a, b)));
         for ((a, b), block) in blocks.zip(matrix) {
             for (row, left) in body.dofs.weights(*a as usize) {
                 for (column, right) in body.dofs.weights(*b as usize) {
                     for (at, v) in block.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                        let (r, c) = (at / 3, at % 3);
-                        stiffness.push(3 * row + r, 3 * column + c, left * right * v);
+                        let (row, column) = (3 * row + at / 3, 3 * column + at % 3);
+                        if row == column || !(is_held[row] || is_held[column]) {
+                            stiffness.push(row, column, left * right * v);
+                        }
                     }
                 }
             }
@@ -199,22 +197,4 @@ fn diagonal(matrix: &CscMatrix<f64>) -> Vec<f64> {
         all[j] = *v;
     }
     all
-}
-
-/// Gives held degrees of freedom that the matrices lack a stiffness, without which the matrix would
-/// be singular.
-fn hold(body: &Body, stiffness: &mut CscMatrix<f64>) {
-    let own = diagonal(stiffness);
-    let lacking = body.held_dofs.iter().map(|dof| *dof as usize);
-    let lacking: Vec<usize> = lacking.filter(|dof| own[*dof] <= 0.0).collect();
-    if lacking.is_empty() {
-        return;
-    }
-    let size = stiffness.ncols();
-    let mean = own.iter().sum::<f64>() / size as f64;
-    let mut more = CooMatrix::new(size, size);
-    for dof in lacking {
-        more.push(dof, dof, mean);
-    }
-    *stiffness = &*stiffness + &CscMatrix::from(&more);
 }

@@ -120,7 +120,11 @@ fn body_matrices(
     let springs = spring_elements(body);
     let material = match &body.matrices {
         Matrices::Elements(material) => *material,
-        Matrices::Given(placed) => return given::body_matrices(body, placed, &springs),
+        Matrices::Given(placed) => {
+            let (stiffness, mass) = given::matrices(body, placed, &springs)?;
+            let load_n = steady_load(body, vec![0.0; stiffness.ncols()]);
+            return Ok(finished(body, stiffness, mass, load_n));
+        }
     };
     let elements = Elements::new(body, material)?;
     let pattern = NodePattern::new(body, &springs);
@@ -137,12 +141,7 @@ fn body_matrices(
     if let Some(rotation) = rotation {
         spin::add_centrifugal_load(body, &elements, rotation, &mut load_n);
     }
-    for load in &body.loads {
-        loads::add_load(body, load, &mut load_n);
-    }
-    for &dof in &body.held_dofs {
-        load_n[dof as usize] = 0.0;
-    }
+    let load_n = steady_load(body, load_n);
     if let Some(u0) = stressed(&stiffness, &load_n)? {
         let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
         if let Some(rotation) = rotation {
@@ -154,7 +153,27 @@ fn body_matrices(
     }
     let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
     loads::uncouple(&mut mass, &body.held_dofs);
-    Ok(BodyMatrices {
+    Ok(finished(body, stiffness, mass, load_n))
+}
+
+/// Load of the rotation and the steady loads of a body.
+fn steady_load(body: &Body, mut load_n: Vec<f64>) -> Vec<f64> {
+    for load in &body.loads {
+        loads::add_load(body, load, &mut load_n);
+    }
+    for &dof in &body.held_dofs {
+        load_n[dof as usize] = 0.0;
+    }
+    load_n
+}
+
+fn finished(
+    body: &Body,
+    stiffness: CscMatrix<f64>,
+    mass: CscMatrix<f64>,
+    load_n: Vec<f64>,
+) -> BodyMatrices {
+    BodyMatrices {
         name: body.name.clone(),
         stiffness,
         mass,
@@ -163,5 +182,5 @@ fn body_matrices(
         held_dofs: body.held_dofs.clone(),
         fixed_interface_modes: body.fixed_interface_modes,
         node_tags: body.free_node_tags(),
-    })
+    }
 }
