@@ -336,7 +336,7 @@ fn string(row: i64, count: usize, most: usize) -> Result<usize, Fault> {
         Some(row) if row - 1 <= most && count <= most - (row - 1) => Ok(row - 1),
         _ => Err(Fault::OutOfRange {
             what: "row",
-            found: format!("{row} and the {count} values from there on"),
+            found: format!("{row} with the {count} values from there on"),
             most,
         }),
     }

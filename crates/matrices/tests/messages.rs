@@ -273,6 +273,18 @@ fn harwell_boeing_files_of_ansys_are_read() {
     let text = format!("{head}{numbers}{values}");
     let expected = DMatrix::from_row_slice(2, 2, &[4.0, -1.0, -1.0, 5.0]);
     assert_eq!(dense(&text), expected);
+    // A right-hand side has a line of the head, and stands behind the values.
+    let with_side = text
+        .replacen("3             0\nRSA", "3             2\nRSA", 1)
+        .replacen(
+            "(d25.15)            \n",
+            "(d25.15)            \nF              1  0\n",
+            1,
+        );
+    assert_eq!(
+        dense(&format!("{with_side}{:>25}\n{:>25}\n", "1.0D0", "0.0D0")),
+        expected
+    );
     for (from, to, words) in [
         ("RSA", "CSA", ["line 3: ", "CSA"]),
         ("RSA", "RSE", ["line 3: ", "assembled"]),
