@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 seconds=$1
 shift
 targets=("$@")
-[ $# -gt 0 ] || targets=(mesh msh2 deck vtu format scene study reduced_model surface_field)
+[ $# -gt 0 ] || targets=(mesh msh2 deck vtu format scene study reduced_model surface_field matrices)
 
 corpus=fuzz/corpus
 dictionaries=fuzz/dictionaries
@@ -27,7 +27,7 @@ folder_in_one() {
 # The inputs of the repository to begin with.
 seed() {
     local folder
-    mkdir -p $corpus/{mesh,msh2,deck,vtu,format,scene,study,reduced_model,surface_field}
+    mkdir -p $corpus/{mesh,msh2,deck,vtu,format,scene,study,reduced_model,surface_field,matrices}
     cp fuzz/seeds/mesh/*.msh meshes/blocks_*.msh meshes/elements/order?.msh $corpus/mesh
     cp meshes/elements/*_msh2*.msh $corpus/msh2
     cp fuzz/seeds/deck/*.inp meshes/elements/*.inp $corpus/deck
@@ -36,6 +36,7 @@ seed() {
     cp scenes/*.toml scenes/verification/*.toml fuzz/fuzz_targets/*.toml fuzz/seeds/scene/*.toml \
         $corpus/scene
     cp scenes/*.csv $corpus/surface_field
+    cp crates/matrices/tests/data/*/*.{sti,dof,mtx,mat,rua,op4} $corpus/matrices
     cp studies/*.toml fuzz/seeds/study/*.toml $corpus/study
     for folder in scenes/verification/*/; do
         folder_in_one "$folder" >"$corpus/reduced_model/$(basename "$folder")"

@@ -123,6 +123,7 @@ fn the_library_needs_no_reader_of_files() {
     for reader in [
         "base64",
         "csv",
+        "dovetail-matrices",
         "flate2",
         "mshio",
         "quick-xml",
@@ -208,6 +209,7 @@ fn modules_of_a_folder_import_in_no_circle() {
     let packages = [
         "crates/numerics/src",
         "crates/mesh/src",
+        "crates/matrices/src",
         "crates/solver/src",
         "src",
     ];
@@ -260,6 +262,7 @@ fn libraries_do_not_ask_the_process_for_threads() {
     for folder in [
         "crates/numerics/src",
         "crates/mesh/src",
+        "crates/matrices/src",
         "crates/solver/src",
     ] {
         let library = sources(&root().join(folder)).into_iter();

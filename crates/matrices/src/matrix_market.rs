@@ -180,7 +180,7 @@ fn placed(lines: &mut Lines, number: usize, line: &[u8], symmetry: Symmetry) -> 
 }
 
 /// Index of a row or column, counted from 0.
-pub(crate) fn place(what: &'static str, field: &[u8], most: usize, line: usize) -> Read<usize> {
+fn place(what: &'static str, field: &[u8], most: usize, line: usize) -> Read<usize> {
     match text::whole(field) {
         Some(found) if found >= 1 && found <= most as u64 => Ok(found as usize - 1),
         _ => {

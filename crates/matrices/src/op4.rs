@@ -41,7 +41,7 @@ impl Header {
         if columns < 0 || !(0..=20).contains(&form) || !(1..=4).contains(&kind) {
             return Err(Fault::malformed(found, expected, WRITE_AGAIN));
         }
-        let is_big = rows < 0 || rows > MOST_ROWS_IN_ONE_WORD;
+        let is_big = !(0..=MOST_ROWS_IN_ONE_WORD).contains(&rows);
         let (rows, columns) = sizes.add(rows.unsigned_abs(), columns.unsigned_abs())?;
         Ok(Self {
             columns,
@@ -336,7 +336,7 @@ fn string(row: i64, count: usize, most: usize) -> Result<usize, Fault> {
         Some(row) if row - 1 <= most && count <= most - (row - 1) => Ok(row - 1),
         _ => Err(Fault::OutOfRange {
             what: "row",
-            found: format!("{row} and the {count} values from there on"),
+            found: format!("{row} with the {count} values from there on"),
             most,
         }),
     }

@@ -79,7 +79,7 @@ pub(crate) fn exactly<const N: usize>(line: &[u8]) -> Option<[&[u8]; N]> {
 
 /// Whole number without a sign.
 pub(crate) fn whole(field: &[u8]) -> Option<u64> {
-    if field.is_empty() || field.len() > 19 {
+    if field.is_empty() {
         return None;
     }
     field.iter().try_fold(0u64, |number, digit| {
