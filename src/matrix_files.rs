@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::words::counted;
 use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, choose, on_rows, parse, parse_rows};
 use dovetail_solver::input;
 use dovetail_solver::model::{GivenMatrices, MatricesError, MatrixFile, MatrixFiles};
@@ -24,6 +25,17 @@ pub enum MatrixFilesError {
         path.display()
     )]
     NoRows { body: String, path: PathBuf },
+    #[error(
+        "body `{body}`: {} has {columns} of one column{}; a load is a matrix of one column with a value for each row, and `load_name` chooses among several",
+        path.display(),
+        name.as_ref().map_or(String::new(), |name| format!(" called `{name}`"))
+    )]
+    Load {
+        body: String,
+        path: PathBuf,
+        name: Option<String>,
+        columns: String,
+    },
     #[error("body `{body}`, {} and {}: {error}", stiffness.display(), mass.display())]
     Matrices {
         body: String,
@@ -85,12 +97,47 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
         None => Ok(matrix.matrix),
     };
     let both = (on_these(stiffness)?, on_these(mass)?);
-    GivenMatrices::new(both.0, both.1, rows, files.units).map_err(|error| {
-        MatrixFilesError::Matrices {
-            body: body.clone(),
-            stiffness: files.stiffness.path.clone(),
-            mass: files.mass.path.clone(),
-            error,
+    let load = match &files.load {
+        None => None,
+        Some(file) => {
+            let all = parse(&file.path, &bytes(&file.path)?).map_err(wrong)?;
+            Some(load(&body, file, all)?)
         }
+    };
+    let made = GivenMatrices::new(both.0, both.1, rows, files.units);
+    let made = made.and_then(|made| match load {
+        Some(load_n) => made.with_load(load_n),
+        None => Ok(made),
+    });
+    made.map_err(|error| MatrixFilesError::Matrices {
+        body: body.clone(),
+        stiffness: files.stiffness.path.clone(),
+        mass: files.mass.path.clone(),
+        error,
     })
+}
+
+/// Values of the one matrix of one column, or of the one that the file calls so.
+fn load(
+    body: &str,
+    file: &MatrixFile,
+    mut all: Vec<NamedMatrix>,
+) -> Result<Vec<f64>, MatrixFilesError> {
+    all.retain(|matrix| {
+        let is_meant = file.name.is_none() || file.name == matrix.name;
+        matrix.matrix.ncols() == 1 && is_meant
+    });
+    let [column] = &all[..] else {
+        return Err(MatrixFilesError::Load {
+            body: body.to_owned(),
+            path: file.path.clone(),
+            name: file.name.clone(),
+            columns: counted(all.len(), "matrix", "matrices"),
+        });
+    };
+    let mut values = vec![0.0; column.matrix.nrows()];
+    for (row, _, value) in column.matrix.triplet_iter() {
+        values[row] = *value;
+    }
+    Ok(values)
 }

@@ -206,12 +206,19 @@ section! {
         rows_file: Text("path of a table"), "the rows that `stiffness_file` names",
             "the node and direction of each row of both matrices",
             "\"blade.dof\"";
+        load_file: Text("path of a matrix"), "none",
+            "steady forces on the rows, a matrix of one column, in newtons: what the other program \
+             makes of a rotation, a temperature or a pressure",
+            "\"blade_load.mtx\"";
         stiffness_name: Text("name of a matrix"), "the only one, or one of a customary name",
             "the matrix of `stiffness_file`, where that has several",
             "\"KAA\"";
         mass_name: Text("name of a matrix"), "the only one, or one of a customary name",
             "the matrix of `mass_file`, where that has several",
             "\"MAA\"";
+        load_name: Text("name of a matrix"), "the only one of one column",
+            "the matrix of `load_file`, where that has several",
+            "\"PA\"";
         fixed: Texts("list of groups"), "`[]`",
             "groups of any dimension; their nodes do not move",
             "[\"jaw_base\"]";

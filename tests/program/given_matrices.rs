@@ -99,6 +99,8 @@ fn with_matrices() -> Folder {
     write_calculix(&folder, &body, &matrices);
     let matrices = at_rest([BLADE, JAW]).replace("fixed = [\"Base\"]\n", "");
     folder.write("matrices.toml", matrices);
+    let two = "%%MatrixMarket matrix array real general\n2 1\n1.0\n2.0\n";
+    folder.write("load.mtx", two);
     folder.write("elements.toml", at_rest(["", ""]));
     folder.write("mixed.toml", at_rest([BLADE, ""]));
     folder
@@ -161,6 +163,9 @@ fn keys_of_matrices_that_do_not_fit_are_refused() {
         body.blade.rows_file=jaw.dof => body `blade` & rows & same degrees of freedom
         body.blade.mass_file=jaw.mas => body `blade` & blade_k.mtx and & jaw.mas & same degrees
         body.blade.stiffness_name=K => body `blade` & blade_k.mtx & `K`
+        body.blade.load_name=PA => `body.blade.load_name` is given without `body.blade.load_file`
+        body.blade.load_file=blade_k.mtx => body `blade` & blade_k.mtx has 0 matrices of one column
+        body.blade.load_file=load.mtx => body `blade` & load has 2 values & matrices have
         body.blade.mass_file=rows.csv => body `blade` & rows.csv: this is a table of rows
         ";
     for [set, words] in cases(table) {

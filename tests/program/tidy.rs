@@ -24,7 +24,7 @@ const PROGRAM: &str = "
     scene:
     gmsh:
     mesh_files:
-    matrix_files:
+    matrix_files: words
     scene_files: mesh_files
     export: warning words
     error: exit exhaustion words motions gmsh matrix_files export
@@ -33,7 +33,8 @@ const PROGRAM: &str = "
     console: warning words export listener
     reporter: metrics warning words motions export error files listener
     cache: fingerprint warning export files reporter
-    commands: warning words scene gmsh mesh_files matrix_files scene_files export error files reporter cache
+    commands: warning words scene gmsh mesh_files matrix_files scene_files export error files \
+        reporter cache
     study: exit metrics version fingerprint warning words scene scene_files export error reporter \
         commands
     reference: scene study

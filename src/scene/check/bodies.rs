@@ -233,7 +233,10 @@ fn matrices(
     context: &Context,
 ) -> Option<MatrixSource> {
     let Some(stiffness) = &raw.stiffness_file else {
-        let others = places!(raw; mass_file, rows_file, stiffness_name, mass_name);
+        let others = places!(
+            raw;
+            mass_file, rows_file, load_file, stiffness_name, mass_name, load_name
+        );
         for (key, span) in others {
             let remedy = "name the file of the stiffness, or leave it out: finite elements have no such file";
             if let Some(span) = span {
@@ -260,6 +263,12 @@ fn matrices(
     let stiffness_name = text("stiffness_name", &raw.stiffness_name);
     let mass_name = text("mass_name", &raw.mass_name);
     let rows = text("rows_file", &raw.rows_file);
+    let load_name = text("load_name", &raw.load_name);
+    let load = text("load_file", &raw.load_file);
+    if let (Some(name), None) = (&raw.load_name, &raw.load_file) {
+        let remedy = "name the file of the load, or leave it out";
+        checker.lacks(at, "load_name", "load_file", name.span(), remedy);
+    }
     let stiffness_path = checker.text(at, "stiffness_file", &raw.stiffness_file);
     let mass_path = checker.text(at, "mass_file", &raw.mass_file);
     let units = units_of(mesh?, context)?;
@@ -277,6 +286,10 @@ fn matrices(
         stiffness: file(stiffness_path?, stiffness_name?),
         mass: file(mass_path?, mass_name?),
         rows: rows?.map(|path| context.base_dir.join(path)),
+        load: match load? {
+            Some(path) => Some(file(path, load_name?)),
+            None => None,
+        },
         units,
     }))
 }

@@ -63,7 +63,20 @@ pub fn add_inertia(
     load_n: &mut [f64],
 ) {
     let force = mass_times(placed, &placed.translation(acceleration_m_s2));
-    for (force, parts) in force.iter().zip(free_parts(body, placed)) {
+    add_on_rows(body, placed, &force, load_n);
+}
+
+/// Steady load that comes with the matrices.
+pub fn steady_load(body: &Body, placed: &PlacedMatrices) -> Vec<f64> {
+    let mut load_n = vec![0.0; 3 * body.dofs.free_nodes()];
+    if let Some(given) = placed.given.load_n() {
+        add_on_rows(body, placed, given, &mut load_n);
+    }
+    load_n
+}
+
+fn add_on_rows(body: &Body, placed: &PlacedMatrices, force_n: &[f64], load_n: &mut [f64]) {
+    for (force, parts) in force_n.iter().zip(free_parts(body, placed)) {
         for (dof, weight) in parts {
             load_n[dof] += weight * force;
         }

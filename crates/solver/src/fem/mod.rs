@@ -122,7 +122,7 @@ fn body_matrices(
         Matrices::Elements(material) => *material,
         Matrices::Given(placed) => {
             let (stiffness, mass) = given::matrices(body, placed, &springs)?;
-            let load_n = steady_load(body, vec![0.0; stiffness.ncols()]);
+            let load_n = steady_load(body, given::steady_load(body, placed));
             return Ok(finished(body, stiffness, mass, load_n));
         }
     };
@@ -156,7 +156,7 @@ fn body_matrices(
     Ok(finished(body, stiffness, mass, load_n))
 }
 
-/// Load of the rotation and the steady loads of a body.
+/// Steady loads of a body, with those that `load_n` has already.
 fn steady_load(body: &Body, mut load_n: Vec<f64>) -> Vec<f64> {
     for load in &body.loads {
         loads::add_load(body, load, &mut load_n);

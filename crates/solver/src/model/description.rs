@@ -98,6 +98,8 @@ pub struct MatrixFiles {
     pub mass: MatrixFile,
     /// Table of the rows; `None` where the file of the stiffness names them.
     pub rows: Option<PathBuf>,
+    /// File of a steady load on the rows, a matrix of one column.
+    pub load: Option<MatrixFile>,
     /// Units of the matrices, which give a unit of force.
     pub units: Units,
 }
@@ -106,7 +108,8 @@ impl MatrixFiles {
     /// Paths of all files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let both = [&self.stiffness, &self.mass].map(|file| file.path.as_path());
-        both.into_iter().chain(self.rows.as_deref())
+        let load = self.load.iter().map(|file| file.path.as_path());
+        both.into_iter().chain(self.rows.as_deref()).chain(load)
     }
 }
 

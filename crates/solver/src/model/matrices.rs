@@ -23,6 +23,7 @@ pub struct GivenMatrices {
     stiffness: CscMatrix<f64>,
     mass: CscMatrix<f64>,
     rows: Vec<Row>,
+    load_n: Option<Vec<f64>>,
 }
 
 /// Error of matrices that are not those of a body.
@@ -68,6 +69,12 @@ pub enum MatricesError {
         row: usize,
         value: f64,
     },
+    #[error(
+        "the steady load has {values} values, and the matrices have {rows} rows: it has one for each"
+    )]
+    LoadSize { values: usize, rows: usize },
+    #[error("value {row} of the steady load, counted from 1, is not a finite number")]
+    LoadNotFinite { row: usize },
     #[error(
         "rows {first} and {second} of the table, counted from 1, are both direction {direction} of node {node}"
     )]
@@ -128,7 +135,27 @@ impl GivenMatrices {
             stiffness,
             mass,
             rows,
+            load_n: None,
         })
+    }
+
+    /// The same matrices with a steady load on their rows, N; in both systems of units a force is
+    /// in newtons.
+    ///
+    /// # Errors
+    /// A load of another size, or one that is not finite.
+    pub fn with_load(mut self, load_n: Vec<f64>) -> Result<Self, MatricesError> {
+        if load_n.len() != self.rows.len() {
+            return Err(MatricesError::LoadSize {
+                values: load_n.len(),
+                rows: self.rows.len(),
+            });
+        }
+        if let Some(at) = load_n.iter().position(|f| !f.is_finite()) {
+            return Err(MatricesError::LoadNotFinite { row: at + 1 });
+        }
+        self.load_n = Some(load_n);
+        Ok(self)
     }
 
     /// Stiffness, N/m, n x n.
@@ -144,6 +171,11 @@ impl GivenMatrices {
     /// Rows of both matrices, n.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// Steady load on the rows, N, if there is one.
+    pub fn load_n(&self) -> Option<&[f64]> {
+        self.load_n.as_deref()
     }
 }
 
@@ -201,7 +233,7 @@ fn symmetric(
 /// Writes all numbers, for the hash by which results are kept.
 impl Serialize for GivenMatrices {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut parts = serializer.serialize_tuple(7)?;
+        let mut parts = serializer.serialize_tuple(8)?;
         for matrix in [&self.stiffness, &self.mass] {
             let (offsets, indices, values) = matrix.csc_data();
             parts.serialize_element(offsets)?;
@@ -209,6 +241,7 @@ impl Serialize for GivenMatrices {
             parts.serialize_element(values)?;
         }
         parts.serialize_element(&self.rows)?;
+        parts.serialize_element(&self.load_n)?;
         parts.end()
     }
 }

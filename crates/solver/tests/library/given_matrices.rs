@@ -14,8 +14,8 @@ use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::fem::{assemble, assemble_body, given, statics};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ExcitationKind, GivenMatrices, Matrices, MatricesError,
-    MatrixSource, Model, ModelError, Row, SpringSpec, bind,
+    Assembly, BodyMesh, BodySpec, ExcitationKind, GivenMatrices, LoadKind, LoadSpec, Matrices,
+    MatricesError, MatrixSource, Model, ModelError, Row, SpringSpec, bind,
 };
 use dovetail_solver::reduction::reduce;
 use dovetail_solver::structure::{BodyMatrices, Structure};
@@ -166,6 +166,32 @@ fn mass_centre_and_free_motions_are_those_of_the_body() {
     assert_eq!(free.collect::<Vec<_>>(), [6, 0], "the lower body is held");
 }
 
+#[test]
+fn a_load_on_the_rows_acts_where_a_load_of_the_scene_does() {
+    let mesh = ready("blocks_order2.msh");
+    let force_n = [3.0, -2.0, 0.5];
+    let mut plain = at_rest();
+    plain.loads = vec![LoadSpec {
+        on: "corner".into(),
+        load: LoadKind::Force { vector_n: force_n },
+    }];
+    let (_, expected) = of(&plain, &mesh);
+    let corner = mesh.node_tags[mesh.groups["corner"].nodes[0] as usize];
+    let (stiffness, mass, rows) = alone(&plain.bodies[0], &mesh);
+    let load_n = rows.iter().map(|row| match row {
+        Row::Node { node, direction } if *node == corner => force_n[usize::from(*direction) - 1],
+        _ => 0.0,
+    });
+    let load_n: Vec<f64> = load_n.collect();
+    let mut with = at_rest();
+    let given = GivenMatrices::new(stiffness, mass, rows, SI).unwrap();
+    let given = given.with_load(load_n).unwrap();
+    with.bodies[0].matrices = MatrixSource::Given(Arc::new(given));
+    let (_, found) = of(&with, &mesh);
+    assert!(expected.bodies[0].load_n.iter().any(|f| *f != 0.0));
+    assert_eq!(found.bodies[0].load_n, expected.bodies[0].load_n);
+}
+
 /// Unknowns of the inside without nodes, mixed and scaled, as they are in a superelement.
 #[test]
 fn the_inside_of_a_body_may_be_generalised_coordinates() {
@@ -290,6 +316,14 @@ fn matrices_that_are_not_those_of_a_body_are_refused() {
     let wide = CscMatrix::from(&CooMatrix::<f64>::new(2, 3));
     let text = refused(&wide, &good, &rows).to_string();
     has(&text, "2 x 3 & square");
+    let made = || GivenMatrices::new(good.clone(), good.clone(), rows.to_vec(), SI).unwrap();
+    let text = made().with_load(vec![0.0; 3]).unwrap_err().to_string();
+    has(&text, "3 values & 2 rows");
+    let text = made()
+        .with_load(vec![0.0, f64::INFINITY])
+        .unwrap_err()
+        .to_string();
+    has(&text, "value 2 & not a finite number");
     // Rounding of a file is not asymmetry, and the two sides are made alike.
     let rounded = matrix(&[(0, 0, 2.0), (1, 1, 2.0), (0, 1, -1.0), (1, 0, -1.0 - 1e-12)]);
     let mm = Units::MillimetreTonneSecond;
@@ -347,6 +381,7 @@ fn matrices_that_do_not_belong_to_the_mesh_are_refused() {
             stiffness: file.clone(),
             mass: file,
             rows: None,
+            load: None,
             units: SI,
         });
         unread
