@@ -8,10 +8,11 @@
 //! observes the run and tells a [`listener`]; [`console`] is one that prints; [`files`] and [`export`] write its results. [`study`]
 //! performs many runs, each as a process of this program.
 //!
-//! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`],
-//! [`matrix_files`] and most small modules, such as [`words`], import nothing of the rest. Then follow [`export`] <
-//! [`error`], [`listener`] < [`files`], [`console`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] <
-//! [`reference`](mod@reference), [`schema`] < [`cli`], none of which imports what stands after it.
+//! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
+//! and most small modules, such as [`words`], import nothing of the rest. Then follow
+//! [`matrix_files`], [`export`] < [`error`], [`listener`] < [`files`], [`console`] < [`reporter`] <
+//! [`cache`] < [`commands`] < [`study`] < [`reference`](mod@reference), [`schema`] < [`cli`], none of
+//! which imports what stands after it.
 
 #![forbid(unsafe_code)]
 

@@ -35,11 +35,9 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]
 
-use std::fmt;
 use std::path::Path;
 
 use nalgebra_sparse::CscMatrix;
-use serde::{Deserialize, Serialize};
 
 mod choice;
 mod columns;
@@ -54,34 +52,13 @@ mod substructure;
 mod table;
 mod text;
 
+pub use dovetail_mesh::Row;
+
 pub use choice::{Quantity, choose, on_rows};
 pub use error::{Fault, MatrixError, Place};
 pub use matrix_market::write as write_matrix_market;
 
 use detect::Format;
-
-/// What a row of a matrix is the degree of freedom of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Row {
-    /// Displacement (direction 1, 2, 3 for x, y, z) or rotation (4, 5, 6) of a node.
-    Node {
-        /// Number of the node.
-        node: u64,
-        /// Direction from 1 to 6.
-        direction: u8,
-    },
-    /// Generalised coordinate, such as the amplitude of a mode.
-    Generalised,
-}
-
-impl fmt::Display for Row {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Node { node, direction } => write!(f, "direction {direction} of node {node}"),
-            Self::Generalised => write!(f, "a generalised coordinate"),
-        }
-    }
-}
 
 /// One matrix of a file.
 #[derive(Debug, Clone, PartialEq)]

@@ -49,6 +49,7 @@ pub mod interpolation;
 pub mod parts;
 pub mod quadrature;
 pub mod quality;
+mod row;
 pub mod surface_field;
 pub mod text;
 pub mod units;
@@ -57,6 +58,7 @@ pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 #[cfg(feature = "formats")]
 pub use formats::MeshError;
 pub use quality::{Quality, QualityError};
+pub use row::Row;
 
 /// Farthest coordinate of a node of a file, m: volumes of larger bodies leave the range of f64.
 pub const FARTHEST_M: f64 = 1e9;

@@ -9,7 +9,7 @@ use serde::ser::{SerializeTuple, Serializer};
 
 use super::ModelError;
 use crate::model::{Assembly, BodyMesh, BodySpec};
-use dovetail_matrices::Row;
+use dovetail_mesh::Row;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_numerics::space::cross;

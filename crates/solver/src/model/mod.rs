@@ -47,7 +47,7 @@ pub use description::{
     MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec, Side,
     SpringSpec, SurfaceFields,
 };
-pub use dovetail_matrices::Row;
+pub use dovetail_mesh::Row;
 pub use error::ModelError;
 pub use mapping::FieldMap;
 pub use matrices::{GivenMatrices, MatricesError, Place, PlacedMatrices};
