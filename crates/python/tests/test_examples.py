@@ -19,7 +19,7 @@ def load(name):
 
 
 def test_every_example_is_tested():
-    tested = {"paper", "beam", "fit_friction", "friction_map"}
+    tested = {"paper", "beam", "fit_joint", "friction_map"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested
 
 
@@ -52,12 +52,14 @@ def test_the_beam_is_solved_by_both_solvers(capsys):
     assert "slipping" in printed and "stuck" in printed
 
 
-def test_the_fit_finds_friction_and_damping():
-    module = load("fit_friction")
-    friction, ratio, scatter = module.main(DATA, points=7)
-    assert friction == pytest.approx(module.FRICTION, rel=0.1)
-    assert ratio == pytest.approx(module.RATIO, rel=0.1)
-    assert scatter < 1.5 * module.NOISE
+def test_the_fit_finds_the_joint_within_the_noise_of_its_curves(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    module = load("fit_joint")
+    found, errors, noise, band = module.main()
+    assert (np.abs(np.log(found / module.TRUTH)) < 3 * errors).all()
+    assert (errors < 0.2).all(), "the curves determine all three"
+    assert 0.5 * module.NOISE < noise < 2 * module.NOISE
+    assert (band < 2 * noise).all()
 
 
 def test_the_map_depends_on_friction_over_force():
