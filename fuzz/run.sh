@@ -17,7 +17,7 @@ cargo_fuzz_options=(--sanitizer none --target-dir target/fuzz)
 # One input: the files of a folder, each behind a line with its name.
 folder_in_one() {
     local file
-    for file in "$1"/*.mtx; do
+    for file in "$1"/*.mtx "$1"/model.json; do
         printf '=== %s\n' "$(basename "$file")"
         cat "$file"
         printf '\n'

@@ -9,9 +9,12 @@ friction * N is the limit of sliding. Stiffnesses are of the order of 1 N/m and 
 mass alone on its spring has 1 Hz.
 """
 
+import json
 import math
 import sys
 from pathlib import Path
+
+from name_reduced_model import description
 
 MASS = 1 / (2 * math.pi) ** 2
 
@@ -23,6 +26,8 @@ def write(folder, **arrays):
         lines = ["%%MatrixMarket matrix array real general", f"{len(rows)} {len(rows[0])}"]
         lines += [repr(float(row[j])) for j in range(len(rows[0])) for row in rows]
         (folder / f"{name}.mtx").write_text("\n".join(lines) + "\n")
+    contents = description(len(arrays["positions"]), len(arrays.get("squared_frequencies", [])))
+    (folder / "model.json").write_text(json.dumps(contents, indent=2) + "\n")
 
 
 def diagonal(values):
@@ -33,12 +38,12 @@ def den_hartog(folder):
     """A mass on a spring that rubs on the ground: no modes, the pair is the mass."""
     write(
         folder,
-        K=diagonal([1.0, 1.0, 1.0]),
-        M=diagonal([MASS] * 3),
-        f_static=[-1.0, 0.0, 0.0],
-        f_excitation=[0.0, 1.0, 0.0],
-        tip_x=[0.0, 1.0, 0.0],
-        xyz=[[0.0, 0.0, 0.0]],
+        stiffness=diagonal([1.0, 1.0, 1.0]),
+        mass=diagonal([MASS] * 3),
+        static_load=[-1.0, 0.0, 0.0],
+        excitations=[0.0, 1.0, 0.0],
+        observed_points=[0.0, 1.0, 0.0],
+        positions=[[0.0, 0.0, 0.0]],
     )
 
 
@@ -51,16 +56,16 @@ def jenkins(folder, k=1.0, kd=0.5):
     stiffness = k * psi
     write(
         folder,
-        K=diagonal([1.0, stiffness, stiffness]),
-        M=diagonal([0.0, psi**2 * MASS, 0.0]),
-        p=[0.0, psi * math.sqrt(MASS), 0.0],
-        w2=[(k + kd) / MASS],
-        f_static=[-1.0, 0.0, 0.0],
-        f_excitation=[0.0, psi, 0.0],
-        fm_excitation=[1 / math.sqrt(MASS)],
-        tip_x=[0.0, psi, 0.0],
-        tip_modes=[1 / math.sqrt(MASS)],
-        xyz=[[0.0, 0.0, 0.0]],
+        stiffness=diagonal([1.0, stiffness, stiffness]),
+        mass=diagonal([0.0, psi**2 * MASS, 0.0]),
+        coupling=[0.0, psi * math.sqrt(MASS), 0.0],
+        squared_frequencies=[(k + kd) / MASS],
+        static_load=[-1.0, 0.0, 0.0],
+        excitations=[0.0, psi, 0.0],
+        excitations_on_modes=[1 / math.sqrt(MASS)],
+        observed_points=[0.0, psi, 0.0],
+        observed_points_on_modes=[1 / math.sqrt(MASS)],
+        positions=[[0.0, 0.0, 0.0]],
     )
 
 
@@ -77,12 +82,12 @@ def bar(folder, elements):
     unit[1] = 1.0
     write(
         folder,
-        K=stiffness,
-        M=diagonal([0.0] * (3 * nodes)),
-        f_static=[v for share in shares for v in (-share, 0.0, 0.0)],
-        f_excitation=unit,
-        tip_x=unit,
-        xyz=[[i * h, 0.0, 0.0] for i in range(nodes)],
+        stiffness=stiffness,
+        mass=diagonal([0.0] * (3 * nodes)),
+        static_load=[v for share in shares for v in (-share, 0.0, 0.0)],
+        excitations=unit,
+        observed_points=unit,
+        positions=[[i * h, 0.0, 0.0] for i in range(nodes)],
     )
 
 

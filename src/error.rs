@@ -186,7 +186,7 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
          steady load must press them together: give [rotation] a speed_rpm above 0, an axis that \
          throws the body outwards, and the body among those that carry the load \
          (rotation.bodies), or add a [[load]] that presses the body against the one that it \
-         touches; the load must close the clearance (gap_m, crown_radius_m); the f_static.mtx of \
+         touches; the load must close the clearance (gap_m, crown_radius_m); the static_load.mtx of \
          a reduced model must be negative on N"
         }
         run::Error::NoRotation => {
@@ -229,9 +229,6 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         ) => {
             "a support is one of the keys `fixed`, `fixed_x`, `fixed_y` and `fixed_z` of a \
              [[body]], which name groups; a spring is a [[spring]], and a contact a [[contact]]"
-        }
-        run::Error::Superelement(SuperelementError::NotRepresentable { .. }) => {
-            "leave one [[observe]], and give every [[excitation]] harmonic = 1 and phase_deg = 0"
         }
         _ => return None,
     })

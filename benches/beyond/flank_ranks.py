@@ -177,8 +177,8 @@ def changed(folder, out, stiffness, compressed, softest):
         for label, k in (("as it is", low), ("exact on the softest", exact_on(softest, stiffness, low))):
             to = out / f"{folder.name}_{t:g}_{label.split()[0]}"
             shutil.copytree(folder, to, dirs_exist_ok=True)
-            write(to / "K.mtx", 0.5 * (k + k.T))
-            write(to / "M.mtx", compressed["M"][t])
+            write(to / "stiffness.mtx", 0.5 * (k + k.T))
+            write(to / "mass.mtx", compressed["M"][t])
             f, a = answers(to)
             print(
                 f"| {len(f)} | {t:g} | {label} | {abs(f - forces).max() / abs(forces).max():.1e}"
@@ -197,7 +197,7 @@ def main():
     print("|" + " --- |" * 7)
     found, softest, stiffnesses = defaultdict(list), [], []
     for folder in arguments.folders:
-        xyz, stiffness = read(folder / "xyz.mtx"), read(folder / "K.mtx")
+        xyz, stiffness = read(folder / "positions.mtx"), read(folder / "stiffness.mtx")
         tree = Cluster(xyz, np.arange(len(xyz)))
         stiffness = 0.5 * (stiffness + stiffness.T)
         x = np.random.default_rng(1).standard_normal(len(stiffness))
@@ -207,7 +207,7 @@ def main():
         softest.append(vectors[:, :SOFTEST])
         stiffnesses.append(stiffness)
         compliance = vectors[:, SOFTEST:] / values[SOFTEST:] @ vectors[:, SOFTEST:].T
-        for name, matrix in (("K", stiffness), ("M", read(folder / "M.mtx")), ("compliance", compliance)):
+        for name, matrix in (("K", stiffness), ("M", read(folder / "mass.mtx")), ("compliance", compliance)):
             low = Compressed(matrix, tree)
             found[name].append(low)
             half = len(matrix) * (len(matrix) + 1) / 2

@@ -63,20 +63,20 @@ def read_case(scene_path, harmonics):
     def array(name):
         return np.asarray(mmread(folder / f"{name}.mtx"))
 
-    K, M, w2 = array("K"), array("M"), array("w2").ravel()
+    K, M, w2 = array("stiffness"), array("mass"), array("squared_frequencies").ravel()
     K, M = (K + K.T) / 2, (M + M.T) / 2
     diagonal = np.diag(K).reshape(-1, 3)
     tangential = diagonal[:, 1:].mean(axis=1)
     model = ReducedModel(
         K=K,
         M=M,
-        p=array("p"),
+        p=array("coupling"),
         w2=w2,
-        static_n=array("f_static").ravel(),
-        excitation_x=spec["force_n"] * array("f_excitation").ravel(),
-        excitation_modes=spec["force_n"] * array("fm_excitation").ravel(),
-        tip_x=array("tip_x").ravel(),
-        tip_modes=array("tip_modes").ravel(),
+        static_n=array("static_load").ravel(),
+        excitation_x=spec["force_n"] * array("excitations").ravel(),
+        excitation_modes=spec["force_n"] * array("excitations_on_modes").ravel(),
+        tip_x=array("observed_points").ravel(),
+        tip_modes=array("observed_points_on_modes").ravel(),
         friction=spec["friction"],
         stiffness_s=2 * scene["damping"]["ratio"] / np.sqrt(w2[0]),
         eps=np.column_stack([diagonal[:, 0], tangential, tangential]).ravel(),

@@ -201,9 +201,9 @@ impl Work<'_> {
     }
 
     /// Computes the reduced model and writes it to a folder for `[reduced_model]`. The folder has
-    /// the response to a total of 1 N, whatever the forces of the scene: `reduced_model.force_n`
-    /// alone gives the amplitude. If the scene has excitations other than forces, the folder has
-    /// them unscaled, and `reduced_model.force_n` multiplies them.
+    /// forces of 1 N in all, in the proportions of the scene: `reduced_model.force_n` alone gives
+    /// their sum. If the scene has excitations other than forces, the folder has them unscaled, and
+    /// `reduced_model.force_n` multiplies them.
     ///
     /// # Errors
     /// Errors of [`Work::mesh`] and of the reduction; a scene without pairs.
@@ -215,7 +215,9 @@ impl Work<'_> {
         };
         let law = {
             let _stage = self.reporter.stage(Stage::ReducedModelFiles);
-            files.locked().reduced_model(&condensed.reduced)?
+            files
+                .locked()
+                .reduced_model(self.scene, &condensed.reduced)?
         };
         match law.map(|law| lines_of_scene(&condensed, law, &self.folder)) {
             Some(lines) => self.reporter.note(&lines),

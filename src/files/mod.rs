@@ -42,9 +42,10 @@ use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::model::MeshKind;
-use dovetail_solver::reduction::superelement::{self, Superelement};
+use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind};
+use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
+use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
     Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run, StaticResult,
@@ -396,11 +397,17 @@ impl Files {
     /// Writes the folder of `dovetail reduce`. Returns the law of its pairs if all have the same.
     ///
     /// # Errors
-    /// A file that cannot be written, a model that the folder cannot represent.
-    pub fn reduced_model(&self, reduced: &Reduced) -> Result<Option<PairLaw>, RunError> {
+    /// A file that cannot be written.
+    pub fn reduced_model(
+        &self,
+        scene: &Scene,
+        reduced: &Reduced,
+    ) -> Result<Option<PairLaw>, RunError> {
         let (problem, rows) = (&reduced.problem, &reduced.pairs.rows);
         let element = Superelement {
-            model: problem.of_one_load()?,
+            model: problem.reduced.clone(),
+            excitations: named_excitations(scene, reduced),
+            contacts: named_contacts(&reduced.pairs),
             positions_m: rows.iter().map(|p| p.position_m).collect(),
             areas_m2: rows.iter().map(|p| p.area_m2).collect(),
         };
@@ -656,6 +663,37 @@ impl Files {
         }
         Ok(())
     }
+}
+
+/// Excitations of a reduced model, called by where they act.
+fn named_excitations(scene: &Scene, reduced: &Reduced) -> Vec<NamedExcitation> {
+    let specs = scene.assembly().map_or(&[][..], |a| &a.excitations);
+    let name = |spec: &ExcitationSpec| match &spec.kind {
+        ExcitationKind::Load(load) => load.on.clone(),
+        ExcitationKind::Field { on, .. } => on.clone(),
+        ExcitationKind::Base { .. } => "base".to_owned(),
+    };
+    let bound = reduced.bodies.as_ref().map(Bodies::model);
+    let bound = bound.map_or(&[][..], |model| &model.excitations);
+    let both = specs.iter().zip(bound);
+    both.map(|(spec, excitation)| NamedExcitation {
+        name: name(spec),
+        harmonic: excitation.harmonic,
+        amplitude: excitation.amplitude,
+        phase_rad: excitation.phase_rad,
+        grows_with_squared_frequency: excitation.growth == Growth::Squared,
+    })
+    .collect()
+}
+
+/// Contacts of a reduced model, in the order of its pairs.
+fn named_contacts(pairs: &PairTable) -> Vec<NamedContact> {
+    let same = pairs.rows.chunk_by(|a, b| a.contact == b.contact);
+    same.map(|rows| NamedContact {
+        name: pairs.contacts[rows[0].contact].clone(),
+        pairs: rows.len(),
+    })
+    .collect()
 }
 
 /// Returns `true` if gmsh makes the mesh of a scene.

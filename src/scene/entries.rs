@@ -94,7 +94,7 @@ section! {
         "[reduced_model]\nfolder = \"den_hartog\"\nfriction = 0.3\nforce_n = 1.0" {
         folder: Text("path of a folder"), "-",
             "holds [the files](how-to/reduced_model.md#the-folder) that `dovetail reduce` writes",
-            "\"den_hartog\"  # K.mtx, M.mtx and the others";
+            "\"den_hartog\"  # model.json and the matrices";
         friction: Number("", Limits::NOT_NEGATIVE), "-",
             "Coulomb coefficient of every pair; above 1000 computed as 1000, with a warning",
             "0.3";

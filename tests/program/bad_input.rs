@@ -237,11 +237,11 @@ fn only_regular_files_are_read() {
     let model = folder.join("model");
     std::fs::create_dir(&model).unwrap();
     std::fs::copy(
-        root("scenes/verification/jenkins/K.mtx"),
-        model.join("K.mtx"),
+        root("scenes/verification/jenkins/stiffness.mtx"),
+        model.join("stiffness.mtx"),
     )
     .unwrap();
-    named_pipe(&model.join("xyz.mtx"));
+    named_pipe(&model.join("model.json"));
     let reduced = written(
         &folder,
         "reduced.toml",

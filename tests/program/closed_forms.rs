@@ -6,7 +6,7 @@ use crate::shared_folder::Folder;
 use crate::shared_runs::{number, rows};
 use crate::shared_work::in_folder;
 use dovetail::scene;
-use dovetail_solver::reduction::superelement::{self, Superelement};
+use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_solver::run::Options;
 use dovetail_testkit::folder::root;
@@ -281,6 +281,11 @@ fn bar(elements: usize) -> Superelement {
                 on_modes: vec![],
             }],
         },
+        excitations: vec![NamedExcitation::cosine("force")],
+        contacts: vec![NamedContact {
+            name: "floor".to_owned(),
+            pairs: nodes,
+        }],
         positions_m: (0..nodes).map(|i| [i as f64 * h, 0.0, 0.0]).collect(),
         areas_m2: None,
     }

@@ -239,7 +239,7 @@ fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
         has(&told(other, 1), "a run is going on in the folder");
     }
     assert_eq!(manifest(&out).state, RunState::Running);
-    assert!(!out.join("K.mtx").exists() && !out.join("modes.vtu").exists());
+    assert!(!out.join("model.json").exists() && !out.join("modes.vtu").exists());
     child.kill().unwrap();
     child.wait().unwrap();
 }

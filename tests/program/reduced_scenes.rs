@@ -127,16 +127,16 @@ fn write_stop(folder: &Path) {
     write_model(
         folder,
         &[
-            ("xyz", 3, vec![0.0; 3]),
-            ("K", 3, diagonal(-of_x)),
-            ("M", 3, diagonal(of_x * of_x)),
-            ("p", 1, along()),
-            ("w2", 1, vec![both_n_m]),
-            ("f_static", 1, vec![0.0; 3]),
-            ("f_excitation", 1, along()),
-            ("fm_excitation", 1, vec![1.0]),
-            ("tip_x", 1, along()),
-            ("tip_modes", 1, vec![1.0]),
+            ("positions", 3, vec![0.0; 3]),
+            ("stiffness", 3, diagonal(-of_x)),
+            ("mass", 3, diagonal(of_x * of_x)),
+            ("coupling", 1, along()),
+            ("squared_frequencies", 1, vec![both_n_m]),
+            ("static_load", 1, vec![0.0; 3]),
+            ("excitations", 1, along()),
+            ("excitations_on_modes", 1, vec![1.0]),
+            ("observed_points", 1, along()),
+            ("observed_points_on_modes", 1, vec![1.0]),
         ],
     );
 }
@@ -144,6 +144,19 @@ fn write_stop(folder: &Path) {
 /// Writes the arrays of a reduced model: the name of each, its columns and its entries.
 fn write_model(folder: &Path, arrays: &[(&str, usize, Vec<f64>)]) {
     std::fs::create_dir(folder).unwrap();
+    let rows = |of: &str| {
+        let found = arrays.iter().find(|(file, ..)| *file == of);
+        found.map_or(0, |(_, columns, entries)| entries.len() / columns)
+    };
+    let (pairs, modes) = (rows("positions"), rows("squared_frequencies"));
+    let described = format!(
+        r#"{{"format": "reduced model of dovetail",
+            "units": {{"length": "m", "mass": "kg", "time": "s", "force": "N"}},
+            "pairs": {pairs}, "modes": {modes}, "contacts": [{{"name": "pairs", "pairs": {pairs}}}],
+            "excitations": [{{"name": "f", "harmonic": 1, "amplitude": 1.0, "phase_rad": 0.0}}],
+            "observed_points": ["tip"]}}"#
+    );
+    std::fs::write(folder.join("model.json"), described).unwrap();
     for (file, columns, entries) in arrays {
         let rows = entries.len() / columns;
         let lines: String = entries.iter().map(|entry| format!("{entry:?}\n")).collect();
@@ -169,12 +182,12 @@ fn steps_in_time_leave_the_motion_that_is_unstable_and_return_to_the_others() {
     write_model(
         &stop,
         &[
-            ("xyz", 3, vec![0.0; 3]),
-            ("K", 3, diagonal()),
-            ("M", 3, diagonal()),
-            ("f_static", 1, vec![0.0; 3]),
-            ("f_excitation", 1, vec![1.0, 0.0, 0.0]),
-            ("tip_x", 1, vec![1.0, 0.0, 0.0]),
+            ("positions", 3, vec![0.0; 3]),
+            ("stiffness", 3, diagonal()),
+            ("mass", 3, diagonal()),
+            ("static_load", 1, vec![0.0; 3]),
+            ("excitations", 1, vec![1.0, 0.0, 0.0]),
+            ("observed_points", 1, vec![1.0, 0.0, 0.0]),
         ],
     );
     let springs = "normal_stiffness_n_m = 5\ntangential_stiffness_n_m = 5\n";
@@ -450,7 +463,7 @@ fn what_a_folder_lacks_is_said() {
     let range = "response.times_first_linear_mode=[0.9, 1.1]";
     den_hartog("run", range, words);
     for command in ["check", "static"] {
-        let words = "nowhere/xyz.mtx & No such file";
+        let words = "nowhere/model.json & No such file";
         den_hartog(command, "reduced_model.folder=nowhere", words);
     }
     let scene = "name = \"x\"\n[reduced_model]\nfriction = -1\n[damping]\nmass_per_s = 0\n";
@@ -539,13 +552,13 @@ fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
     there.retain(|name| name != "summary.json");
     there.sort();
     assert_eq!(there, listed);
-    for file in ["K.mtx", "xyz.mtx"] {
+    for file in ["stiffness.mtx", "positions.mtx"] {
         assert!(listed.iter().any(|f| f == file), "{file}");
     }
-    let stiffness = folder.text("K.mtx");
+    let stiffness = folder.text("stiffness.mtx");
     let other = on_scene("reduce", PAPER, &folder, &[LINEAR_MESH, "name=other"]);
     has(&told(other, 2), "holds a run of the scene \"paper\"");
-    assert_eq!(folder.text("K.mtx"), stiffness);
+    assert_eq!(folder.text("stiffness.mtx"), stiffness);
     // Beside a run its files belong where the settings are the same.
     let beside = Folder::new("beside");
     ended(on_scene("run", PAPER, &beside, &TWO_POINTS), 0);
@@ -554,7 +567,7 @@ fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
     reduce(PAPER, &beside, &TWO_POINTS);
     let of_both = manifest(&beside);
     assert!(of_both.response.unwrap().peak_amplitude_m.is_some());
-    assert!(of_both.files.iter().any(|file| file == "K.mtx"));
+    assert!(of_both.files.iter().any(|file| file == "stiffness.mtx"));
 }
 
 /// The folder is for 1 N whatever the forces of the scene are, and the output gives the amplitudes
@@ -590,19 +603,67 @@ fn reduce_and_then_run_gives_the_amplitudes_of_run() {
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} m, {b} m");
         }
         if name != "two" {
-            forces_of_paper.push(folder.text("model/f_excitation.mtx"));
+            forces_of_paper.push(folder.text("model/excitations.mtx"));
         }
     }
     assert!(forces_of_paper.iter().all(|f| *f == forces_of_paper[0]));
 }
 
+/// Two excitations of other harmonics and phases, and two observed points, go through the folder.
 #[test]
-fn forces_that_a_folder_cannot_hold_are_refused() {
-    let folder = Folder::new("phase");
-    for set in ["excitation.0.phase_deg=30", "excitation.0.harmonic=2"] {
-        let refused = on_scene("reduce", PAPER, &folder, &[LINEAR_MESH, set]);
-        has(&told(refused, 2), "harmonic = 1 and phase_deg = 0");
+fn a_folder_has_every_excitation_and_point() {
+    let folder = Folder::new("several");
+    let more = "[[excitation]]\non = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\nforce_n = 0.4\n\
+                harmonic = 3\nphase_deg = 40\n\
+                [[observe]]\nname = \"edge\"\npoints = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\n";
+    let scene = format!("{}\n{more}", paper_at_any_place());
+    let scene = folder.write("scene.toml", scene);
+    let mesh = root().join("meshes/dovetail_order1.msh");
+    let mesh = format!("mesh.file={}", mesh.display());
+    let phase = "excitation.0.phase_deg=30";
+    let three = "response.harmonics=3";
+    let set = [&[&mesh[..], phase, three], &TWO_POINTS[1..3]].concat();
+    ended(on_scene("run", &scene, &folder, &set), 0);
+    let keys = reduce(&scene, &folder.join("model"), &[&mesh, phase]);
+    let again = scene_of(&keys).replace("harmonics = 1", "harmonics = 3");
+    let again = folder.write("scene.toml", again);
+    ended(on_scene("run", &again, &folder.join("out"), &[]), 0);
+    for column in ["tip_amplitude_m", "edge_amplitude_m", "edge_h3_phase_rad"] {
+        let values = |file: &str| numbers(&folder.join(file), column);
+        let of_mesh = values("response.csv");
+        assert_eq!(of_mesh.len(), 2);
+        for (a, b) in of_mesh.iter().zip(values("out/response.csv")) {
+            assert!((a - b).abs() <= 1e-6 * a.abs(), "{column}: {a}, {b}");
+        }
     }
+    let described = folder.text("model/model.json");
+    has(
+        &described,
+        "\"harmonic\": 3 & \"tip_trailing_edge\" & \"edge\" & \"length\": \"m\"",
+    );
+}
+
+/// The lines of docs/how-to/reduced_model.md by which numpy reads a folder.
+#[test]
+fn numpy_reads_a_folder_by_the_lines_of_the_guide() {
+    let guide = std::fs::read_to_string(root().join("docs/how-to/reduced_model.md")).unwrap();
+    let code = guide.split("```python\n").nth(1).unwrap();
+    let code = code.split("```").next().unwrap();
+    let folder = root().join("tests/data/dovetail72");
+    let code = code.replace("my_matrices", &folder.display().to_string());
+    let check = "k = matrices['stiffness']\n\
+                 assert k.shape == (216, 216) and abs(k - k.T).max() < 1e-6 * k.max()\n\
+                 assert matrices['excitations'].shape == (216, 1) and model['pairs'] == 72\n\
+                 assert k.trace() > 0 and matrices['positions'].shape == (72, 3)\n";
+    let python = std::process::Command::new("python3")
+        .args(["-c", &format!("{code}\n{check}")])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&python.stderr);
+    if stderr.contains("No module named 'numpy'") {
+        return;
+    }
+    assert!(python.status.success(), "{stderr}");
 }
 
 /// Headers that announce more data than there is are refused at once, as are a stiffness and a mass
@@ -628,26 +689,26 @@ fn a_folder_is_believed_only_as_far_as_it_goes() {
     };
     for (file, text, words) in [
         (
-            "K.mtx",
+            "stiffness.mtx",
             format!("{header}\n90000 90000\n1\n2\n"),
             "90000 x 90000",
         ),
         (
-            "p.mtx",
+            "coupling.mtx",
             format!("{header}\n0 18446744073709551615\n"),
             "0 x 18446744073709551615",
         ),
         (
-            "xyz.mtx",
+            "positions.mtx",
             format!("{header}\n30000000 3\n0\n"),
             "30000000 x 3",
         ),
         (
-            "K.mtx",
+            "stiffness.mtx",
             diagonal(-1.0),
             "lowest eigenvalue of the stiffness is -1.000e0 N",
         ),
-        ("M.mtx", diagonal(0.0), "M - p p^T"),
+        ("mass.mtx", diagonal(0.0), "M - p p^T"),
     ] {
         let path = folder.join("model").join(file);
         let whole = std::fs::read(&path).unwrap();

@@ -46,15 +46,20 @@ def condensed(example):
     w2, phi = eigh(K[3:, 3:], M[3:, 3:]) if inner else (np.zeros(0), np.zeros((0, 0)))
     onto = np.vstack([np.eye(3), psi])
     files = dict(
-        K=onto.T @ K @ onto,
-        M=onto.T @ M @ onto,
-        f_static=steady,
-        f_excitation=onto.T @ force,
-        tip_x=onto.T @ observed,
-        xyz=np.zeros((1, 3)),
+        stiffness=onto.T @ K @ onto,
+        mass=onto.T @ M @ onto,
+        static_load=steady,
+        excitations=onto.T @ force,
+        observed_points=onto.T @ observed,
+        positions=np.zeros((1, 3)),
     )
     if inner:
-        files |= dict(p=(onto.T @ M)[:, 3:] @ phi, w2=w2, fm_excitation=phi.T @ force[3:], tip_modes=phi.T @ observed[3:])
+        files |= dict(
+            coupling=(onto.T @ M)[:, 3:] @ phi,
+            squared_frequencies=w2,
+            excitations_on_modes=phi.T @ force[3:],
+            observed_points_on_modes=phi.T @ observed[3:],
+        )
     return files
 
 
@@ -106,8 +111,19 @@ def folds(dovetail, work, example, harmonics, eps_scale):
 def run(dovetail, work, example, harmonics, eps_scale):
     folder = work / example.name
     folder.mkdir(parents=True, exist_ok=True)
-    for name, array in condensed(example).items():
+    files = condensed(example)
+    for name, array in files.items():
         mmwrite(folder / f"{name}.mtx", array if array.ndim == 2 else array[:, None], precision=17)
+    described = {
+        "format": "reduced model of dovetail",
+        "units": {"length": "m", "mass": "kg", "time": "s", "force": "N"},
+        "pairs": 1,
+        "modes": len(files.get("squared_frequencies", [])),
+        "contacts": [{"name": "pairs", "pairs": 1}],
+        "excitations": [{"name": "force", "harmonic": 1, "amplitude": 1.0, "phase_rad": 0.0}],
+        "observed_points": ["tip"],
+    }
+    (folder / "model.json").write_text(json.dumps(described))
     # The cases of one level lie at even distances.
     groups = {}
     for level, w in example.cases:

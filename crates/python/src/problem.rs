@@ -507,7 +507,7 @@ impl PyProblem {
         }
         let read = superelement::read(&folder).map_err(|error| of_library(py, error))?;
         let pairs = PairTable::of_superelement(&read, gap_m);
-        let problem = Problem::of_one_law(read.model, law, force_n);
+        let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
     }
 

@@ -175,12 +175,13 @@ def test_a_folder_gives_the_response_of_its_scene(run, problem):
 
 
 def test_arrays_of_a_problem_make_the_same_problem(problem):
-    folder = {name: read_array(DATA / f"{name}.mtx") for name in ("f_excitation", "fm_excitation", "tip_x", "tip_modes")}
+    names = ("excitations", "excitations_on_modes", "observed_points", "observed_points_on_modes")
+    folder = {name: read_array(DATA / f"{name}.mtx") for name in names}
     again = Problem.from_reduced(
         problem.stiffness_n_m, problem.mass_kg, problem.coupling, problem.omega2,
         static_load=problem.static_load_n,
-        excitation=(folder["f_excitation"], folder["fm_excitation"]),
-        observe={"tip": (folder["tip_x"], folder["tip_modes"])}, friction=0.3,
+        excitation=(folder["excitations"], folder["excitations_on_modes"]),
+        observe={"tip": (folder["observed_points"], folder["observed_points_on_modes"])}, friction=0.3,
         damping={"ratio": 0.001},
     )
     settings = {"harmonics": 1, "progress": False}
@@ -344,7 +345,7 @@ def test_an_undamped_resonance_and_a_folder_that_is_none_are_named(problem, tmp_
     hz = problem.static_state().linear_frequency_hz[0]
     with pytest.raises(dovetail.RunError, match="no damping"):
         problem.response([hz], damping=undamped)
-    with pytest.raises(dovetail.RunError, match="xyz.mtx"):
+    with pytest.raises(dovetail.RunError, match="model.json"):
         Problem.from_folder(tmp_path, friction=0.3)
 
 

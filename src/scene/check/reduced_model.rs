@@ -48,7 +48,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
             first: "reduced_model".to_owned(),
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
-                     holds the loads and the observed point, or the sections [mesh], [[body]], [rotation], \
+                     holds the loads and the observed points, or the sections [mesh], [[body]], [rotation], \
                      [[contact]], [[spring]], [[load]], [[excitation]] and [[observe]] without it",
         };
         let problem = checker

@@ -21,7 +21,7 @@ pub use linear_reference::LinearReference;
 
 use crate::contact::PairLaw;
 use crate::model::{Excitation, Growth, Model};
-use crate::reduction::superelement::SuperelementError;
+use crate::reduction::superelement::NamedExcitation;
 use crate::reduction::{Load, ReducedModel};
 use dovetail_numerics::vector::norm;
 
@@ -64,6 +64,32 @@ impl Problem {
         }
     }
 
+    /// Problem of a reduced model all of whose pairs follow `law`, under the excitations of its
+    /// folder, `factor` times each.
+    pub fn of_excitations(
+        reduced: ReducedModel,
+        law: PairLaw,
+        excitations: &[NamedExcitation],
+        factor: f64,
+    ) -> Self {
+        let excitation = |named: &NamedExcitation| Excitation {
+            loads: Vec::new(),
+            amplitude: factor * named.amplitude,
+            harmonic: named.harmonic,
+            phase_rad: named.phase_rad,
+            growth: match named.grows_with_squared_frequency {
+                true => Growth::Squared,
+                false => Growth::Constant,
+            },
+        };
+        let excitations: Vec<Excitation> = excitations.iter().map(excitation).collect();
+        Self {
+            laws: vec![law; reduced.pairs()],
+            excitations: excited(&excitations, &reduced.unit_loads),
+            reduced,
+        }
+    }
+
     /// Returns `true` if another problem has the same static state: the same reduced model and laws.
     /// The excitations may differ.
     pub fn is_at_rest_like(&self, other: &Self) -> bool {
@@ -83,37 +109,6 @@ impl Problem {
             .map(|(law, own)| own * law.gap_m.min(0.0))
             .collect();
         norm(&self.reduced.static_load.on_x).hypot(norm(&interference))
-    }
-
-    /// Reduced model with a single unit load, the sum of all excitations at their amplitudes, as a
-    /// folder ([`superelement`](crate::reduction::superelement)) stores it.
-    ///
-    /// # Errors
-    /// Loads of another harmonic than 1, out of phase, or that depend on the frequency; other than
-    /// one observed point.
-    pub fn of_one_load(&self) -> Result<ReducedModel, SuperelementError> {
-        if self
-            .excitations
-            .iter()
-            .any(|e| e.growth != Growth::Constant)
-        {
-            return Err(SuperelementError::GrowingLoad);
-        }
-        let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
-        let in_phase = |e: &HarmonicLoad| silent(&e.sine.on_x) && silent(&e.sine.on_modes);
-        let in_phase = self.excitations.iter().all(in_phase);
-        let points = self.reduced.observations.len();
-        match &self.excitations[..] {
-            [only] if only.harmonic == 1 && in_phase && points == 1 => Ok(ReducedModel {
-                unit_loads: vec![only.cosine.clone()],
-                ..self.reduced.clone()
-            }),
-            all => Err(SuperelementError::NotRepresentable {
-                points,
-                harmonics: all.len(),
-                in_phase,
-            }),
-        }
     }
 
     /// Highest harmonic of the excitations; 0 without any.

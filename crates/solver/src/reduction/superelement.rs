@@ -1,63 +1,171 @@
-//! A [`ReducedModel`] as a folder of dense MatrixMarket arrays, read and written.
+//! A [`ReducedModel`] as a folder of dense MatrixMarket arrays and a description, read and written.
 //!
 //! | file | shape | what |
 //! | --- | --- | --- |
-//! | `K.mtx`, `M.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
-//! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes; both absent: m = 0 |
-//! | `f_static.mtx` (`fm_static.mtx`) | n, m | static load on X (on the modes; zeros where absent) |
-//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | cosine force of harmonic 1, of an amplitude of 1 N in all where the scene has forces alone |
-//! | `tip_x.mtx`, `tip_modes.mtx` | n, m | the observed point: `tip_x . X + tip_modes . q` |
-//! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
-//! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
+//! | `model.json` | | units, numbers of pairs and modes, contacts, excitations, observed points |
+//! | `stiffness.mtx`, `mass.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
+//! | `coupling.mtx` | n x m | mass coupling to the stuck modes, of unit modal mass |
+//! | `squared_frequencies.mtx` | m | squared angular frequencies of the stuck modes, rad2/s2 |
+//! | `static_load.mtx`, `static_load_on_modes.mtx` | n, m | static load; zero on the modes where the second is absent |
+//! | `excitations.mtx`, `excitations_on_modes.mtx` | n x e, m x e | one unit of each excitation, a column each |
+//! | `observed_points.mtx`, `observed_points_on_modes.mtx` | n x o, m x o | the observed points `x . X + q . modes`, a column each |
+//! | `positions.mtx` | n/3 x 3 | positions of the pairs, m |
+//! | `areas.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
-//! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either. Files that
+//! Files without columns are left out. [`Description`] is what `model.json` has. Files that
 //! [`write()`] wrote name their model in a comment, a hash of all its numbers: files of two models
 //! are not read together. Files without such a comment, from another program, are accepted as they
-//! are. The folder contains no friction, gap or damping, and no amplitude of the force: the caller
-//! gives them.
+//! are. The folder contains no friction, gap or damping: the caller gives them.
 //!
 //! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
 //! negative, and only contact holds the bodies), and M - p p^T, the mass that the stuck modes
 //! leave, is positive semidefinite.
 
+use std::fs::File;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
+use serde::{Deserialize, Serialize};
 
 use super::matrix_market;
 use super::{Load, ObservedDisplacement, ReducedModel};
+use crate::input;
 use dovetail_numerics::dense;
 
 /// Contents of the folder.
 #[derive(Debug, Clone)]
 pub struct Superelement {
-    /// Matrices, with one unit load and one observed point.
+    /// Matrices, with the unit load of each excitation and the observed points.
     pub model: ReducedModel,
+    /// Excitations, in the order of the unit loads.
+    pub excitations: Vec<NamedExcitation>,
+    /// Contacts, in the order of the pairs.
+    pub contacts: Vec<NamedContact>,
     /// Positions of the pairs, m.
     pub positions_m: Vec<[f64; 3]>,
     /// Tributary areas of the pairs, m2, if the folder has them.
     pub areas_m2: Option<Vec<f64>>,
 }
 
+/// Excitation of a folder: `amplitude cos(harmonic w t - phase_rad)` times its unit load.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NamedExcitation {
+    /// Name, for the reader of the folder.
+    pub name: String,
+    /// Multiple of the frequency of the response.
+    pub harmonic: usize,
+    /// Factor on the unit load.
+    pub amplitude: f64,
+    /// Phase lag behind the cosine.
+    pub phase_rad: f64,
+    /// True if the load grows with the square of its angular frequency and is given at 1 rad/s.
+    #[serde(default)]
+    pub grows_with_squared_frequency: bool,
+}
+
+impl NamedExcitation {
+    /// Force cos(w t).
+    pub fn cosine(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            harmonic: 1,
+            amplitude: 1.0,
+            phase_rad: 0.0,
+            grows_with_squared_frequency: false,
+        }
+    }
+}
+
+/// Contact of a folder: a number of pairs that follow one another.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NamedContact {
+    /// Name in the results.
+    pub name: String,
+    /// Number of pairs.
+    pub pairs: usize,
+}
+
+/// Contents of `model.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Description {
+    /// [`FORMAT`].
+    format: String,
+    /// Hash of the numbers of all files, as in their comments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
+    units: Units,
+    pairs: usize,
+    modes: usize,
+    contacts: Vec<NamedContact>,
+    excitations: Vec<NamedExcitation>,
+    observed_points: Vec<String>,
+}
+
+/// Units of all numbers of a folder, which are those of the SI.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Units {
+    length: String,
+    mass: String,
+    time: String,
+    force: String,
+}
+
+impl Units {
+    fn si() -> Self {
+        let [length, mass, time, force] = ["m", "kg", "s", "N"].map(str::to_owned);
+        Self {
+            length,
+            mass,
+            time,
+            force,
+        }
+    }
+}
+
+/// What `model.json` begins with.
+const FORMAT: &str = "reduced model of dovetail";
+
 /// Names of the files of a folder. Not every model has all; no other name is read or written.
-pub const FILES: [&str; 12] = [
-    "K.mtx",
-    "M.mtx",
-    "p.mtx",
-    "w2.mtx",
-    "f_static.mtx",
-    "fm_static.mtx",
-    "f_excitation.mtx",
-    "fm_excitation.mtx",
-    "tip_x.mtx",
-    "tip_modes.mtx",
-    "area.mtx",
+pub const FILES: [&str; 13] = [
+    STIFFNESS,
+    MASS,
+    COUPLING,
+    SQUARED_FREQUENCIES,
+    STATIC_LOAD,
+    STATIC_LOAD_ON_MODES,
+    EXCITATIONS,
+    EXCITATIONS_ON_MODES,
+    OBSERVED_POINTS,
+    OBSERVED_POINTS_ON_MODES,
+    AREAS,
     POSITIONS,
+    DESCRIPTION,
 ];
 
+const STIFFNESS: &str = "stiffness.mtx";
+const MASS: &str = "mass.mtx";
+const COUPLING: &str = "coupling.mtx";
+const SQUARED_FREQUENCIES: &str = "squared_frequencies.mtx";
+const STATIC_LOAD: &str = "static_load.mtx";
+const STATIC_LOAD_ON_MODES: &str = "static_load_on_modes.mtx";
+const EXCITATIONS: &str = "excitations.mtx";
+const EXCITATIONS_ON_MODES: &str = "excitations_on_modes.mtx";
+const OBSERVED_POINTS: &str = "observed_points.mtx";
+const OBSERVED_POINTS_ON_MODES: &str = "observed_points_on_modes.mtx";
+const AREAS: &str = "areas.mtx";
+const POSITIONS: &str = "positions.mtx";
+
 /// Name of the file that is read first and written last: a folder without it contains no model.
-const POSITIONS: &str = "xyz.mtx";
+const DESCRIPTION: &str = "model.json";
+
+/// Most bytes of the description.
+const MOST_OF_DESCRIPTION: u64 = 1 << 24;
 
 /// Beginning of the comment that names the model of a file.
 const MODEL: &str = "of the reduced model";
@@ -76,11 +184,19 @@ pub enum SuperelementError {
     #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
     Read { path: PathBuf, message: String },
     #[error(
-        "the folder {} holds a part of a reduced model: xyz.mtx is missing, which `dovetail reduce` writes last; run it \
-         again, or add the file: pairs x 3, positions in m",
+        "the folder {} holds a part of a reduced model: model.json is missing, which `dovetail reduce` writes last; run it \
+         again, or add the file, with contacts, excitations and observed points",
         folder.display()
     )]
     NotWhole { folder: PathBuf },
+    #[error(
+        "the folder {folder} has K.mtx and no model.json: the files of a reduced model are called stiffness.mtx, mass.mtx, \
+         coupling.mtx and so on; `python3 scripts/name_reduced_model.py {folder}` renames them and writes model.json",
+        folder = folder.display()
+    )]
+    OtherNames { folder: PathBuf },
+    #[error("cannot read {}: {message}; `dovetail reduce` writes such a file", path.display())]
+    Description { path: PathBuf, message: String },
     #[error(
         "{} is of the reduced model {model}, and {} of {other_model}: the files of one folder are those of one model. Take \
          all from one folder of `dovetail reduce`, or write the folder again; a file without the line of comment that names \
@@ -124,7 +240,7 @@ pub enum SuperelementError {
     #[error(
         "{}: the lowest eigenvalue of the stiffness is {lowest_n_m:.3e} N/m, the mean of its \
          diagonal {mean_n_m:.3e} N/m: the mean must be positive and no eigenvalue below -1e-3 of it; \
-         check the sign of K, and that its rows stand per pair as N, t1, t2",
+         check its sign, and that its rows stand per pair as N, t1, t2",
         path.display()
     )]
     Stiffness {
@@ -135,7 +251,7 @@ pub enum SuperelementError {
     #[error(
         "{}: the lowest eigenvalue of M - p p^T, the mass that the stuck modes leave, is \
          {lowest_kg:.3e} kg, the mean of the diagonal of M {mean_kg:.3e} kg: it must not be \
-         negative; check the sign of M, and that p.mtx is the coupling to modes of unit modal mass",
+         negative; check the sign of the mass, and that coupling.mtx is the coupling to modes of unit modal mass",
         path.display()
     )]
     Mass {
@@ -149,21 +265,6 @@ pub enum SuperelementError {
         row: usize,
         column: usize,
     },
-    #[error(
-        "a reduced model holds one observed point and forces cos(w t), the scene has {points} \
-         points and forces of {harmonics} harmonics{}",
-        if *in_phase { "" } else { ", some of them out of phase" }
-    )]
-    NotRepresentable {
-        points: usize,
-        harmonics: usize,
-        in_phase: bool,
-    },
-    #[error(
-        "a reduced model holds loads that are the same at all frequencies, and that of \
-         base_displacement_m is not; give base_acceleration_m_s2 in its place"
-    )]
-    GrowingLoad,
     #[error("cannot write {}: {source}; check that the folder exists and is writable", path.display())]
     Write {
         path: PathBuf,
@@ -171,50 +272,98 @@ pub enum SuperelementError {
     },
 }
 
-/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named
-/// `tip`.
+/// Reads the folder.
 ///
 /// # Errors
 /// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric
 /// (1e-6 of the largest entry); squared frequencies not positive and ascending; a stiffness or a
 /// mass that no body has.
 pub fn read(folder: &Path) -> Result<Superelement, SuperelementError> {
-    let path = folder.join(POSITIONS);
+    let path = folder.join(DESCRIPTION);
     if !path.exists() && folder.join("K.mtx").exists() {
+        let folder = folder.to_owned();
+        return Err(SuperelementError::OtherNames { folder });
+    }
+    if !path.exists() && folder.join(STIFFNESS).exists() {
         let folder = folder.to_owned();
         return Err(SuperelementError::NotWhole { folder });
     }
-    check_one_model(folder)?;
-    let positions = array(&path, None, Some(3), "pairs x 3")?;
-    let pairs = positions.nrows();
-    if pairs == 0 {
-        return Err(SuperelementError::NoPairs { path });
-    }
-    let has_modes = ["w2.mtx", "p.mtx"].map(|name| folder.join(name).exists());
-    let omega2 = match has_modes {
-        [false, false] => None,
-        _ => Some(squared_frequencies(folder)?),
-    };
+    let described = description(&path)?;
+    check_one_model(folder, described.model.as_deref())?;
     let arrays = Arrays {
         folder,
-        pairs,
-        modes: omega2.as_ref().map(Vec::len),
+        pairs: described.pairs,
+        modes: described.modes,
     };
-    let model = arrays.reduced(omega2.unwrap_or_default())?;
-    check_stiffness(&folder.join("K.mtx"), &model.stiffness)?;
-    check_mass(&folder.join("M.mtx"), &model)?;
+    let expected = format!("{} x 3", described.pairs);
+    let positions = folder.join(POSITIONS);
+    let positions = array(&positions, Some(described.pairs), Some(3), &expected)?;
+    let model = arrays.reduced(&described)?;
+    check_stiffness(&folder.join(STIFFNESS), &model.stiffness)?;
+    check_mass(&folder.join(MASS), &model)?;
     let position = |i: usize| [0, 1, 2].map(|k| positions[(i, k)]);
     Ok(Superelement {
         model,
-        positions_m: (0..pairs).map(position).collect(),
+        excitations: described.excitations,
+        contacts: described.contacts,
+        positions_m: (0..described.pairs).map(position).collect(),
         areas_m2: arrays.areas_m2()?,
     })
 }
 
+/// Reads `model.json`, and checks what it says.
+fn description(path: &Path) -> Result<Description, SuperelementError> {
+    let wrong = |message: String| SuperelementError::Description {
+        path: path.to_owned(),
+        message,
+    };
+    let mut text = String::new();
+    let file = input::open(path).map_err(|e| wrong(e.to_string()))?;
+    let mut file = file.take(MOST_OF_DESCRIPTION);
+    file.read_to_string(&mut text)
+        .map_err(|e| wrong(e.to_string()))?;
+    let found: Description = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    if found.format != FORMAT {
+        let message = format!("format is \"{}\", expected \"{FORMAT}\"", found.format);
+        return Err(wrong(message));
+    }
+    if found.units != Units::si() {
+        let message = "units are other than m, kg, s and N: convert all numbers to these";
+        return Err(wrong(message.to_owned()));
+    }
+    if found.pairs == 0 {
+        let path = path.to_owned();
+        return Err(SuperelementError::NoPairs { path });
+    }
+    let of_contacts = found.contacts.iter().map(|contact| contact.pairs);
+    let of_contacts = of_contacts.fold(0, usize::saturating_add);
+    if of_contacts != found.pairs {
+        let message = format!(
+            "the contacts have {of_contacts} pairs in all, and `pairs` is {}: they must agree",
+            found.pairs
+        );
+        return Err(wrong(message));
+    }
+    for excitation in &found.excitations {
+        let is_finite = excitation.amplitude.is_finite() && excitation.phase_rad.is_finite();
+        if excitation.harmonic == 0 || !is_finite {
+            let message = format!(
+                "excitation \"{}\": the harmonic must be 1 or more, amplitude and phase finite",
+                excitation.name
+            );
+            return Err(wrong(message));
+        }
+    }
+    Ok(found)
+}
+
 /// Checks that the files which name their model name the same.
-fn check_one_model(folder: &Path) -> Result<(), SuperelementError> {
-    let mut first: Option<(PathBuf, String)> = None;
+fn check_one_model(folder: &Path, described: Option<&str>) -> Result<(), SuperelementError> {
+    let mut first = described.map(|model| (folder.join(DESCRIPTION), model.to_owned()));
     for path in files(folder) {
+        if path.ends_with(DESCRIPTION) {
+            continue;
+        }
         let comments = matrix_market::comments(&path).map_err(|e| SuperelementError::Read {
             path: path.clone(),
             message: e.to_string(),
@@ -256,9 +405,9 @@ fn name_of_model(arrays: &[(&str, MatRef<'_, f64>)]) -> String {
     format!("{hash:016x}")
 }
 
-fn squared_frequencies(folder: &Path) -> Result<Vec<f64>, SuperelementError> {
-    let path = folder.join("w2.mtx");
-    let omega2 = array(&path, None, Some(1), "stuck modes x 1")?;
+fn squared_frequencies(folder: &Path, modes: usize) -> Result<Vec<f64>, SuperelementError> {
+    let path = folder.join(SQUARED_FREQUENCIES);
+    let omega2 = array(&path, Some(modes), Some(1), &format!("{modes} x 1"))?;
     let omega2 = omega2.col_as_slice(0).to_vec();
     let is_wrong = |i: &usize| omega2[*i] <= 0.0 || (*i > 0 && omega2[*i] < omega2[*i - 1]);
     match (0..omega2.len()).find(is_wrong) {
@@ -275,53 +424,73 @@ fn squared_frequencies(folder: &Path) -> Result<Vec<f64>, SuperelementError> {
 struct Arrays<'a> {
     folder: &'a Path,
     pairs: usize,
-    /// Number of modes; `None` where the folder has none.
-    modes: Option<usize>,
+    modes: usize,
 }
 
 impl Arrays<'_> {
-    fn reduced(&self, omega2: Vec<f64>) -> Result<ReducedModel, SuperelementError> {
-        let (n, m) = (3 * self.pairs, omega2.len());
+    fn reduced(&self, described: &Description) -> Result<ReducedModel, SuperelementError> {
+        let (n, m) = (3 * self.pairs, self.modes);
+        let (has_modes, expected) = (m > 0, format!("{n} x {m}"));
+        let static_on_modes = match has_modes && self.has(STATIC_LOAD_ON_MODES) {
+            true => self.vector(STATIC_LOAD_ON_MODES, m)?,
+            false => vec![0.0; m],
+        };
+        let unit_loads = self.on_both(
+            [EXCITATIONS, EXCITATIONS_ON_MODES],
+            described.excitations.len(),
+        )?;
+        let points = &described.observed_points;
+        let observed = self.on_both([OBSERVED_POINTS, OBSERVED_POINTS_ON_MODES], points.len())?;
+        let observed = points.iter().zip(observed);
         Ok(ReducedModel {
-            stiffness: symmetric(&self.folder.join("K.mtx"), n)?,
-            mass: symmetric(&self.folder.join("M.mtx"), n)?,
-            coupling: match self.modes {
-                Some(m) => {
-                    let expected = format!("{n} x {m}");
-                    array(&self.folder.join("p.mtx"), Some(n), Some(m), &expected)?
-                }
-                None => Mat::zeros(n, 0),
+            stiffness: symmetric(&self.folder.join(STIFFNESS), n)?,
+            mass: symmetric(&self.folder.join(MASS), n)?,
+            coupling: match has_modes {
+                true => array(&self.folder.join(COUPLING), Some(n), Some(m), &expected)?,
+                false => Mat::zeros(n, 0),
             },
-            omega2,
+            omega2: match has_modes {
+                true => squared_frequencies(self.folder, m)?,
+                false => Vec::new(),
+            },
             stuck_modes: m,
             static_load: Load {
-                on_x: self.on_x("f_static.mtx")?,
-                on_modes: if self.has("fm_static.mtx") {
-                    self.on_modes("fm_static.mtx")?
-                } else {
-                    vec![0.0; m]
-                },
+                on_x: self.vector(STATIC_LOAD, n)?,
+                on_modes: static_on_modes,
             },
-            unit_loads: vec![Load::new(
-                self.on_x("f_excitation.mtx")?,
-                self.on_modes("fm_excitation.mtx")?,
-            )],
-            observations: vec![ObservedDisplacement::new(
-                "tip",
-                self.on_x("tip_x.mtx")?,
-                self.on_modes("tip_modes.mtx")?,
-            )],
+            unit_loads,
+            observations: observed
+                .map(|(name, on)| ObservedDisplacement::new(name, on.on_x, on.on_modes))
+                .collect(),
         })
     }
 
+    /// Reads the columns of two files, on X and on the modes.
+    fn on_both(&self, names: [&str; 2], count: usize) -> Result<Vec<Load>, SuperelementError> {
+        let columns = |name: &str, rows: usize| {
+            if rows == 0 || count == 0 {
+                return Ok(vec![Vec::new(); count]);
+            }
+            let expected = format!("{rows} x {count}");
+            let a = array(&self.folder.join(name), Some(rows), Some(count), &expected)?;
+            Ok((0..count).map(|j| a.col_as_slice(j).to_vec()).collect())
+        };
+        let on_x: Vec<Vec<f64>> = columns(names[0], 3 * self.pairs)?;
+        let on_modes = columns(names[1], self.modes)?.into_iter();
+        let both = on_x.into_iter().zip(on_modes);
+        Ok(both
+            .map(|(on_x, on_modes)| Load::new(on_x, on_modes))
+            .collect())
+    }
+
     fn areas_m2(&self) -> Result<Option<Vec<f64>>, SuperelementError> {
-        if !self.has("area.mtx") {
+        if !self.has(AREAS) {
             return Ok(None);
         }
-        let areas = self.vector("area.mtx", self.pairs)?;
+        let areas = self.vector(AREAS, self.pairs)?;
         match areas.iter().position(|a| *a <= 0.0) {
             Some(i) => Err(SuperelementError::Area {
-                path: self.folder.join("area.mtx"),
+                path: self.folder.join(AREAS),
                 index: i + 1,
                 value: areas[i],
             }),
@@ -331,16 +500,6 @@ impl Arrays<'_> {
 
     fn has(&self, name: &str) -> bool {
         self.folder.join(name).exists()
-    }
-
-    fn on_x(&self, name: &str) -> Result<Vec<f64>, SuperelementError> {
-        self.vector(name, 3 * self.pairs)
-    }
-
-    /// Reads a vector on the modes; empty where the folder has none.
-    fn on_modes(&self, name: &str) -> Result<Vec<f64>, SuperelementError> {
-        self.modes
-            .map_or(Ok(Vec::new()), |modes| self.vector(name, modes))
     }
 
     fn vector(&self, name: &str, rows: usize) -> Result<Vec<f64>, SuperelementError> {
@@ -404,46 +563,61 @@ fn mean_diagonal(a: &Mat<f64>) -> f64 {
 /// not written to its end cannot be read, whatever model it had before.
 ///
 /// # Errors
-/// A model with other than one observed point and one unit load
-/// ([`Problem::of_one_load`](crate::problem::Problem::of_one_load)); a file that cannot be written.
+/// A file that cannot be written.
 pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
     let model = &element.model;
-    let ([force], [tip]) = (&model.unit_loads[..], &model.observations[..]) else {
-        return Err(SuperelementError::NotRepresentable {
-            points: model.observations.len(),
-            harmonics: model.unit_loads.len(),
-            in_phase: true,
-        });
-    };
     let positions = Mat::from_fn(element.positions_m.len(), 3, |i, j| {
         element.positions_m[i][j]
     });
-    let mut files: Vec<(&str, MatRef<'_, f64>)> = vec![
-        ("K.mtx", model.stiffness.as_ref()),
-        ("M.mtx", model.mass.as_ref()),
-        ("f_static.mtx", column(&model.static_load.on_x)),
-        ("f_excitation.mtx", column(&force.on_x)),
-        ("tip_x.mtx", column(&tip.on_x)),
+    let [excitations, excitations_on_modes] = side_by_side(
+        model
+            .unit_loads
+            .iter()
+            .map(|load| [&load.on_x[..], &load.on_modes]),
+    );
+    let [points, points_on_modes] = side_by_side(
+        model
+            .observations
+            .iter()
+            .map(|point| [&point.on_x[..], &point.on_modes]),
+    );
+    let all = [
+        (STIFFNESS, model.stiffness.as_ref()),
+        (MASS, model.mass.as_ref()),
+        (STATIC_LOAD, column(&model.static_load.on_x)),
+        (EXCITATIONS, excitations.as_ref()),
+        (OBSERVED_POINTS, points.as_ref()),
+        (COUPLING, model.coupling.as_ref()),
+        (SQUARED_FREQUENCIES, column(&model.omega2)),
+        (STATIC_LOAD_ON_MODES, column(&model.static_load.on_modes)),
+        (EXCITATIONS_ON_MODES, excitations_on_modes.as_ref()),
+        (OBSERVED_POINTS_ON_MODES, points_on_modes.as_ref()),
     ];
-    let of_modes = [
-        ("p.mtx", model.coupling.as_ref()),
-        ("w2.mtx", column(&model.omega2)),
-        ("fm_static.mtx", column(&model.static_load.on_modes)),
-        ("fm_excitation.mtx", column(&force.on_modes)),
-        ("tip_modes.mtx", column(&tip.on_modes)),
-    ];
-    if !model.omega2.is_empty() {
-        files.extend(of_modes);
-    }
-    files.extend(element.areas_m2.as_ref().map(|a| ("area.mtx", column(a))));
+    let is_there = |a: &MatRef<'_, f64>| a.nrows() > 0 && a.ncols() > 0;
+    let mut files: Vec<(&str, MatRef<'_, f64>)> = Vec::new();
+    files.extend(all.into_iter().filter(|(_, a)| is_there(a)));
+    files.extend(element.areas_m2.as_ref().map(|a| (AREAS, column(a))));
     files.push((POSITIONS, positions.as_ref()));
-    let comment = format!("{MODEL} {}", name_of_model(&files));
+    let hash = name_of_model(&files);
+    let comment = format!("{MODEL} {hash}");
     let part = |name: &str| folder.join(format!("{name}.reduce.part"));
     let failed = |path: PathBuf| |source| SuperelementError::Write { path, source };
     for (name, values) in &files {
         let path = part(name);
         matrix_market::write(&path, &comment, *values).map_err(failed(path))?;
     }
+    let described = Description {
+        format: FORMAT.to_owned(),
+        model: Some(hash),
+        units: Units::si(),
+        pairs: element.positions_m.len(),
+        modes: model.omega2.len(),
+        contacts: element.contacts.clone(),
+        excitations: element.excitations.clone(),
+        observed_points: model.observations.iter().map(|o| o.name.clone()).collect(),
+    };
+    let path = part(DESCRIPTION);
+    write_json(&path, &described).map_err(failed(path))?;
     // From here on until the last file has its name there is no model to read. Files of an earlier
     // one would be taken for a part of this one.
     for name in FILES.iter().rev() {
@@ -455,11 +629,27 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
             _ => {}
         }
     }
-    for (name, _) in &files {
+    for name in files.iter().map(|(name, _)| *name).chain([DESCRIPTION]) {
         let path = folder.join(name);
         std::fs::rename(part(name), &path).map_err(failed(path))?;
     }
     Ok(())
+}
+
+fn write_json(path: &Path, described: &Description) -> std::io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(serde_json::to_string_pretty(described)?.as_bytes())?;
+    file.write_all(b"\n")?;
+    file.sync_all()
+}
+
+/// Columns of pairs of vectors, side by side in two arrays.
+fn side_by_side<'a>(columns: impl Iterator<Item = [&'a [f64]; 2]>) -> [Mat<f64>; 2] {
+    let columns: Vec<[&[f64]; 2]> = columns.collect();
+    [0, 1].map(|k| {
+        let rows = columns.first().map_or(0, |column| column[k].len());
+        Mat::from_fn(rows, columns.len(), |i, j| columns[j][k][i])
+    })
 }
 
 fn column(v: &[f64]) -> MatRef<'_, f64> {
@@ -538,16 +728,37 @@ mod tests {
         Superelement {
             model: ReducedModel {
                 static_load: Load::new(vector(n, 3), vector(m, 9)),
-                unit_loads: vec![Load::new(vector(n, 20), vector(m, 30))],
-                observations: vec![ObservedDisplacement::new(
-                    "tip",
-                    vector(n, 40),
-                    vector(m, 50),
-                )],
+                unit_loads: vec![
+                    Load::new(vector(n, 20), vector(m, 30)),
+                    Load::new(vector(n, 21), vector(m, 31)),
+                ],
+                observations: vec![
+                    ObservedDisplacement::new("tip", vector(n, 40), vector(m, 50)),
+                    ObservedDisplacement::new("root", vector(n, 41), vector(m, 51)),
+                ],
                 ..ReducedModel::new(square(1), square(5), coupling, omega2)
             },
+            excitations: vec![
+                NamedExcitation::cosine("tip"),
+                NamedExcitation {
+                    name: "base".to_owned(),
+                    harmonic: 3,
+                    amplitude: 1.0 / 3.0,
+                    phase_rad: -0.1,
+                    grows_with_squared_frequency: true,
+                },
+            ],
+            contacts: vec![contact("left"), contact("right")],
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
             areas_m2: Some(vec![1e-6, 2.5e-7]),
+        }
+    }
+
+    /// Contact of one pair.
+    fn contact(name: &str) -> NamedContact {
+        NamedContact {
+            name: name.to_owned(),
+            pairs: 1,
         }
     }
 
@@ -587,6 +798,8 @@ mod tests {
         assert_eq!(a.unit_loads, b.unit_loads);
         assert_eq!(a.stuck_modes, b.stuck_modes);
         assert_eq!(a.observations, b.observations);
+        assert_eq!(element.excitations, back.excitations);
+        assert_eq!(element.contacts, back.contacts);
         assert_eq!(element.positions_m, back.positions_m);
         assert_eq!(element.areas_m2, back.areas_m2);
     }
@@ -600,8 +813,14 @@ mod tests {
         model.omega2.clear();
         model.static_load.on_modes.clear();
         model.stuck_modes = 0;
-        model.unit_loads[0].on_modes.clear();
-        model.observations[0].on_modes.clear();
+        model
+            .unit_loads
+            .iter_mut()
+            .for_each(|load| load.on_modes.clear());
+        model
+            .observations
+            .iter_mut()
+            .for_each(|point| point.on_modes.clear());
         element.areas_m2 = None;
         write(&folder, &element).unwrap();
         let back = read(&folder).unwrap();
@@ -609,25 +828,28 @@ mod tests {
         assert_eq!(back.model.observations, element.model.observations);
         assert_eq!(back.model.static_load, element.model.static_load);
         assert_eq!(back.areas_m2, None);
-        // Half of the modes is a mistake, not m = 0.
-        folder.write("p.mtx", "");
-        assert_refused(&folder, &["w2.mtx"]);
+        let text = folder.text("model.json");
+        folder.write("model.json", text.replace("\"modes\": 0", "\"modes\": 4"));
+        assert_refused(&folder, &["excitations_on_modes.mtx"]);
     }
 
     #[test]
     fn the_matrices_of_two_models_are_not_read_together() {
         let [first, second] = [small(), stiffer()].map(|element| written(&element));
-        std::fs::copy(second.join("M.mtx"), first.join("M.mtx")).unwrap();
-        assert_refused(&first, &["M.mtx", "K.mtx", "one model", "dovetail reduce"]);
+        std::fs::copy(second.join("mass.mtx"), first.join("mass.mtx")).unwrap();
+        assert_refused(
+            &first,
+            &["mass.mtx", "model.json", "one model", "dovetail reduce"],
+        );
         // A matrix that names no model is the user's own.
-        let text = second.text("M.mtx");
+        let text = second.text("mass.mtx");
         let without = text.lines().filter(|line| !line.starts_with("% "));
         let without: Vec<&str> = without.collect();
-        first.write("M.mtx", without.join("\n"));
+        first.write("mass.mtx", without.join("\n"));
         assert!(read(&first).is_ok());
         // The same model has the same name.
         write(&second, &small()).unwrap();
-        std::fs::copy(second.join("K.mtx"), first.join("K.mtx")).unwrap();
+        std::fs::copy(second.join("stiffness.mtx"), first.join("stiffness.mtx")).unwrap();
         assert!(read(&first).is_ok());
     }
 
@@ -646,8 +868,8 @@ mod tests {
             assert!(read(&folder).is_err(), "{name}");
         }
         let folder = written(&small());
-        std::fs::remove_file(folder.join(POSITIONS)).unwrap();
-        let words = ["xyz.mtx", "a part of a reduced model", "dovetail reduce"];
+        std::fs::remove_file(folder.join(DESCRIPTION)).unwrap();
+        let words = ["model.json", "a part of a reduced model", "dovetail reduce"];
         assert_refused(&folder, &words);
     }
 
@@ -660,22 +882,26 @@ mod tests {
         let skew = format!("6 6\n{}", skew.collect::<String>());
         let cases: [(&str, &str, &[&str]); 5] = [
             (
-                "w2.mtx",
+                "squared_frequencies.mtx",
                 "4 1\n1\n2\nthree\n4\n",
-                &["w2.mtx", "line 5: \"three\""],
+                &["squared_frequencies.mtx", "line 5: \"three\""],
             ),
             (
-                "w2.mtx",
+                "squared_frequencies.mtx",
                 "4 1\n1\n3\n2\n4\n",
                 &["squared frequency 3", "ascending"],
             ),
             (
-                "tip_x.mtx",
-                "5 1\n1\n3\n2\n4\n5\n",
-                &["5 x 1, expected 6 x 1"],
+                "observed_points.mtx",
+                "5 2\n1\n3\n2\n4\n5\n1\n3\n2\n4\n5\n",
+                &["5 x 2, expected 6 x 2"],
             ),
-            ("f_static.mtx", "6 1\n1\n3\n2\n4\n5\n", &["6 entries", "5"]),
-            ("K.mtx", &skew, &["symmetric", "(1, 2)"]),
+            (
+                "static_load.mtx",
+                "6 1\n1\n3\n2\n4\n5\n",
+                &["6 entries", "5"],
+            ),
+            ("stiffness.mtx", &skew, &["symmetric", "(1, 2)"]),
         ];
         for (file, text, words) in cases {
             let whole = folder.text(file);
@@ -684,7 +910,7 @@ mod tests {
             folder.write(file, whole);
         }
         let lenient = format!("{}4 1\n1\n2\n3\n4\n", &head[1..]);
-        folder.write("fm_static.mtx", lenient);
+        folder.write("static_load_on_modes.mtx", lenient);
         let read_back = read(&folder).unwrap().model.static_load.on_modes;
         assert_eq!(read_back, [1.0, 2.0, 3.0, 4.0]);
     }
@@ -707,9 +933,14 @@ mod tests {
             assert!(read(&stiffness(values)).is_ok());
         }
         let too_soft = stiffness([-1.1e-3, 1.0, 1.0, 1.0, 1.0, 2.0]);
-        let words = ["K.mtx", "lowest eigenvalue", "-1.100e-3 N/m", "sign of K"];
+        let words = [
+            "stiffness.mtx",
+            "lowest eigenvalue",
+            "-1.100e-3 N/m",
+            "its sign",
+        ];
         assert_refused(&too_soft, &words);
-        assert_refused(&stiffness([-1.0; 6]), &["K.mtx", "-1.000e0 N/m"]);
+        assert_refused(&stiffness([-1.0; 6]), &["stiffness.mtx", "-1.000e0 N/m"]);
         assert_refused(&stiffness([0.0; 6]), &[]);
         let huge = stiffness([1e308, -1e308, 1e308, 1e308, 1e308, 1e308]);
         assert_refused(&huge, &[]);
@@ -724,7 +955,7 @@ mod tests {
         for (kg, coupling) in [(0.0, 0.0), (2.0, 2f64.sqrt()), (2.0, (2f64 + 1e-7).sqrt())] {
             assert!(read(&mass(kg, coupling)).is_ok());
         }
-        let words = ["M.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"];
+        let words = ["mass.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"];
         assert_refused(&mass(2.0, 3f64.sqrt()), &words);
         for (kg, coupling) in [(-1.0, 0.0), (0.0, 1.0), (1e300, 1e200)] {
             assert_refused(&mass(kg, coupling), &[]);
@@ -732,14 +963,51 @@ mod tests {
     }
 
     #[test]
-    fn a_model_without_pairs_is_refused() {
+    fn a_description_that_contradicts_itself_is_refused() {
         let folder = written(&small());
-        folder.write("xyz.mtx", "%%MatrixMarket matrix array real general\n0 3\n");
-        assert_refused(&folder, &["at least one pair"]);
+        let whole = folder.text("model.json");
+        for (from, to, words) in [
+            ("\"pairs\": 2,", "\"pairs\": 0,", "at least one pair"),
+            (
+                "\"pairs\": 2,",
+                "\"pairs\": 3,",
+                "2 pairs in all, and `pairs` is 3",
+            ),
+            ("\"length\": \"m\"", "\"length\": \"mm\"", "m, kg, s and N"),
+            (
+                "\"harmonic\": 3",
+                "\"harmonic\": 0",
+                "\"base\": the harmonic must be 1",
+            ),
+            ("\"phase_rad\": 0.0", "\"phase_rad\": \"0\"", "expected f64"),
+            (
+                "\"harmonic\": 3",
+                "\"harmonics\": 3",
+                "unknown field `harmonics`",
+            ),
+            (FORMAT, "something", "format is \"something\""),
+            ("\"root\"", "\"root\", \"top\"", "6 x 2, expected 6 x 3"),
+        ] {
+            assert!(whole.contains(from), "{from}: {whole}");
+            folder.write("model.json", whole.replacen(from, to, 1));
+            assert_refused(&folder, &[words]);
+        }
+    }
+
+    #[test]
+    fn a_folder_with_other_names_is_told_how_to_rename_them() {
+        let folder = Folder::new("other_names");
+        folder.write("K.mtx", "");
+        let words = [
+            "stiffness.mtx",
+            "scripts/name_reduced_model.py",
+            "model.json",
+        ];
+        assert_refused(&folder, &words);
     }
 
     #[test]
     fn a_missing_file_is_named() {
-        assert_refused(&Folder::new("missing"), &["xyz.mtx"]);
+        assert_refused(&Folder::new("missing"), &["model.json"]);
     }
 }

@@ -87,18 +87,21 @@ impl PairTable {
         }
     }
 
-    /// Table of a folder, whose pairs make one contact called `pairs`, each with the clearance
-    /// `gap_m`.
+    /// Table of a folder, each of whose pairs has the clearance `gap_m`.
     pub fn of_superelement(element: &Superelement, gap_m: f64) -> Self {
+        let contacts = element.contacts.iter().enumerate();
+        let contact_of: Vec<usize> = contacts
+            .flat_map(|(number, contact)| std::iter::repeat_n(number, contact.pairs))
+            .collect();
         let row = |i: usize| PairRow {
-            contact: 0,
+            contact: contact_of[i],
             position_m: element.positions_m[i],
             frame: None,
             area_m2: element.areas_m2.as_ref().map(|a| a[i]),
             gap_m,
         };
         Self {
-            contacts: vec!["pairs".to_owned()],
+            contacts: element.contacts.iter().map(|c| c.name.clone()).collect(),
             nodes: Vec::new(),
             rows: (0..element.positions_m.len()).map(row).collect(),
         }

@@ -240,8 +240,14 @@ impl At {
         let model = self.reduced.model();
         same.then(|| Reduced {
             pairs: self.reduced.pairs.clone(),
-            problem: Problem::of_one_law(model.clone(), other.law, other.force_n),
+            problem: Problem::of_excitations(
+                model.clone(),
+                other.law,
+                &self.reduced.of_folder,
+                other.force_n,
+            ),
             bodies: None,
+            of_folder: self.reduced.of_folder.clone(),
         })
     }
 

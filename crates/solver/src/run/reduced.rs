@@ -5,6 +5,7 @@ use crate::description::{FrequencyRange, Scene};
 use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
 use crate::problem::Problem;
+use crate::reduction::superelement::NamedExcitation;
 use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
 use crate::results::pairs::PairTable;
@@ -19,6 +20,8 @@ pub struct Reduced {
     pub problem: Problem,
     /// Bodies; `None` where the model was read from a folder.
     pub bodies: Option<Bodies>,
+    /// Excitations of the folder; empty where there are bodies, which have their own.
+    pub of_folder: Vec<NamedExcitation>,
 }
 
 impl Reduced {

@@ -38,6 +38,7 @@ impl Reduced {
                     pairs: PairTable::of_model(bodies.model()),
                     problem,
                     bodies: Some(bodies),
+                    of_folder: Vec::new(),
                 }
             }
             Subject::ReducedModel(spec) => {
@@ -50,8 +51,14 @@ impl Reduced {
                 };
                 Self {
                     pairs,
-                    problem: Problem::of_one_law(reduced, spec.law, spec.force_n),
+                    problem: Problem::of_excitations(
+                        reduced,
+                        spec.law,
+                        &element.excitations,
+                        spec.force_n,
+                    ),
                     bodies: None,
+                    of_folder: element.excitations,
                 }
             }
         };

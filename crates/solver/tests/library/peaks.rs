@@ -9,7 +9,9 @@ use dovetail_solver::description::{
 };
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::reduction::damping::DampingSpec;
-use dovetail_solver::reduction::superelement::{Superelement, write};
+use dovetail_solver::reduction::superelement::{
+    NamedContact, NamedExcitation, Superelement, write,
+};
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::run::{
@@ -70,6 +72,11 @@ fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     let element = Superelement {
         model: stop_and_mass(),
+        excitations: vec![NamedExcitation::cosine("force")],
+        contacts: vec![NamedContact {
+            name: "stop".to_owned(),
+            pairs: 1,
+        }],
         positions_m: vec![[0.0; 3]],
         areas_m2: None,
     };
