@@ -4,7 +4,7 @@
 #     benches/peers/penalty/compare.sh
 #
 # The exit code says whether the motions agree. The peers are installed in target/peers: tmdsimpy is cloned from GitHub, and left
-# out where that fails. DOVETAIL may name the program.
+# out where that fails. dovetail runs as its Python package, which `make python` puts in target/python.
 set -eu
 cd "$(dirname "$0")/../../.."
 root=$PWD here=benches/peers/penalty work=target/peers/penalty
@@ -24,14 +24,11 @@ if ! [ -e $tmdsimpy ]; then
         echo "compare.sh: tmdsimpy cannot be cloned, it is left out" >&2
     fi
 fi
-if [ -z "${DOVETAIL:-}" ]; then
-    cargo build --release --locked --quiet
-    DOVETAIL=target/release/dovetail
-fi
+[ -e target/python/dovetail/_dovetail.abi3.so ] || make python
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 PYTHONWARNINGS=ignore
 python=$root/target/peers/venv/bin/python
 rm -f $work/*.json
-$python $here/dovetail_penalty.py "$DOVETAIL" $work $work/dovetail.json
+PYTHONPATH=target/python $python $here/dovetail_penalty.py $work/dovetail.json
 # It leaves folders where it runs and at home.
 (cd $work && HOME=$PWD $python "$root/$here/pyharm_penalty.py" pyharm.json)
 if [ -e $tmdsimpy ]; then $python $here/tmdsimpy_penalty.py $tmdsimpy $work/tmdsimpy.json; fi
