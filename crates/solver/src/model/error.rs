@@ -206,7 +206,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "{used_by}: group `{group}` has nodes that cannot move, {count} of them (first tags {}), being fixed or without a row in the matrices of their body: name another group, or hold less by `fixed`",
+        "{used_by}: group `{group}` has {count} nodes (first tags {}) that are fixed, or have no row in the matrices of their body: they cannot move; name another group, or hold less by `fixed`",
         list(tags)
     )]
     NodesFixed {
