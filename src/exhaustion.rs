@@ -8,7 +8,6 @@
 use std::cell::Cell;
 use std::io;
 use std::io::IsTerminal;
-use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::{self, Thread};
@@ -85,7 +84,7 @@ fn speak() -> ! {
     if let Ok(Some(last_word)) = LAST_WORD.try_lock().as_deref() {
         last_word(error);
     }
-    exit(i32::from(ExitStatus::Failed.code()))
+    end()
 }
 
 /// Writes to stderr without its lock, which a waiting thread may hold.
@@ -117,7 +116,7 @@ pub fn exhausted(bytes: usize) {
     };
     if speaks() {
         say("there is no more memory, not even to say so in full\n");
-        exit(i32::from(ExitStatus::Failed.code()));
+        end();
     }
     if !ENDING.swap(true, Ordering::AcqRel) {
         ASKED_BYTES.store(bytes, Ordering::Relaxed);
@@ -133,5 +132,11 @@ fn speaks() -> bool {
 #[cold]
 fn wait_for_the_end() -> ! {
     thread::sleep(LONGEST_WORD);
-    exit(i32::from(ExitStatus::Failed.code()))
+    end()
+}
+
+/// Ends the process at once. `std::process::exit` would first clean up, for which it takes locks
+/// that a waiting thread may hold.
+fn end() -> ! {
+    signal_hook::low_level::exit(i32::from(ExitStatus::Failed.code()))
 }
