@@ -4,8 +4,9 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, told};
-use crate::shared_runs::numbers;
+use crate::shared_program::{ended, has, on_scene, printed, program, told};
+use crate::shared_runs::{number, numbers, rows};
+use dovetail_testkit::folder::root;
 
 /// Command about the reduced model of 72 pairs.
 fn dovetail(command: &str, out: &Path, rest: &[&str]) -> Command {
@@ -47,6 +48,54 @@ fn peaks_over_friction_are_those_of_runs_and_the_least_one_is_between_them() {
     for picture in ["amplitude", "frequency", "loss_factor"] {
         let svg = out.text(&format!("plots/peaks_{picture}.svg"));
         assert!(svg.contains("friction"), "{picture}");
+    }
+}
+
+/// A case of a study is a run, whose curve has points added at its peaks.
+#[test]
+fn peaks_of_the_cases_of_a_study_are_those_of_the_command() {
+    let folder = Folder::new("peaks_study");
+    let forces = "[0.1, 0.24, 0.55, 0.72, 1.0]";
+    let scene = root().join("benches/peers/scene.toml");
+    let study = format!(
+        r#"
+name = "forces"
+scene = {scene:?}
+set = [
+    "response.points=", "response.harmonics=1", "response.samples=64",
+    "response.times_first_linear_mode=[0.96, 1.01]",
+]
+quantities = ["peak_amplitude_m", "peak_frequency_hz", "loss_factor"]
+[[parameter]]
+key = "reduced_model.force_n"
+values = {forces}
+"#
+    );
+    folder.write("study.toml", study);
+    let mut command = program(root(), &["study"]);
+    command.arg(folder.join("study.toml"));
+    ended(command.arg("--out").arg(folder.join("study")), 0);
+    let cases = rows(&folder.join("study/table.csv"));
+    assert_eq!(cases.len(), 5);
+    for case in cases {
+        let out = folder.join("peaks");
+        let force_n = number(&case, "force_n");
+        // At the first value the whole curve is followed, and at the second one the peak alone.
+        let over = format!("reduced_model.force_n={:?}:{force_n:?}:2", 0.99 * force_n);
+        ended(dovetail("peaks", &out, &["--over", &over, "--force"]), 0);
+        let peaks = rows(&out.join("peaks.csv"));
+        let peak = peaks.last().unwrap();
+        let off = [
+            ("peak_amplitude_m", "amplitude_m"),
+            ("peak_frequency_hz", "frequency_hz"),
+            ("loss_factor", "loss_factor"),
+        ]
+        .map(|(of_case, of_peak)| number(&case, of_case) / number(peak, of_peak) - 1.0);
+        println!("{force_n} N: amplitude, frequency, loss factor off by {off:?}");
+        assert!(
+            off.iter().all(|off| off.abs() < 5e-5),
+            "{force_n} N: {off:?}"
+        );
     }
 }
 

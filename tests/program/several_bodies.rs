@@ -235,6 +235,44 @@ fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
     assert!(friction > figure(response, "peak_damping_power_w"));
 }
 
+/// Far from the resonance the shrouds do not touch; where their corners just meet, the curve turns
+/// back within a few millionths of its length.
+#[test]
+#[ignore = "slow: make verify"]
+fn shrouds_with_a_clearance_have_two_whole_curves_and_one_of_them_turns_back() {
+    let settings = [
+        "load=",
+        "contact.shroud.gap_m=2e-5",
+        "excitation.0.force_n=0.05",
+        "response.harmonics=7",
+        "response.frequency_hz=[228, 250]",
+    ];
+    let run = Run::without_fields("shroud", "shroud_clearance", &settings);
+    let points = run.table("response.csv");
+    assert!(points.iter().all(|p| p["outcome"] == "converged"));
+    // A curve with a gap counts as two.
+    let mut curves: Vec<&String> = points.iter().map(|p| &p["branch"]).collect();
+    curves.dedup();
+    assert_eq!(curves, ["1", "2"]);
+    let (last, first) = (&points[points.len() - 1], &points[0]);
+    assert_eq!(
+        [first, last].map(|p| number(p, "frequency_hz")),
+        [228.0, 250.0]
+    );
+    let response = &run.summary()["response"];
+    let folds = response["folds"].as_array().unwrap();
+    let folds_hz: Vec<f64> = folds.iter().map(|f| figure(f, "frequency_hz")).collect();
+    println!("{} points, folds at {folds_hz:?} Hz", points.len());
+    let [touches_hz] = folds_hz[..] else {
+        panic!("{folds_hz:?}");
+    };
+    assert_close(touches_hz, 240.836, 1e-3);
+    let two = response["second_motion"].as_array().unwrap();
+    assert_eq!(two.len(), 1, "{two:?}");
+    assert_close(figure(&two[0], "from_hz"), 240.836, 1e-3);
+    assert_close(figure(&two[0], "to_hz"), 250.0, 1e-3);
+}
+
 // ---------------------------------------------------------------------------------- lock plates
 
 /// Without friction only the ends of the slot hold the blade along it.

@@ -2,7 +2,7 @@
 
 use super::peak::Guess;
 use super::several::several_motions;
-use super::trace::{Course, FoldStart, Found, Point, Tracer};
+use super::trace::{Course, FoldStart, Found, Height, Point, Tracer};
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
@@ -23,9 +23,11 @@ const GAP: f64 = 0.005;
 const GROWTH: f64 = 0.5;
 /// Most points that are added at a peak or a fold.
 const MOST_ADDED: usize = 8;
-/// A peak is found where the parabola through the highest point and those beside it rises by no
-/// more than this fraction above it.
-const PEAK_ERROR: f64 = 1e-4;
+/// A peak is found where neither the cubic through two points and their slopes nor the parabola
+/// through three points rises by more than this fraction above the highest of them.
+const PEAK_ERROR: f64 = 2e-5;
+/// Points from which a peak is looked for.
+const RECENT: usize = 3;
 /// A fold is found where the tangents of the points on both sides of it meet no farther beyond them
 /// than this fraction of the range.
 const FOLD_ERROR: f64 = 2e-4;
@@ -36,8 +38,6 @@ const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
 const SAME: f64 = 1e-4;
 
-/// First step from a motion near a peak.
-const CLIMBING_STEP: f64 = 0.15;
 /// A peak is behind the last point where the amplitude is this fraction below the largest one.
 const FALLEN: f64 = 0.005;
 /// Most points on the way to a peak.
@@ -109,8 +109,10 @@ struct Follower<'b, 's> {
     from_last: bool,
     branch: Followed,
     tracer: Option<Tracer<'b, 's>>,
-    /// Last points of the curve with the largest departure of each observed displacement, m.
-    recent: Vec<(Point, Vec<f64>)>,
+    /// Last points of the curve, added ones included: three between two steps.
+    recent: Vec<Point>,
+    /// Length of the curve up to which the slopes of its points told of its peaks.
+    searched: f64,
     level: usize,
     /// Number of the step.
     step: usize,
@@ -136,6 +138,7 @@ impl<'b, 's> Follower<'b, 's> {
             asked_hz,
             from_last,
             recent: Vec::new(),
+            searched: 0.0,
             branch: Followed::default(),
             tracer: None,
             level: 0,
@@ -216,12 +219,8 @@ impl<'b, 's> Follower<'b, 's> {
             |p: &&SolvedFrequency| matches!(part_of(p), Some(Part::Begun | Part::Reached));
         let mut last: Vec<&SolvedFrequency> = Vec::new();
         for point in self.branch.points.iter().rev().filter(of_curve) {
-            let goes_on = last.last().is_none_or(|after| {
-                after.mean == point.mean
-                    && after.next_level == point.next_level
-                    && part_of(after) != Some(Part::Begun)
-            });
-            if last.len() == 3 || !goes_on {
+            let begins = |after: &&SolvedFrequency| part_of(after) == Some(Part::Begun);
+            if last.len() == RECENT || last.last().is_some_and(begins) {
                 break;
             }
             last.push(point);
@@ -231,20 +230,17 @@ impl<'b, 's> Follower<'b, 's> {
             return;
         };
         self.level = level;
-        let solver = self.run.refinement.level(level);
         let passed = self.branch.lengths.last().copied().unwrap_or(0.0);
+        self.searched = passed;
         for point in last {
+            let solver = self.run.refinement.level(point.next_level);
             let before = self.tracer.take().map(|tracer| tracer.last().clone());
             let (course, work) = (self.course, &mut self.work);
             self.tracer = Tracer::resumed(solver, course, point, (before, passed), work);
             let Some(tracer) = &self.tracer else {
                 break;
             };
-            let known = (
-                tracer.last().clone(),
-                point.orbit.observed_amplitude_m.clone(),
-            );
-            remember(&mut self.recent, known, point.orbit.outcome);
+            remember(&mut self.recent, tracer.last(), point.orbit.outcome);
         }
         self.look_beyond_begin();
         // No direction was found: the branch is lost where it came to, not where it began.
@@ -268,52 +264,23 @@ impl<'b, 's> Follower<'b, 's> {
         self.level = level;
         self.guess = Some(near.clone());
         self.begin();
-        let tracer = self.tracer.as_mut()?;
-        tracer.set_step(CLIMBING_STEP);
-        if tracer.growth(observation) < 0.0 {
-            tracer.turn();
-        }
-        let mut start = Some(tracer.clone());
-        // The first two points.
-        let mut beside = Vec::new();
+        self.tracer.as_mut()?.climb(observation)?;
+        self.recent.clear();
+        self.remember();
         while self.tracer.is_some()
             && !self.has_left
             && self.solved < MOST_CLIMBED
             && self.run.goes_on()
         {
             self.step(None);
-            if beside.is_empty() {
-                beside.clone_from(&self.recent);
-            }
-            let amplitude =
-                |p: &SolvedFrequency| p.orbit.observed_amplitude_m.get(observation).copied();
-            let amplitudes: Option<Vec<f64>> = self.branch.points.iter().map(amplitude).collect();
-            let amplitudes = amplitudes?;
+            let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude_m[observation];
+            let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
             let (highest, most) =
                 (amplitudes.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;
-            if *amplitudes.last()? > (1.0 - FALLEN) * most {
-                continue;
-            }
-            if highest > 0 {
+            if *amplitudes.last()? <= (1.0 - FALLEN) * most {
                 let found = self.branch.points.swap_remove(highest).orbit;
                 return found.outcome.has_motion().then_some((found, self.level));
             }
-            // The first point is at the peak, or behind it: the branch is followed from there in
-            // the other direction.
-            let mut start = start.take()?;
-            self.branch = std::mem::take(&mut self.branch).reversed();
-            let length = *self.branch.lengths.last()?;
-            start.turn();
-            start.begin_at(length);
-            start.set_step(CLIMBING_STEP);
-            self.tracer = Some(start);
-            self.recent.clear();
-            if let [_, (next, amplitudes)] = &mut beside[..] {
-                next.turn();
-                next.length = length - next.length;
-                self.recent.push((next.clone(), std::mem::take(amplitudes)));
-            }
-            self.remember();
         }
         None
     }
@@ -390,7 +357,6 @@ impl<'b, 's> Follower<'b, 's> {
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
-            self.recent.clear();
             self.level = resolved.level;
             let solver = run.refinement.level(self.level);
             self.tracer = tracer.again(solver, &resolved.solved, &mut self.work);
@@ -405,48 +371,42 @@ impl<'b, 's> Follower<'b, 's> {
         stops
     }
 
-    /// Keeps the last point of the curve, and no more than the two before it. An amplitude that
-    /// misses its accuracy is no place to look for a peak from.
+    /// Keeps the last point of the curve, and those before it from which peaks are looked for. An
+    /// amplitude that misses its accuracy is no place to look for a peak from.
     fn remember(&mut self) {
         let last = self.branch.points.last().map(|p| &p.orbit);
         if let (Some(tracer), Some(orbit)) = (&self.tracer, last) {
-            let known = (tracer.last().clone(), orbit.observed_amplitude_m.clone());
-            remember(&mut self.recent, known, orbit.outcome);
+            remember(&mut self.recent, tracer.last(), orbit.outcome);
         }
     }
 
-    /// Adds points where an observed amplitude has a peak between the last three points, until the
-    /// parabola through the highest and those beside it rises little above it.
+    /// Adds points where an observed amplitude has a peak between the last points, until nothing
+    /// tells of a top above the highest of them.
     fn refine_peaks(&mut self) {
-        let observed = self.recent.first().map_or(0, |(_, a)| a.len());
+        let observed = self.recent.first().map_or(0, |p| p.heights.len());
         for observation in 0..observed {
-            let mut around = self.recent.clone();
             for _ in 0..MOST_ADDED {
-                let places = around.iter().map(|(p, a)| (p.length, a[observation]));
-                let Some(top) = top_of(&places.collect::<Vec<_>>()) else {
+                let Some(Top { after, length, .. }) =
+                    top_of_curve(&self.recent, self.searched, observation)
+                else {
                     break;
                 };
-                let Some(after) = around.iter().position(|(p, _)| p.length > top) else {
+                let ends = [after, after + 1].map(|i| self.recent[i].clone());
+                let Some(added) = self.add(Tracer::inside, ends.each_ref(), length) else {
                     break;
                 };
-                let ends = [&around[after - 1].0, &around[after].0];
-                let Some(added) = self.add(Tracer::inside, ends, top) else {
-                    break;
-                };
-                around.insert(after, added);
-                let amplitude = |i: &usize| around[*i].1[observation];
-                let highest = (1..around.len() - 1)
-                    .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))
-                    .unwrap_or(1);
-                around = around[highest - 1..=highest + 1].to_vec();
+                self.recent.insert(after + 1, added);
             }
         }
+        let surplus = self.recent.len().saturating_sub(RECENT);
+        self.recent.drain(..surplus);
+        self.searched = self.recent.last().map_or(self.searched, |p| p.length);
     }
 
     /// Adds points where the curve folds between the last two points, until the tangents of those
     /// on both sides of the fold meet little beyond them.
     fn refine_fold(&mut self) {
-        let [.., (before, _), (after, _)] = &self.recent[..] else {
+        let [.., before, after] = &self.recent[..] else {
             return;
         };
         let mut beside = [before.clone(), after.clone()];
@@ -468,9 +428,11 @@ impl<'b, 's> Follower<'b, 's> {
                 FoldStart::AheadOfFirst(way) => first.length + way * per_way,
                 FoldStart::BehindSecond(way) => second.length - way * per_way,
             };
-            let Some((added, _)) = self.add(solve, [first, second], length) else {
+            let Some(added) = self.add(solve, [first, second], length) else {
                 return;
             };
+            let place = self.recent.partition_point(|p| p.length < added.length);
+            self.recent.insert(place, added.clone());
             let is_after = added.direction.frequency_hz * rises < 0.0;
             beside[usize::from(is_after)] = added;
         }
@@ -482,18 +444,19 @@ impl<'b, 's> Follower<'b, 's> {
         solve: impl Fn(&Tracer<'b, 's>, [&Point; 2], f64, &mut Work) -> Option<Found<'b>>,
         ends: [&Point; 2],
         length: f64,
-    ) -> Option<(Point, Vec<f64>)> {
+    ) -> Option<Point> {
         let run = self.run;
         let tracer = self.tracer.as_ref()?;
         self.work.start_counting(run.most_seconds);
         let work = &mut self.work;
-        let found = solve(tracer, ends, length, work)?;
-        let point = tracer.point_at(&found, ends, work)?;
+        let mut found = solve(tracer, ends, length, work)?;
         let solver = run.refinement.level(self.level);
         let (at_hz, length) = (found.frequency_hz, found.length);
-        let solution = solver.on_curve(at_hz, found.solution, work)?;
-        let resolved = run.judged(at_hz, self.level, solution, work);
-        Some((point, self.record(resolved, at_hz, length, Part::Added)))
+        found.solution = solver.on_curve(at_hz, found.solution, work)?;
+        let point = tracer.point_at(&found, ends, work)?;
+        let resolved = run.judged(at_hz, self.level, found.solution, work);
+        self.record(resolved, at_hz, length, Part::Added);
+        Some(point)
     }
 
     /// Looks for the next motion behind a gap after a frequency.
@@ -521,14 +484,8 @@ impl<'b, 's> Follower<'b, 's> {
         self.next_hz = beyond(self.course, begun_hz, gap_hz, begun_hz);
     }
 
-    /// Records a point that is solved. Returns its observed amplitudes, m.
-    fn record(
-        &mut self,
-        resolved: Resolved<'_>,
-        frequency_hz: f64,
-        length: f64,
-        part: Part,
-    ) -> Vec<f64> {
+    /// Records a point that is solved.
+    fn record(&mut self, resolved: Resolved<'_>, frequency_hz: f64, length: f64, part: Part) {
         let run = self.run;
         // Both branches number their points by turns.
         let place = (2 * self.solved + usize::from(self.from_last), frequency_hz);
@@ -550,9 +507,7 @@ impl<'b, 's> Follower<'b, 's> {
             }),
         };
         (run.tell)(Told::Solved(&solved));
-        let amplitudes = solved.orbit.observed_amplitude_m.clone();
         self.branch.keep(solved);
-        amplitudes
     }
 }
 
@@ -580,16 +535,14 @@ impl Followed {
     }
 }
 
-/// Adds a point with its amplitudes to the last ones, as [`Follower::remember`] does.
-fn remember(recent: &mut Vec<(Point, Vec<f64>)>, point: (Point, Vec<f64>), outcome: Outcome) {
+/// Adds a point to the last ones, as [`Follower::remember`] does.
+fn remember(recent: &mut Vec<Point>, point: &Point, outcome: Outcome) {
     if !outcome.is_converged() {
         recent.clear();
         return;
     }
-    recent.push(point);
-    if recent.len() > 3 {
-        recent.remove(0);
-    }
+    let before = recent.drain(..).map(|p| p.resized(point.u.len()));
+    *recent = before.chain([point.clone()]).collect();
 }
 
 /// Part of a branch that a point was found by.
@@ -614,19 +567,84 @@ fn beyond(course: Course, frequency_hz: f64, gap_hz: f64, looked_for_hz: f64) ->
     }
 }
 
-/// Length at which the parabola through three places, of a length and an amplitude each, has its
-/// top; `None` where the middle one is not the highest, or is within [`PEAK_ERROR`] of the top.
-fn top_of(around: &[(f64, f64)]) -> Option<f64> {
-    let three: [(f64, f64); 3] = around.try_into().ok()?;
-    let [(before, a), (highest, b), (after, c)] = three;
-    if !(b > a && b >= c) {
+/// Top of an observed amplitude between points of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Top {
+    /// Number of the point before it.
+    after: usize,
+    /// Length of the curve up to it.
+    length: f64,
+    /// Amplitude, m.
+    amplitude_m: f64,
+}
+
+/// Highest top of an observed amplitude above the points of a curve that are beside it; `None` where
+/// there is none. The slopes tell where it lies, to a high order where the curve is smooth; at a
+/// corner, where they do not, three amplitudes do. Slopes up to the length `searched` are left out.
+fn top_of_curve(points: &[Point], searched: f64, observation: usize) -> Option<Top> {
+    let places: Vec<(f64, Height)> = points
+        .iter()
+        .map(|p| (p.length, p.heights[observation]))
+        .collect();
+    let of_two = (places.windows(2).enumerate())
+        .filter(|(_, two)| two[0].0 >= searched)
+        .filter_map(|(i, two)| top_of_two(two, i));
+    let of_three = (places.windows(3).enumerate()).filter_map(|(i, three)| top_of_three(three, i));
+    of_two
+        .chain(of_three)
+        .max_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m))
+}
+
+/// Top of the cubic through two places, `i` and the next one, and their slopes.
+fn top_of_two(two: &[(f64, Height)], i: usize) -> Option<Top> {
+    let [(from, first), (to, second)] = two else {
+        return None;
+    };
+    let span = to - from;
+    let end = |height: &Height| [height.amplitude_m, span * height.along_m];
+    let (place, amplitude_m) = top_of([first, second].map(end))?;
+    let higher = first.amplitude_m.max(second.amplitude_m);
+    (amplitude_m > (1.0 + PEAK_ERROR) * higher).then_some(Top {
+        after: i,
+        length: from + place * span,
+        amplitude_m,
+    })
+}
+
+/// Top of the parabola through three places, from `i` on, where the middle one is the highest.
+fn top_of_three(three: &[(f64, Height)], i: usize) -> Option<Top> {
+    let [a, b, c] = three else {
+        return None;
+    };
+    let middle = b.1.amplitude_m;
+    if !(middle > a.1.amplitude_m && middle >= c.1.amplitude_m) {
         return None;
     }
+    let three = [a, b, c].map(|(length, height)| (*length, height.amplitude_m));
     let (gain, shift) = vertex(three);
-    if !shift.is_finite() || gain <= PEAK_ERROR * b {
+    if !shift.is_finite() || gain <= PEAK_ERROR * middle {
         return None;
     }
-    Some(highest + inside(shift, [before, highest, after]))
+    Some(Top {
+        after: if shift < 0.0 { i } else { i + 1 },
+        length: b.0 + inside(shift, three.map(|p| p.0)),
+        amplitude_m: middle + gain,
+    })
+}
+
+/// Top between 0 and 1 of the cubic with these values and slopes at both: its place and value. `None`
+/// where it does not rise at 0 and fall at 1.
+fn top_of([[a, rises], [b, falls]]: [[f64; 2]; 2]) -> Option<(f64, f64)> {
+    if !(rises > 0.0 && falls < 0.0) {
+        return None;
+    }
+    // a + rises t + square t^2 + cube t^3
+    let square = 3.0 * (b - a) - 2.0 * rises - falls;
+    let cube = rises + falls - 2.0 * (b - a);
+    let root = (square * square - 3.0 * cube * rises).sqrt();
+    let t = rises / (root - square);
+    let value = a + t * (rises + t * (square + t * cube));
+    value.is_finite().then_some((t, value))
 }
 
 /// Start for a further point at a fold between two points; `None` where the curve does not fold
@@ -848,6 +866,53 @@ mod tests {
                 None
             );
         }
+    }
+
+    #[test]
+    fn the_top_of_a_cubic_follows_from_its_ends() {
+        // 4 + 3 t - 4 t^3, whose slope is zero at a half, and the same one backwards.
+        let [first, second] = [[4.0, 3.0], [3.0, -9.0]];
+        assert_eq!(top_of([first, second]), Some((0.5, 5.0)));
+        let back = |[value, slope]: [f64; 2]| [value, -slope];
+        assert_eq!(top_of([back(second), back(first)]), Some((0.5, 5.0)));
+        // A parabola.
+        assert_eq!(top_of([[0.0, 2.0], [0.0, -2.0]]), Some((0.5, 0.5)));
+        // Rising, falling, level, with a valley alone, with a top and a valley, and with no number.
+        for ends in [
+            [[0.0, 1.0], [1.0, 1.0]],
+            [[1.0, -1.0], [0.0, -1.0]],
+            [[1.0, 0.0], [1.0, 0.0]],
+            [[0.0, -2.0], [0.0, 2.0]],
+            [[0.0, 9.0], [1.0, 1.0]],
+            [[0.0, f64::NAN], [0.0, 2.0]],
+        ] {
+            assert_eq!(top_of(ends), None, "{ends:?}");
+        }
+    }
+
+    /// Where slopes say nothing of a peak, three amplitudes do.
+    #[test]
+    fn a_top_is_told_by_slopes_and_by_amplitudes() {
+        let place = |(length, amplitude_m, along_m): (f64, f64, f64)| {
+            let height = Height {
+                amplitude_m,
+                along_m,
+            };
+            (length, height)
+        };
+        let top = |two: [(f64, f64, f64); 2]| top_of_two(&two.map(place), 7);
+        let found = top([(1.0, 1.0, 0.1), (3.0, 1.0, -0.1)]).unwrap();
+        assert_eq!((found.after, found.length), (7, 2.0));
+        assert!((found.amplitude_m - 1.05).abs() < 1e-12);
+        // Less than the error above the higher one.
+        assert_eq!(top([(1.0, 1.0, 1e-5), (3.0, 1.0, -1e-5)]), None);
+        let top = |three: [(f64, f64); 3]| {
+            top_of_three(&three.map(|(length, a)| place((length, a, 0.0))), 7)
+        };
+        let found = top([(0.0, 0.9), (1.0, 1.0), (2.0, 0.98)]).unwrap();
+        assert_eq!(found.after, 8);
+        assert!(found.length > 1.0 && found.length < 2.0 && found.amplitude_m > 1.0);
+        assert_eq!(top([(0.0, 0.9), (1.0, 1.0), (2.0, 1.01)]), None);
     }
 
     #[test]

@@ -2,17 +2,20 @@
 
 use super::bordered::{Direction, Plane, correct, direction};
 use super::gauge::{Gauge, Scales, motion};
-use crate::dlft::point::{FrequencySolver, Neighbour, Solution, Work};
+use crate::dlft::orbit::observed_amplitudes_m;
+use crate::dlft::point::{FrequencySolver, Neighbour, Solution, Work, resized};
 use crate::dlft::retention::Mean;
 use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
-use dovetail_numerics::vector::{axpy, dot, norm};
+use dovetail_numerics::vector::{axpy, norm};
 
 /// Error of the cubics that join the points of a branch, relative to |T|, by which steps are
 /// chosen.
 const CURVE_ERROR: f64 = 1e-3;
 /// First step.
 const FIRST_STEP: f64 = 0.02;
+/// Step from a top, at which a resonance has fallen by 4 %, and one that friction flattens by less.
+const BEYOND_TOP: f64 = 0.3;
 /// Longest step: by it what is observed changes by a half.
 const LONGEST_STEP: f64 = 0.5;
 /// Shortest step: where it fails, the curve cannot be followed on.
@@ -38,6 +41,8 @@ const BISECTIONS: usize = 50;
 const SAME_LENGTH: f64 = 1e-9;
 /// |T| is measured against this fraction of its largest value where it is smaller.
 const LEAST_MOTION: f64 = 0.01;
+/// Length along the direction of a point of the difference that takes the change of amplitudes.
+const DIFFERENCE: f64 = 1e-6;
 /// Scale of the motion where nothing moves, m. Its square is no zero.
 const NO_MOTION_M: f64 = 1e-150;
 
@@ -56,12 +61,23 @@ pub struct Point {
     pub direction: Direction,
     /// Change of T along it.
     pub motion_along: Vec<f64>,
+    /// Observed amplitudes.
+    pub heights: Vec<Height>,
     /// Scales of the length at the point.
     scales: Scales,
     /// Coefficients of dU and df in the length of a change along the direction.
     across: (Vec<f64>, f64),
     /// Length of the curve up to the point.
     pub length: f64,
+}
+
+/// Observed amplitude at a point of a curve.
+#[derive(Debug, Clone, Copy)]
+pub struct Height {
+    /// Amplitude, m.
+    pub amplitude_m: f64,
+    /// Its change along the curve, m.
+    pub along_m: f64,
 }
 
 /// Changes in which the length of a curve is to grow at a point.
@@ -252,31 +268,25 @@ impl<'b, 's> Tracer<'b, 's> {
         self.before = None;
     }
 
-    /// Turns round at the last point. The length of the curve grows on from there.
-    pub fn turn(&mut self) {
-        self.last.turn();
-        self.before = None;
-    }
-
-    /// Change of the first harmonic of an observed displacement along the curve at the last point,
-    /// relative to it; 0 where it does not move.
-    pub fn growth(&self, observation: usize) -> f64 {
-        let parts = 2 * observation..2 * observation + 2;
-        let (t, along) = (
-            &self.last.motion[parts.clone()],
-            &self.last.motion_along[parts],
-        );
-        let squared = dot(t, t);
-        if squared > 0.0 {
-            dot(t, along) / squared
+    /// Goes up from the last point, to larger amplitudes of an observed displacement, with a first
+    /// step past the top that a resonance has there. `None` without that displacement.
+    pub fn climb(&mut self, observation: usize) -> Option<()> {
+        if self.last.heights.get(observation)?.along_m < 0.0 {
+            self.last.turn();
+            self.before = None;
+        }
+        let Height {
+            amplitude_m,
+            along_m,
+        } = self.last.heights[observation];
+        // Along the circle of a resonance an amplitude is the cosine of the length from its top.
+        let to_top = if along_m > 0.0 {
+            along_m.atan2(amplitude_m)
         } else {
             0.0
-        }
-    }
-
-    /// Sets the length of the next step.
-    pub fn set_step(&mut self, length: f64) {
-        self.step = length;
+        };
+        self.step = (to_top + BEYOND_TOP).min(LONGEST_STEP);
+        Some(())
     }
 
     /// Goes back to the point before, which can be done once after a step.
@@ -651,9 +661,18 @@ impl Point {
     /// Turns the direction of the curve round.
     pub fn turn(&mut self) {
         let along = self.direction.u.iter_mut().chain(&mut self.motion_along);
-        along.chain(&mut self.across.0).for_each(|v| *v = -*v);
+        let heights = self.heights.iter_mut().map(|height| &mut height.along_m);
+        (along.chain(&mut self.across.0).chain(heights)).for_each(|v| *v = -*v);
         self.direction.frequency_hz = -self.direction.frequency_hz;
         self.across.1 = -self.across.1;
+    }
+
+    /// The point with so many unknowns: harmonics that it does not have are zero.
+    pub fn resized(mut self, unknowns: usize) -> Self {
+        for of_harmonics in [&mut self.u, &mut self.direction.u, &mut self.across.0] {
+            *of_harmonics = resized(of_harmonics, unknowns);
+        }
+        self
     }
 
     /// U and the frequency so far along the direction of the point.
@@ -693,7 +712,9 @@ impl Point {
         motion_along.iter_mut().for_each(|t| *t *= by);
         direction.u.iter_mut().for_each(|u| *u *= by);
         direction.frequency_hz *= by;
+        let heights = heights(solution, frequency_hz, &direction);
         Some(Self {
+            heights,
             frequency_hz,
             u: solution.u.clone(),
             mean: solution.balance.mean(),
@@ -705,6 +726,24 @@ impl Point {
             length,
         })
     }
+}
+
+/// Observed amplitudes at a solution, and their changes along a direction of length 1.
+fn heights(solution: &Solution<'_>, frequency_hz: f64, direction: &Direction) -> Vec<Height> {
+    let Solution { balance, u, .. } = solution;
+    let at = |length: f64| {
+        let mut u = u.clone();
+        axpy(length, &direction.u, &mut u);
+        observed_amplitudes_m(balance, &u, frequency_hz + length * direction.frequency_hz)
+    };
+    let [here, ahead, behind] = [0.0, DIFFERENCE, -DIFFERENCE].map(at);
+    let changes = ahead.iter().zip(&behind).map(|(a, b)| a - b);
+    let both = here.iter().zip(changes);
+    both.map(|(amplitude_m, change)| Height {
+        amplitude_m: *amplitude_m,
+        along_m: change / (2.0 * DIFFERENCE),
+    })
+    .collect()
 }
 
 /// U and frequency of the cubic through two points and their directions, 0 at the first and 1 at
