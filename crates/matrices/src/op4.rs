@@ -41,7 +41,7 @@ impl Header {
         if columns < 0 || !(0..=20).contains(&form) || !(1..=4).contains(&kind) {
             return Err(Fault::malformed(found, expected, WRITE_AGAIN));
         }
-        let is_big = rows < 0 || rows > MOST_ROWS_IN_ONE_WORD;
+        let is_big = !(0..=MOST_ROWS_IN_ONE_WORD).contains(&rows);
         let (rows, columns) = sizes.add(rows.unsigned_abs(), columns.unsigned_abs())?;
         Ok(Self {
             columns,
