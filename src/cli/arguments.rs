@@ -50,9 +50,9 @@ Examples:
   dovetail peaks scene.toml --over rotation.speed_rpm=2000:8000 --amplitude 1e-3";
 
 const BACKBONE_HELP: &str = "\
-No force excites the motion: a damping ratio keeps it up, which is the damping of
-the mode at this amplitude. It needs neither response.frequency_hz nor a force;
-the force of the scene only says which force has its peak at an amplitude.
+No force excites the motion: a damping ratio keeps it up, which is that of the
+mode at this amplitude. The force of the scene only says which force has its
+peak at an amplitude, and its range of frequencies how many stuck modes to take.
 
 Example:
   dovetail backbone scene.toml --mode 1 --amplitude 1e-6:1e-3 --points 30";

@@ -90,10 +90,10 @@ impl Work<'_> {
         let found =
             self.computes(|session| run::backbone(self.scene, meshes, &question, session))?;
         let force_n = force_n(self.scene);
-        self.warn_of_backbone(asked, &found);
         if found.backbone.points.is_empty() {
             return Err(Error::NoBackbone.into());
         }
+        self.warn_of_backbone(asked, &found);
         let rows: Vec<BackboneRow<'_>> = (found.backbone.points.iter())
             .map(|point| BackboneRow {
                 observation: found.observation,
@@ -146,8 +146,8 @@ impl Work<'_> {
                 .map(|mode| format!("{mode} ({} Hz)", figure(found.linear_hz[mode - 1], 6)))
                 .collect();
             let text = format!(
-                "within 3 % of the frequency of linear mode {} lies that of mode {}: the motions \
-                 of both may mix, and a force then excites both",
+                "the backbone of linear mode {} comes within 3 % of the frequency of mode {}: the \
+                 motions of both may mix, and a force then excites both",
                 asked.mode,
                 others.join(", ")
             );

@@ -15,8 +15,8 @@ use crate::results::modes::hertz;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
 
-/// Frequencies of two linear modes are close to each other within this fraction: their backbones
-/// may interact.
+/// The frequency of another linear mode is close to a backbone within this fraction: the motions of
+/// both may mix.
 const CLOSE: f64 = 0.03;
 
 /// Backbone that is asked for.
@@ -40,7 +40,8 @@ pub struct ModeBackbone {
     pub observation: usize,
     /// Frequency and damping over the amplitude.
     pub backbone: Backbone,
-    /// Numbers of the linear modes whose frequencies lie within 3 % of this one's, counted from 1.
+    /// Numbers of the other linear modes whose frequencies the backbone comes within 3 % of, counted
+    /// from 1.
     pub close_modes: Vec<usize>,
     /// Frequencies of the linear modes, Hz.
     pub linear_hz: Vec<f64>,
@@ -111,14 +112,37 @@ pub fn backbone(
     orbits.for_each(|orbit| {
         sides.judge_orbit(orbit);
     });
-    let is_close =
-        |other: &usize| *other != mode && (linear_hz[*other] / own_hz - 1.0).abs() < CLOSE;
-    let close_modes = (0..linear_hz.len()).filter(is_close);
+    let passed_hz = backbone.points.iter().map(|point| point.orbit.frequency_hz);
+    let passed_hz: Vec<f64> = passed_hz.chain([own_hz]).collect();
     Ok(ModeBackbone {
-        close_modes: close_modes.map(|other| other + 1).collect(),
+        close_modes: close_modes(&linear_hz, mode, &passed_hz),
         reduced,
         observation,
         backbone,
         linear_hz,
     })
+}
+
+/// Numbers of the linear modes but `own`, from 0, of which some of the frequencies `passed_hz` comes
+/// close, counted from 1.
+fn close_modes(linear_hz: &[f64], own: usize, passed_hz: &[f64]) -> Vec<usize> {
+    let is_close = |other: &usize| {
+        let near = |hz: &f64| (linear_hz[*other] / hz - 1.0).abs() < CLOSE;
+        *other != own && passed_hz.iter().any(near)
+    };
+    let others = (0..linear_hz.len()).filter(is_close);
+    others.map(|other| other + 1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::close_modes;
+
+    #[test]
+    fn modes_are_close_where_the_backbone_comes_within_three_per_cent_of_them() {
+        let linear_hz = [96.0, 100.0, 102.0, 104.0, 200.0];
+        assert_eq!(close_modes(&linear_hz, 1, &[100.0]), [3]);
+        assert_eq!(close_modes(&linear_hz, 1, &[100.0, 98.0]), [1, 3]);
+        assert_eq!(close_modes(&linear_hz, 4, &[200.0, 190.0]), [0; 0]);
+    }
 }
