@@ -69,8 +69,8 @@ fn what_is_no_backbone_is_refused_with_a_remedy() {
         ("--amplitude 1e-3:1e-6", "ascend"),
         ("--amplitude 1e-3", "FROM:TO"),
         (
-            "--amplitude 1e-6:1e-3 --mode 99",
-            "there is no linear mode 99",
+            "--amplitude 1e-6:1e-3 --mode 9999",
+            "there is no linear mode 9999",
         ),
         ("--amplitude 1e-6:1e-3 --mode 0", "at least 1"),
         ("--amplitude 1e-6:1e-3 --observe hub", "hub"),

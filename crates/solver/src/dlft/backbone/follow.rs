@@ -34,8 +34,10 @@ const SMALLER: f64 = 0.1;
 const MOST_SMALLER: usize = 6;
 /// Relative difference from an amplitude asked for at which it counts as reached.
 const REACHED: f64 = 1e-6;
+/// Relative difference from an amplitude asked for above which it is not reached.
+const NEAR: f64 = 0.01;
 /// Most points that are solved to reach an amplitude.
-const MOST_CORRECTIONS: usize = 5;
+const MOST_CORRECTIONS: usize = 8;
 /// Share of the pairs closed at rest that may be open in the whole period: with more the mode means
 /// little.
 const OPEN: f64 = 0.05;
@@ -176,10 +178,17 @@ impl<'b, 's: 'b> Follower<'b, 's> {
         let mut slope = self.slope();
         for _ in 0..MOST_CORRECTIONS {
             let off = (amplitude_m / found.amplitude_m).ln();
-            if off.abs() < REACHED {
+            if off.abs() < REACHED || stays_open(&found.point.orbit) {
                 break;
             }
-            let Some(next) = self.solve(found.log_q + slope * off) else {
+            let log_q = found.log_q + slope * off;
+            let is_far = (slope * off).abs() > LONGEST_STEP;
+            let next = if is_far {
+                self.walk(log_q)
+            } else {
+                self.solve(log_q)
+            };
+            let Some(next) = next else {
                 break;
             };
             let left = (amplitude_m / next.amplitude_m).ln();
@@ -187,12 +196,15 @@ impl<'b, 's: 'b> Follower<'b, 's> {
                 break;
             }
             slope = usable((next.log_q - found.log_q) / (off - left));
-            // The point before stays that of the amplitude before.
-            self.last.pop();
-            self.last.push(next.clone());
+            if !is_far {
+                // The point before stays that of the amplitude before.
+                self.last.pop();
+                self.last.push(next.clone());
+            }
             found = next;
         }
-        Some(found)
+        let off = (amplitude_m / found.amplitude_m).ln();
+        (off.abs() < NEAR || stays_open(&found.point.orbit)).then_some(found)
     }
 
     /// Derivative of log q by the logarithm of the observed amplitude.
