@@ -58,6 +58,14 @@ pub enum RunError {
     )]
     NoPeaks { missing: usize, values: usize },
 
+    /// `dovetail backbone` ended before its last amplitude.
+    #[error("{missing} of {amplitudes} amplitudes were not reached")]
+    #[diagnostic(
+        severity(Warning),
+        help("the warnings say why: the last amplitude of --amplitude FROM:TO may be too large")
+    )]
+    BackboneEnds { missing: usize, amplitudes: usize },
+
     /// `dovetail mesh` for a scene with a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
     #[diagnostic(help(
@@ -189,6 +197,15 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
          touches; the load must close the clearance (gap_m, crown_radius_m); the static_load.mtx of \
          a reduced model must be negative on N"
         }
+        run::Error::NoSuchMode { .. } => {
+            "give --mode one of them, or keep more response.stuck_modes; `dovetail static` lists the linear modes in modes.csv"
+        }
+        run::Error::NotInMode { .. } => {
+            "give another mode (--mode), or another displacement (--observe NAME, of an [[observe]])"
+        }
+        run::Error::NoBackbone => {
+            "begin at a smaller amplitude (--amplitude FROM:TO), or allow more response.max_newton_iterations"
+        }
         run::Error::NoRotation => {
             "give the scene a section [rotation] with an axis and any speed_rpm; --rpm takes the place of the speed"
         }
@@ -255,7 +272,7 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
-            Self::NoPeaks { .. } => ExitStatus::NotConverged,
+            Self::NoPeaks { .. } | Self::BackboneEnds { .. } => ExitStatus::NotConverged,
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
@@ -281,6 +298,8 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::AllBonded { .. }
         | Error::TooManySteps { .. }
         | Error::NoObservation { .. }
+        | Error::NoSuchMode { .. }
+        | Error::NotInMode { .. }
         | Error::NoRotation => ExitStatus::BadInput,
         Error::Superelement(error) => of_folder(error),
         Error::NotConverged { .. } => ExitStatus::NotConverged,

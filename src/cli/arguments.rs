@@ -9,7 +9,9 @@ use clap_complete::Shell;
 use super::error::Error;
 use super::new::Template;
 use crate::cache::{CacheSettings, gibibytes};
-use crate::commands::{KeyRange, PeakQuestion, SpeedRange};
+use crate::commands::{
+    AMPLITUDES, AmplitudeRange, AskedBackbone, KeyRange, MOST_AMPLITUDES, PeakQuestion, SpeedRange,
+};
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
 use crate::study::{Action, StudyOptions};
@@ -46,6 +48,14 @@ Examples:
   dovetail peaks scene.toml --over 'contact.*.friction=0.01:1' \\
       --over 'excitation.*.force_n=0.5:20:5'
   dovetail peaks scene.toml --over rotation.speed_rpm=2000:8000 --amplitude 1e-3";
+
+const BACKBONE_HELP: &str = "\
+No force excites the motion: a damping ratio keeps it up, which is that of the
+mode at this amplitude. The force of the scene only says which force has its
+peak at an amplitude, and its range of frequencies how many stuck modes to take.
+
+Example:
+  dovetail backbone scene.toml --mode 1 --amplitude 1e-6:1e-3 --points 30";
 
 /// Vibration of parts in contact: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
@@ -136,6 +146,9 @@ pub(super) enum Command {
     /// Follow the peak over values of a key, or of two: the design curve
     #[command(after_help = PEAKS_HELP)]
     Peaks(PeaksArguments),
+    /// Frequency and damping of a mode over its amplitude, and the peak of any force
+    #[command(after_help = BACKBONE_HELP)]
+    Backbone(BackboneArguments),
     /// Compare the response with a time integration at a few frequencies
     #[command(after_help = "Example:\n  dovetail verify scene.toml --at 450.1,451")]
     Verify(VerifyArguments),
@@ -371,6 +384,38 @@ impl PeaksArguments {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct BackboneArguments {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Number of the linear mode, 1 the lowest (modes.csv of `dovetail static` lists them)
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_1)]
+    mode: usize,
+
+    /// Range of the amplitude of the observed displacement, m
+    #[arg(long, value_name = "FROM:TO", required = true)]
+    amplitude: AmplitudeRange,
+
+    /// Number of amplitudes, spaced evenly in their logarithm
+    #[arg(long, value_name = "N", default_value_t = AMPLITUDES, value_parser = amplitudes)]
+    points: usize,
+
+    /// Name of the observed displacement [default: the first one]
+    #[arg(long, value_name = "NAME")]
+    observe: Option<String>,
+}
+
+impl BackboneArguments {
+    pub(super) fn asked(&self) -> AskedBackbone {
+        AskedBackbone {
+            mode: self.mode,
+            amplitudes_m: self.amplitude.values_m(self.points),
+            observation: self.observe.clone(),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
 pub(super) struct VerifyArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
@@ -434,6 +479,9 @@ fn engine_order(text: &str) -> Result<usize, String> {
     whole(text, 1..=1000)
 }
 
+fn amplitudes(text: &str) -> Result<usize, String> {
+    whole(text, 2..=MOST_AMPLITUDES)
+}
 fn frames(text: &str) -> Result<usize, String> {
     whole(text, 2..=999)
 }

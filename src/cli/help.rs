@@ -100,11 +100,14 @@ pub(super) fn man_pages(folder: &Path) -> Result<(), Error> {
 impl Command {
     /// File of the scene of the command.
     pub(super) fn scene(&self) -> Option<&Path> {
-        use super::arguments::{Modes, PeaksArguments, Reduce, Run, VerifyArguments};
+        use super::arguments::{
+            BackboneArguments, Modes, PeaksArguments, Reduce, Run, VerifyArguments,
+        };
         match self {
             Self::Run(Run { file, .. })
             | Self::Modes(Modes { file, .. })
             | Self::Peaks(PeaksArguments { file, .. })
+            | Self::Backbone(BackboneArguments { file, .. })
             | Self::Verify(VerifyArguments { file, .. })
             | Self::Reduce(Reduce { file, .. })
             | Self::Mesh(file)

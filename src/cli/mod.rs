@@ -111,6 +111,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         | Command::Reduce(_)
         | Command::Static(_)
         | Command::Peaks(_)
+        | Command::Backbone(_)
         | Command::Verify(_)
         | Command::Check(_) => Ok(()),
     }
@@ -302,6 +303,12 @@ fn with_files(
                 scene::load(&output.scene_file, &both).map_err(Error::from)
             };
             let (table, verdict) = work.peaks(&arguments.question()?, &scene_with)?;
+            finish(&verdict)?;
+            print(&table)?;
+            Ok(verdict?)
+        }
+        Command::Backbone(arguments) => {
+            let (table, verdict) = work.backbone(&arguments.asked())?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)

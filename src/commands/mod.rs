@@ -1,7 +1,7 @@
 //! Commands about a scene. Each but [`check`] is a method of [`Work`], which gets the meshes
 //! (`meshing`), computes with the library and hands the results to [`crate::files`].
 //!
-//! `campbell`, `peaks` and `verify` have the ranges and tables of three commands. `pieces` is no
+//! `campbell`, `peaks`, `backbone` and `verify` have the ranges and tables of four commands. `pieces` is no
 //! command: it tells the workflow of a study which meshes and reduced models its cases share. Its
 //! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
 //!
@@ -10,6 +10,7 @@
 //! observed and uses cache and journal. What can be refused without a mesh is refused before
 //! anything is meshed.
 
+mod backbone;
 mod campbell;
 mod meshing;
 mod peaks;
@@ -19,6 +20,9 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use self::backbone::{
+    AMPLITUDES, AmplitudeRange, AmplitudeRangeError, AskedBackbone, MOST_AMPLITUDES,
+};
 use self::campbell::Diagram;
 pub use self::campbell::{SpeedRange, SpeedRangeError};
 use self::meshing::MadeIn;

@@ -1,11 +1,12 @@
 //! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
-//! peaks.csv, verify.csv. Each table is one list of columns ([`super::table`]).
+//! peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::path::Path;
 
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
 use super::table::Columns;
+use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
@@ -401,6 +402,54 @@ pub fn write_peaks(path: &Path, keys: &[&str], rows: &[PeakRow<'_>]) -> Result<(
     table.add("estimated_error", |row| {
         row.peak.orbit.amplitude_error(row.observation)
     });
+    table.write(path, rows)
+}
+
+/// Row of backbone.csv.
+#[derive(Debug, Clone, Copy)]
+pub struct BackboneRow<'a> {
+    /// Number of the observed displacement.
+    pub observation: usize,
+    /// Motion of the backbone.
+    pub point: &'a BackbonePoint,
+    /// Force of the scene, N, where a single one excites it.
+    pub force_n: Option<f64>,
+}
+
+impl BackboneRow<'_> {
+    /// Amplitude of the observed displacement, m.
+    pub fn amplitude_m(&self) -> f64 {
+        self.point.orbit.observed_amplitude_m[self.observation]
+    }
+
+    /// Force at whose resonance the motion is, N.
+    pub fn resonant_force_n(&self) -> Option<f64> {
+        Some(self.force_n? * self.point.excitation_scale?)
+    }
+}
+
+/// Writes backbone.csv: one row for each amplitude.
+pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), ExportError> {
+    let mut table: Columns<'_, BackboneRow<'_>> = Columns::default();
+    table.add("amplitude_m", BackboneRow::amplitude_m);
+    table.add("frequency_hz", |row| row.point.orbit.frequency_hz);
+    table.add("outcome", |row| row.point.orbit.outcome.to_string());
+    table.add("damping_ratio", |row| row.point.damping_ratio);
+    table.add("friction_ratio", |row| row.point.friction_ratio);
+    table.add("modal_amplitude_m_sqrt_kg", |row| row.point.modal_amplitude);
+    table.add("excitation_scale", |row| row.point.excitation_scale);
+    table.add("force_n", BackboneRow::resonant_force_n);
+    table.add("friction_power_w", |row| row.point.orbit.friction_power_w);
+    table.add("viscous_power_w", |row| row.point.orbit.viscous_power_w);
+    table.add("power_defect", |row| row.point.power_defect());
+    table.add("stuck_pairs", |row| row.point.orbit.counts().stuck);
+    table.add("slipping_pairs", |row| row.point.orbit.counts().slipping);
+    table.add("opening_pairs", |row| row.point.orbit.counts().opening);
+    table.add("closing_pairs", |row| row.point.orbit.counts().closing);
+    table.add("open_pairs", |row| row.point.orbit.counts().open);
+    table.add("retention_n", |row| row.point.orbit.retention_n);
+    table.add("harmonics", |row| row.point.orbit.harmonics);
+    table.add("estimated_error", |row| row.point.estimated_error);
     table.write(path, rows)
 }
 

@@ -5,11 +5,13 @@
 //! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
 //! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
-//! titles, `peaks` the pictures of `dovetail peaks`, and `summary` the content of summary.json.
+//! titles, `peaks` the pictures of `dovetail peaks`, `backbone` those of `dovetail backbone`, and
+//! `summary` the content of summary.json.
 //!
 //! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.
 
+mod backbone;
 mod conditions;
 mod drawn;
 mod peaks;
@@ -22,6 +24,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+pub use self::backbone::BackboneFiles;
 use self::conditions::{at_rest, in_motion};
 pub use self::peaks::PeakLine;
 pub use self::shared::SharedFiles;
@@ -294,6 +297,15 @@ impl Files {
         peaks::draw(keys, lines, |file| {
             self.out.file(&format!("plots/{file}.svg"))
         })
+    }
+
+    /// Writes backbone.csv and draws frequency, damping and peak of a mode.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn backbone(&self, backbone: &BackboneFiles<'_>) -> Result<(), RunError> {
+        csv::write_backbone(&self.out.file("backbone.csv")?, backbone.rows)?;
+        backbone::draw(backbone, |file| self.out.file(&format!("plots/{file}.svg")))
     }
 
     /// Writes verify.csv.

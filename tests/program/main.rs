@@ -16,6 +16,7 @@ mod shared_dovetail;
 #[path = "../../crates/solver/tests/library/shared_rigid_body.rs"]
 mod shared_rigid_body;
 
+mod backbone;
 mod bad_input;
 mod blade_frequencies;
 mod body_meshes;

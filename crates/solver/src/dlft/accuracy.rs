@@ -231,7 +231,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Highest level that a frequency may be solved on.
-    fn highest(&self) -> usize {
+    pub fn highest(&self) -> usize {
         match self.accuracy {
             Some(_) => self.levels.len() - 2,
             None => 0,

@@ -11,6 +11,7 @@ use super::{PairStatus, StaticState};
 use crate::contact::PredictedLaw;
 use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::problem::inexact::InexactModel;
+use crate::problem::unforced::Unforced;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
@@ -192,6 +193,26 @@ impl<'a> Balance<'a> {
         Self {
             setting,
             stiffness,
+            force,
+            retention: None,
+            most_friction: f64::INFINITY,
+            rounding: None,
+            eps_scale: 1.0,
+            deadline: Deadline::default(),
+        }
+    }
+
+    /// Balance of a vibration without a force, in which the tracked mode has the amplitude `q` at
+    /// harmonic 1. Its load is that of the tracked mode on the pairs, besides the static one.
+    pub fn unforced(setting: &'a Setting<'a>, motion: &Unforced<'a>, q: f64) -> Self {
+        let harmonics = setting.fourier.harmonics();
+        let n = setting.system.unknowns();
+        let mut force = vec![0.0; blocks(harmonics) * n];
+        force[..n].copy_from_slice(&setting.system.problem.reduced.static_load.on_x);
+        add_harmonic(&mut force, 1, &motion.drive(q));
+        Self {
+            setting,
+            stiffness: motion.stiffness(harmonics),
             force,
             retention: None,
             most_friction: f64::INFINITY,
@@ -470,7 +491,7 @@ fn complex(cosine: &[f64], sine: &[f64], factor: f64) -> Vec<c64> {
 }
 
 /// Adds complex amplitudes to the blocks of harmonic k.
-fn add_harmonic(v: &mut [f64], k: usize, amplitudes: &[c64]) {
+pub(super) fn add_harmonic(v: &mut [f64], k: usize, amplitudes: &[c64]) {
     let n = amplitudes.len();
     for (i, f) in amplitudes.iter().enumerate() {
         v[cosine(k) * n + i] += f.re;

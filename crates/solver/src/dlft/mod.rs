@@ -19,7 +19,7 @@
 //!   friction does not hold and `gross_slip` for bodies that slide as a whole. `accuracy` chooses
 //!   the harmonics, `eps` the parameter.
 //! - `sweep` goes through the frequencies, from the state of `static_state` on. `branch` follows
-//!   the curve instead.
+//!   the curve instead. `backbone` follows a mode over its amplitude.
 //! - `orbit`, `pair_status`, `linear_curve` and `peaks` turn solutions into results. `settings` are
 //!   the choices of a user, `demand` is the memory that they take.
 //!
@@ -490,6 +490,7 @@ pub struct SecondMotion {
 
 pub mod accuracy;
 pub mod aft;
+pub mod backbone;
 pub mod balance;
 mod between_samples;
 pub mod branch;

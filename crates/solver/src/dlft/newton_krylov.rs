@@ -10,7 +10,7 @@ use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
 use dovetail_numerics::krylov::RefreshPolicy;
 use dovetail_numerics::nonlinear::NonlinearSystem;
-use dovetail_numerics::vector::{dot, norm};
+use dovetail_numerics::vector::norm;
 
 /// Relative residual of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -175,9 +175,8 @@ impl Preconditioner {
         linear
     }
 
-    /// Solves J x = `right` to the relative residual `tolerance`, with the border of a curve where
-    /// there is one: the last entries of `right` and `x` then belong to it. Returns the number of
-    /// iterations.
+    /// Solves J x = `right` to the relative residual `tolerance`, with a border where there is one:
+    /// the last entries of `right` and `x` then belong to it. Returns the number of iterations.
     #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
     pub fn solve(
         &mut self,
@@ -201,10 +200,10 @@ impl Preconditioner {
         for &c in &columns {
             (0..width).for_each(|h| x[h * n + c] = 0.0);
         }
-        let further = border.map(|border| right[own] - dot(&border.row, &x[..own]));
+        let further = border.map(|border| border.beside(&x[..own], &right[own..]));
         if columns.is_empty() {
             if let (Some(border), Some(further)) = (border, further) {
-                x[own] = further / border.corner;
+                x[own..].copy_from_slice(&border.further_unknowns(&further));
             }
             return 0;
         }
@@ -217,11 +216,12 @@ impl Preconditioner {
         for (r, right) in rhs.iter_mut().zip(restrict(&right[..own], n, &columns)) {
             *r = right - *r;
         }
-        rhs.extend(further);
+        rhs.extend(further.into_iter().flatten());
+        let restricted = |all: &[Vec<f64>]| all.iter().map(|v| restrict(v, n, &columns)).collect();
         let border = border.map(|border| Border {
-            column: restrict(&border.column, n, &columns),
-            row: restrict(&border.row, n, &columns),
-            corner: border.corner,
+            columns: restricted(&border.columns),
+            rows: restricted(&border.rows),
+            corner: border.corner.clone(),
         });
         let (solution, end) = two_level::solve(
             linear,
@@ -238,9 +238,7 @@ impl Preconditioner {
                 x[h * n + c] = v;
             }
         }
-        if border.is_some() {
-            x[own] = solution[columns.len() * width];
-        }
+        x[own..].copy_from_slice(&solution[columns.len() * width..]);
         end.iterations
     }
 

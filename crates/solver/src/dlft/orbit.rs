@@ -5,6 +5,7 @@ use super::balance::{Balance, Evaluation, Setting, apply_real};
 use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::unforced::Unforced;
 use crate::reduction::{Load, ObservedDisplacement};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
@@ -24,10 +25,47 @@ pub fn orbit(
     frequency_hz: f64,
     outcome: Outcome,
 ) -> Orbit {
-    let n = balance.unknowns_per_block();
     let Setting {
         system, fourier, ..
     } = balance.setting;
+    let motion = motion(system, fourier.harmonics(), u, frequency_hz);
+    with_pairs(motion, balance, u, evaluation, outcome)
+}
+
+/// Builds the orbit of a vibration without a force, in which the tracked mode has the amplitude `q`
+/// at harmonic 1. No power is put in.
+pub fn unforced_orbit(
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    (unforced, q): (&Unforced<'_>, f64),
+    outcome: Outcome,
+) -> Orbit {
+    let Setting {
+        system, fourier, ..
+    } = balance.setting;
+    let harmonics = fourier.harmonics();
+    let modal = modal_amplitudes_by(system, harmonics, u, |k, x| {
+        unforced.modal_amplitudes(k, x, q)
+    });
+    let frequency_hz = unforced.omega_rad_s / TAU;
+    let motion = Orbit {
+        input_power_w: 0.0,
+        ..motion_of(system, harmonics, (u, modal), frequency_hz)
+    };
+    with_pairs(motion, balance, u, evaluation, outcome)
+}
+
+/// Adds what the pairs do to an orbit.
+fn with_pairs(
+    motion: Orbit,
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    outcome: Outcome,
+) -> Orbit {
+    let n = balance.unknowns_per_block();
+    let (fourier, frequency_hz) = (balance.setting.fourier, motion.frequency_hz);
     let cycles: Vec<PairCycle> = (0..n / 3)
         .into_par_iter()
         .with_min_len(16)
@@ -43,15 +81,25 @@ pub fn orbit(
         friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
         cycles,
         retention_n: balance.retention_n(u),
-        ..motion(system, fourier.harmonics(), u, frequency_hz)
+        ..motion
     }
 }
 
 /// Orbit of a converged U with what follows from its displacements alone: modal amplitudes,
 /// observed motion, and the powers of excitation and damping.
 fn motion(system: &ContactSystem<'_>, harmonics: usize, u: &[f64], frequency_hz: f64) -> Orbit {
+    let modal = modal_amplitudes(system, harmonics, TAU * frequency_hz, u);
+    motion_of(system, harmonics, (u, modal), frequency_hz)
+}
+
+/// Like [`motion`], with the amplitudes of the stuck modes, too.
+fn motion_of(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    (u, modal): (&[f64], Vec<f64>),
+    frequency_hz: f64,
+) -> Orbit {
     let omega = TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, u);
     let observed = observe(system, harmonics, u, &modal);
     let Powers {
         input_w,
@@ -210,7 +258,7 @@ fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
 }
 
 /// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
-fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
+pub(super) fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
     let [c, s] = [cosine(k), sine(k)].map(|block| &v[block * n..(block + 1) * n]);
     c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
 }
@@ -222,6 +270,19 @@ fn modal_amplitudes(
     omega: f64,
     u: &[f64],
 ) -> Vec<f64> {
+    modal_amplitudes_by(system, harmonics, u, |k, x| {
+        system.modal_response(k as f64 * omega, x, &modal_load(system, k, omega))
+    })
+}
+
+/// Stuck-mode amplitudes, (2H+1) m, harmonic-major, of which `of` gives those of a harmonic from the
+/// complex amplitudes of the pairs.
+fn modal_amplitudes_by(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    u: &[f64],
+    of: impl Fn(usize, &[c64]) -> Vec<c64>,
+) -> Vec<f64> {
     let reduced = &system.problem.reduced;
     let (n, m) = (system.unknowns(), reduced.omega2.len());
     let mut out = vec![0.0; blocks(harmonics) * m];
@@ -230,8 +291,7 @@ fn modal_amplitudes(
         *out = f / w2;
     }
     for k in 1..=harmonics {
-        let x = complex_block(u, n, k);
-        let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k, omega));
+        let q = of(k, &complex_block(u, n, k));
         for (i, q) in q.iter().enumerate() {
             out[cosine(k) * m + i] = q.re;
             out[sine(k) * m + i] = -q.im;

@@ -794,7 +794,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Returns `true` if the pairs that stick throughout hold the motions that nothing else holds.
-    fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
+    pub fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
         let Some(retention) = self.retention() else {
             return true;
         };
@@ -871,12 +871,12 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Number of entries of U.
-    fn unknowns(&self) -> usize {
+    pub fn unknowns(&self) -> usize {
         self.setting.fourier.width() * self.setting.system.unknowns()
     }
 
     /// U of the static state, without vibration.
-    fn static_start(&self) -> Vec<f64> {
+    pub fn static_start(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
         let mut u = vec![0.0; self.unknowns()];
         u[..n].copy_from_slice(self.setting.x_static);
@@ -884,13 +884,13 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Returns `true` if friction does not even hold the static state.
-    fn must_be_retained(&self) -> bool {
+    pub fn must_be_retained(&self) -> bool {
         self.setting.static_mean == Mean::Retained && self.retention().is_some()
     }
 
     /// Motions that only friction holds. `None` where there are none, or where fixed periods are
     /// asked for, which is how programs without a retention evaluate the law.
-    fn retention(&self) -> Option<&Retention> {
+    pub fn retention(&self) -> Option<&Retention> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
         }

@@ -250,6 +250,11 @@ impl<'s> Run<'s> {
 }
 
 impl Run<'_> {
+    /// Returns `true` if errors are estimated.
+    pub(super) fn estimates(&self) -> bool {
+        self.estimates
+    }
+
     /// Asks the listener before a frequency is solved. Returns `false` once it has stopped the sweep.
     pub(super) fn goes_on(&self) -> bool {
         (self.tell)(Told::Next(&self.stop));

@@ -20,47 +20,95 @@ struct Preconditioned {
     local: Mat<f32>,
 }
 
-/// Border of a linear system: a further unknown, the parameter of a curve, and a further equation.
+/// Border of a linear system: further unknowns, such as the parameter of a curve, and as many
+/// further equations.
 pub struct Border {
-    /// Derivative of the residual with respect to the parameter.
-    pub column: Vec<f64>,
-    /// Coefficients of the further equation.
-    pub row: Vec<f64>,
-    /// Coefficient of the parameter in the further equation.
-    pub corner: f64,
+    /// Derivative of the residual with respect to each further unknown.
+    pub columns: Vec<Vec<f64>>,
+    /// Coefficients of the other unknowns in each further equation.
+    pub rows: Vec<Vec<f64>>,
+    /// Coefficients of the further unknowns in each further equation.
+    pub corner: Vec<Vec<f64>>,
 }
 
-/// Border with the approximate solution of its column.
+impl Border {
+    /// Solves the further equations for the further unknowns, where the other unknowns are zero.
+    pub fn further_unknowns(&self, right: &[f64]) -> Vec<f64> {
+        eliminated(self.corner.clone(), right.to_vec())
+    }
+
+    /// Right-hand sides of the further equations that are left beside z for the other unknowns.
+    pub fn beside(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
+        let equations = right.iter().zip(&self.rows);
+        equations.map(|(right, row)| right - dot(row, z)).collect()
+    }
+}
+
+/// Solves a small system by elimination with row pivots.
+fn eliminated(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
+    let size = right.len();
+    for step in 0..size {
+        let larger = |a: &usize, b: &usize| {
+            let [a, b] = [a, b].map(|row| matrix[*row][step].abs());
+            a.total_cmp(&b)
+        };
+        let pivot = (step..size).max_by(larger).unwrap_or(step);
+        matrix.swap(step, pivot);
+        right.swap(step, pivot);
+        for row in step + 1..size {
+            let factor = matrix[row][step] / matrix[step][step];
+            let (above, below) = matrix.split_at_mut(row);
+            axpy(-factor, &above[step], &mut below[0]);
+            right[row] -= factor * right[step];
+        }
+    }
+    for row in (0..size).rev() {
+        let known = dot(&matrix[row][row + 1..], &right[row + 1..]);
+        right[row] = (right[row] - known) / matrix[row][row];
+    }
+    right
+}
+
+/// Border with the approximate solutions of its columns.
 struct Bordered<'a> {
     border: &'a Border,
-    /// Approximate solution w of J w = column.
-    solved: Vec<f64>,
+    /// Approximate solution w of J w = column, for each column.
+    solved: Vec<Vec<f64>>,
     /// J w.
-    image: Vec<f64>,
-    /// Coefficient of the parameter in the further equation, once the others are eliminated.
-    pivot: f64,
+    images: Vec<Vec<f64>>,
+    /// Coefficients of the further unknowns in the further equations, once the others are
+    /// eliminated.
+    pivots: Vec<Vec<f64>>,
 }
 
 impl<'a> Bordered<'a> {
     fn new(system: &LinearSystem, coarse: Option<&Coarse>, border: &'a Border) -> Self {
-        let [solved, image] = solved_and_image(system, coarse, &border.column);
+        let columns = border.columns.iter();
+        let (solved, images): (Vec<_>, Vec<_>) = columns
+            .map(|column| solved_and_image(system, coarse, column).into())
+            .unzip();
+        let of_row = |(row, corner): (&Vec<f64>, &Vec<f64>)| {
+            let entries = corner.iter().zip(&solved);
+            let left = entries.map(|(corner, solved)| corner - dot(row, solved));
+            left.collect()
+        };
         Self {
-            pivot: border.corner - dot(&border.row, &solved),
+            pivots: border.rows.iter().zip(&border.corner).map(of_row).collect(),
             border,
             solved,
-            image,
+            images,
         }
     }
 
-    /// Parameter that fulfils the further equation together with z, an approximate solution for the
-    /// other unknowns where the parameter does not change.
-    fn parameter(&self, z: &[f64], right: f64) -> f64 {
-        (right - dot(&self.border.row, z)) / self.pivot
+    /// Further unknowns that fulfil the further equations together with z, an approximate solution
+    /// for the other unknowns where the further ones do not change.
+    fn further_unknowns(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
+        eliminated(self.pivots.clone(), self.border.beside(z, right))
     }
 }
 
 /// Solves A x = b to the relative residual `tolerance`. The vibrating part of b and of the residual
-/// is weighted by `vibration_weight`. With a border, the last entries of b and x belong to it.
+/// is weighted by `vibration_weight`. The last entries of b and x belong to the border, if any.
 pub fn solve(
     system: &LinearSystem,
     coarse: Option<&Coarse>,
@@ -88,12 +136,14 @@ pub fn solve(
                 }
                 Some(bordered) => {
                     let [z, image] = solved_and_image(system, coarse, &v[..own]);
-                    let parameter = bordered.parameter(&z, v[own]);
+                    let further = bordered.further_unknowns(&z, &v[own..]);
                     w[..own].copy_from_slice(&image);
-                    axpy(-parameter, &bordered.image, &mut w[..own]);
-                    axpy(parameter, &bordered.border.column, &mut w[..own]);
-                    // The preconditioner fulfils the further equation.
-                    w[own] = v[own];
+                    for (i, further) in further.iter().enumerate() {
+                        axpy(-further, &bordered.images[i], &mut w[..own]);
+                        axpy(*further, &bordered.border.columns[i], &mut w[..own]);
+                    }
+                    // The preconditioner fulfils the further equations.
+                    w[own..].copy_from_slice(&v[own..]);
                 }
             }
             weigh(w, vibration_weight);
@@ -101,12 +151,13 @@ pub fn solve(
         |v| {
             weigh(v, vibration_weight.recip());
             let Preconditioned { soft, local, .. } = preconditioned(system, coarse, &v[..own]);
-            let right = v.get(own).copied();
             widen((soft + local).as_ref(), &mut v[..own]);
-            if let (Some(bordered), Some(right)) = (&bordered, right) {
-                v[own] = bordered.parameter(&v[..own], right);
-                let parameter = v[own];
-                axpy(-parameter, &bordered.solved, &mut v[..own]);
+            if let Some(bordered) = &bordered {
+                let further = bordered.further_unknowns(&v[..own], &v[own..]);
+                for (further, solved) in further.iter().zip(&bordered.solved) {
+                    axpy(-further, solved, &mut v[..own]);
+                }
+                v[own..].copy_from_slice(&further);
             }
         },
         &right,
@@ -255,25 +306,48 @@ mod tests {
         let (m, width) = (linear.inexact.unknowns(), linear.width());
         let size = m * width;
         let some = |seed: f64| (0..size).map(move |i| (i as f64 * seed).sin());
-        let border = Border {
-            column: some(0.3).collect(),
-            row: some(0.9).collect(),
-            corner: 0.2,
-        };
-        let b: Vec<f64> = some(0.7).chain([0.4]).collect();
-        let coarse = Coarse::new(&linear).unwrap();
-        let (x, end) = solve(&linear, Some(&coarse), Some(&border), &b, 1.0, 1e-5, 400);
-        assert!(end.converged, "{end:?}");
-        let (own, parameter) = (&x[..size], x[size]);
-        let narrow = Mat::from_fn(m, width, |i, h| own[h * m + i] as f32);
-        let forces = linear.inexact.stiffness_times(narrow.as_ref());
-        let mut y = vec![0.0; size];
-        widen(linear.apply(narrow.as_ref(), forces).as_ref(), &mut y);
-        axpy(parameter, &border.column, &mut y);
-        let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.iter().copied());
-        assert!(left < 1e-3, "{left:e}");
-        let last = dot(&border.row, own) + border.corner * parameter;
-        assert!((last - 0.4).abs() < 1e-3, "{last}");
+        let corners = [vec![vec![0.2]], vec![vec![1e-3, 0.3], vec![0.5, -0.2]]];
+        for corner in corners {
+            let count = corner.len();
+            let seeds = (0..count).map(|i| 0.05 * i as f64);
+            let border = Border {
+                columns: seeds.clone().map(|s| some(0.3 + s).collect()).collect(),
+                rows: seeds.map(|s| some(0.9 - s).collect()).collect(),
+                corner,
+            };
+            let b: Vec<f64> = some(0.7)
+                .chain([0.4, -0.7].into_iter().take(count))
+                .collect();
+            let coarse = Coarse::new(&linear).unwrap();
+            let (x, end) = solve(&linear, Some(&coarse), Some(&border), &b, 1.0, 1e-5, 400);
+            assert!(end.converged, "{end:?}");
+            let (own, further) = x.split_at(size);
+            let narrow = Mat::from_fn(m, width, |i, h| own[h * m + i] as f32);
+            let forces = linear.inexact.stiffness_times(narrow.as_ref());
+            let mut y = vec![0.0; size];
+            widen(linear.apply(narrow.as_ref(), forces).as_ref(), &mut y);
+            for (further, column) in further.iter().zip(&border.columns) {
+                axpy(*further, column, &mut y);
+            }
+            let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.iter().copied());
+            assert!(left < 1e-3, "{left:e}");
+            for (i, right) in b[size..].iter().enumerate() {
+                let last = dot(&border.rows[i], own) + dot(&border.corner[i], further);
+                assert!((last - right).abs() < 1e-3, "{count}, {i}: {last}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_system_is_solved_wherever_its_pivots_stand() {
+        let matrix = [[0.0, 2.0, 1.0], [3.0, 0.0, -1.0], [1e-9, 1.0, 0.0]];
+        let sought = [0.5, -2.0, 7.0];
+        let right = matrix.map(|row| dot(&row, &sought));
+        let rows = matrix.iter().map(|row| row.to_vec()).collect();
+        let found = eliminated(rows, right.to_vec());
+        for (found, sought) in found.iter().zip(sought) {
+            assert!((found - sought).abs() < 1e-12, "{found} {sought}");
+        }
     }
 
     #[test]

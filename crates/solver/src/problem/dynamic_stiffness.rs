@@ -69,7 +69,7 @@ impl<'a> ContactSystem<'a> {
 
     /// Combination of K, M and p by the coefficients of each harmonic, which `of` gives by its
     /// number.
-    fn of_harmonics(
+    pub(super) fn of_harmonics(
         &self,
         omega: f64,
         harmonics: usize,

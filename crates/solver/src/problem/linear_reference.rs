@@ -84,6 +84,23 @@ impl LinearReference {
         }
     }
 
+    /// Motion in a mode, of unit modal mass: that of the relative displacements of `problem`, from
+    /// which the reference was made, and of its stuck modes.
+    pub fn motion(&self, problem: &Problem, mode: usize) -> (Vec<f64>, Vec<f64>) {
+        let reduced = &problem.reduced;
+        let mut on_x = vec![0.0; reduced.stiffness.nrows()];
+        let mut on_modes = vec![0.0; reduced.omega2.len()];
+        match &self.released {
+            None => on_modes[mode] = 1.0,
+            Some(Released { rows, vectors }) => {
+                let (x, q) = vectors.col_as_slice(mode).split_at(rows.len());
+                rows.iter().zip(x).for_each(|(row, x)| on_x[*row] = *x);
+                on_modes.copy_from_slice(q);
+            }
+        }
+        (on_x, on_modes)
+    }
+
     /// Converts `problem`, from which the reference was made, to its modes alone, without pairs.
     /// Displacements count from the static state.
     pub fn problem(&self, problem: &Problem) -> Problem {

@@ -4,6 +4,7 @@
 //!
 //! [`dynamic_stiffness`] applies the dynamic stiffness in full precision, for residuals.
 //! [`inexact`] applies it in single precision, for the linear solves inside of Newton's method.
+//! [`unforced`] has that of a vibration that no force excites.
 //!
 //! The coefficients of damping do not belong to a problem: a ratio of critical refers to a mode of
 //! the linear reference, which is known only after the static state
@@ -16,6 +17,7 @@ pub(crate) mod dovetail72;
 pub mod dynamic_stiffness;
 pub mod inexact;
 mod linear_reference;
+pub mod unforced;
 
 pub use linear_reference::LinearReference;
 

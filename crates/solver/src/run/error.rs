@@ -117,6 +117,25 @@ pub enum Error {
         /// Names that there are.
         names: Vec<String>,
     },
+    /// A mode of the linear reference is asked for that there is not.
+    #[error("there is no linear mode {asked}: the model has {available}")]
+    NoSuchMode {
+        /// Number that was asked for.
+        asked: usize,
+        /// Number of modes.
+        available: usize,
+    },
+    /// An observed displacement does not move in a mode, so that no amplitude of it is reached.
+    #[error("`{name}` does not move in linear mode {mode}")]
+    NotInMode {
+        /// Number of the mode, 1 the lowest.
+        mode: usize,
+        /// Name of the observed displacement.
+        name: String,
+    },
+    /// No motion of a backbone was found.
+    #[error("no motion was found at any of the amplitudes")]
+    NoBackbone,
     /// The curve has no motion, and therefore no peak.
     #[error("no motion was found in the range of frequencies")]
     NoPeak,

@@ -1,8 +1,8 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
 //! [`solve`] is the run. Only this folder knows the sequence of the stages: a stage knows nothing
-//! of those after it. [`campbell()`], [`peaks()`] and [`verify()`] are runs of another kind, one
-//! file each.
+//! of those after it. [`campbell()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
+//! another kind, one file each.
 //!
 //! Nothing is written or printed here. A [`Session`] reports everything to an [`Observer`] as it
 //! comes, and asks a [`Store`] for results of earlier runs. `()` is an observer that ignores all
@@ -13,6 +13,7 @@
 //! Where it belongs on the list and is left out, reductions are made that could have been taken
 //! from the store, but a wrong one is never taken.
 
+mod backbone;
 mod bodies;
 mod campbell;
 mod error;
@@ -28,6 +29,7 @@ mod session;
 mod statics;
 mod verify;
 
+pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
 pub use error::Error;

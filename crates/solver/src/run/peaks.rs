@@ -127,7 +127,7 @@ pub fn peaks<E: From<Error>>(
         search.go_to(*first, scene)?;
     }
     let at = search.at.as_ref().ok_or(Error::NoPeak)?;
-    search.observation = observed(&at.reduced, range.observation)?;
+    search.observation = at.reduced.observed(range.observation)?;
     let _stage = session.stage(Stage::Peaks);
     let (mut rows, mut changes) = search.over_all()?;
     let least = search.least(&mut rows)?;
@@ -146,19 +146,6 @@ pub fn peaks<E: From<Error>>(
         least,
         reached,
         solved,
-    })
-}
-
-/// Number of the observed displacement of this name, or of the first one.
-fn observed(reduced: &Reduced, name: Option<&str>) -> Result<usize, Error> {
-    let names = reduced.observations();
-    let found = match name {
-        Some(name) => names.iter().position(|other| *other == name),
-        None => (!names.is_empty()).then_some(0),
-    };
-    found.ok_or_else(|| Error::NoObservation {
-        name: name.map(str::to_owned),
-        names: names.into_iter().map(str::to_owned).collect(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Reduced model of a scene, from meshes or from a folder.
 
 use super::bodies::Bodies;
+use super::error::Error;
 use crate::description::{FrequencyRange, Scene};
 use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
@@ -60,6 +61,19 @@ impl Reduced {
     pub fn observations(&self) -> Vec<&str> {
         let probes = self.model().observations.iter();
         probes.map(|probe| probe.name.as_str()).collect()
+    }
+
+    /// Number of the observed displacement of this name, or of the first one.
+    pub(super) fn observed(&self, name: Option<&str>) -> Result<usize, Error> {
+        let names = self.observations();
+        let found = match name {
+            Some(name) => names.iter().position(|other| *other == name),
+            None => (!names.is_empty()).then_some(0),
+        };
+        found.ok_or_else(|| Error::NoObservation {
+            name: name.map(str::to_owned),
+            names: names.into_iter().map(str::to_owned).collect(),
+        })
     }
 
     /// Natural frequencies. `held_omega2` are squared angular frequencies of each body with its

@@ -61,6 +61,8 @@ pub enum Stage {
     TimeIntegration,
     /// Peaks over a value of the scene.
     Peaks,
+    /// Frequency and damping of a mode over its amplitude.
+    Backbone,
 }
 
 /// Name for programs, which stays when a title changes.
@@ -96,6 +98,7 @@ impl Stage {
             Self::ResponseFiles => "response files",
             Self::TimeIntegration => "time integration",
             Self::Peaks => "peaks",
+            Self::Backbone => "backbone",
         }
     }
 }

@@ -1,12 +1,13 @@
-//! Balance of a frequency that is itself unknown: one equation more, a plane across the curve.
+//! Balance with further unknowns, and as many further equations.
 //!
-//! The unknowns are U and the frequency f. With the residual R and the plane `row . U + corner f =
-//! value`, Newton's correction solves
+//! Along a curve the unknowns are U and the frequency f. With the residual R and the plane `row . U
+//! + corner f = value` across the curve, Newton's correction solves
 //!
 //! `| J    R_f    | | dU |     | R                             |`
 //! `| row  corner | | df | = - | row . U + corner f - value    |`,
 //!
-//! `R_f = (I - D) (Lambda_f U - F_f)`. The matrix is regular at a fold, where J is not.
+//! `R_f = (I - D) (Lambda_f U - F_f)`. The matrix is regular at a fold, where J is not. A
+//! [`Family`] says which balances, further unknowns and further equations there are.
 
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
@@ -23,6 +24,27 @@ use dovetail_numerics::nonlinear::{Damping, NewtonOptions, NonlinearSystem, newt
 use dovetail_numerics::vector::dot;
 use faer::Mat;
 use std::f64::consts::TAU;
+
+/// Balances over further unknowns, with as many further equations.
+pub trait Family<'b> {
+    /// Balance where the further unknowns have these values; `None` where there is none.
+    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>>;
+
+    /// Derivative of Lambda U - F with respect to each further unknown, at constant U.
+    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>>;
+
+    /// Further equations: their left sides, which are to vanish.
+    fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64>;
+
+    /// Derivatives of the further equations with respect to U, and to the further unknowns.
+    fn derivatives(&self, u: &[f64], further: &[f64]) -> [Vec<Vec<f64>>; 2];
+
+    /// Size of left sides of the further equations beside a relative residual.
+    fn measure(&self, equations: &[f64]) -> f64;
+
+    /// Size of a change of the further unknowns in forces, N, beside a load of `load_n`.
+    fn length_n(&self, change: &[f64], load_n: f64) -> f64;
+}
 
 /// Plane across a curve: `row . U + corner f = value`, in units of the step that it ends.
 #[derive(Debug, Clone)]
@@ -59,6 +81,42 @@ impl Plane {
     }
 }
 
+/// Balances of a response over its frequency, Hz, the one further unknown, in a plane.
+struct AcrossCurve<'p, 'b> {
+    solver: &'b FrequencySolver<'b>,
+    plane: &'p Plane,
+}
+
+impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
+    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>> {
+        let frequency_hz = further[0];
+        (frequency_hz > 0.0 && frequency_hz.is_finite())
+            .then(|| self.solver.balance(frequency_hz, mean))
+            .flatten()
+    }
+
+    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
+        vec![slope_per_hz(balance, u, further[0])]
+    }
+
+    fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {
+        vec![self.plane.off(u, further[0])]
+    }
+
+    fn derivatives(&self, _: &[f64], _: &[f64]) -> [Vec<Vec<f64>>; 2] {
+        [vec![self.plane.row.clone()], vec![vec![self.plane.corner]]]
+    }
+
+    fn measure(&self, equations: &[f64]) -> f64 {
+        PLANE_WEIGHT * equations[0].abs()
+    }
+
+    fn length_n(&self, change: &[f64], load_n: f64) -> f64 {
+        // A step of the plane's size in the frequency counts as much as the load.
+        load_n * self.plane.corner * change[0]
+    }
+}
+
 /// Direction of a curve: derivatives by the length of the curve.
 #[derive(Debug, Clone)]
 pub struct Direction {
@@ -78,9 +136,24 @@ pub fn correct<'b>(
     options: NewtonOptions,
     work: &mut Work,
 ) -> Option<(Solution<'b>, f64)> {
-    let mut x = u.to_vec();
-    x.push(frequency_hz);
-    let state = State::new(solver, plane, mean, frequency_hz, options, work)?;
+    let family = AcrossCurve { solver, plane };
+    let start = (u, &[frequency_hz][..]);
+    let (solution, further) = corrected(solver, &family, start, mean, options, work)?;
+    Some((solution, further[0]))
+}
+
+/// Solves for U and the further unknowns of a family, from `u` and `further`. `None` where there is
+/// no balance at the start, or no mean to retain.
+pub fn corrected<'b, F: Family<'b>>(
+    solver: &'b FrequencySolver<'_>,
+    family: &F,
+    (u, further): (&[f64], &[f64]),
+    mean: Mean,
+    options: NewtonOptions,
+    work: &mut Work,
+) -> Option<(Solution<'b>, Vec<f64>)> {
+    let mut x = [u, further].concat();
+    let state = State::new(solver, family, mean, (u.len(), further), options, work)?;
     let (end, state) = if solver.is_exact() {
         let mut system = Exact {
             state,
@@ -100,15 +173,15 @@ pub fn correct<'b>(
     };
     work.newton_iterations += end.iterations;
     work.residuals.push(end.residuals.clone());
-    let frequency_hz = x.pop()?;
-    let (balance, evaluation) = state.take(&x, frequency_hz);
+    let further = x.split_off(u.len());
+    let (balance, evaluation) = state.take(&x, &further);
     let solution = Solution {
         balance,
         u: x,
         evaluation,
         end,
     };
-    Some((solution, frequency_hz))
+    Some((solution, further))
 }
 
 /// Direction of the curve at a solution, with `row . dU + corner df = 1`; `None` where it is not
@@ -127,16 +200,21 @@ pub fn direction(
     } = solution;
     let own = u.len();
     let jacobian = balance.linearise(&evaluation.lambda_u);
-    let column = column(balance, &jacobian, u, frequency_hz);
+    let slope = slope_per_hz(balance, u, frequency_hz);
+    let border = Border {
+        columns: columns(balance, &jacobian, &[slope]),
+        rows: vec![row.to_vec()],
+        corner: vec![vec![corner]],
+    };
     let mut x = vec![0.0; own + 1];
     if solver.is_exact() {
         x[own] = 1.0;
-        let matrix = bordered(&formed(balance, &jacobian), &column, row, corner);
+        let matrix = bordered(&formed(balance, &jacobian), &border);
         Lu::new(matrix).solve_column_in_place(&mut x);
     } else {
         let linear = work.preconditioner.linear_system(balance, &jacobian);
         let scale = load_scale(balance, solver.newton.tolerance);
-        let border = border(column, (row, corner), scale);
+        let border = in_forces(border, scale[0]);
         let mut right = vec![0.0; own + 1];
         right[own] = scale[0];
         let tolerance = TANGENT_TOLERANCE;
@@ -155,87 +233,102 @@ pub fn direction(
     is_finite.then_some(Direction { u: x, frequency_hz })
 }
 
-/// Derivative of the residual with respect to the frequency, N/Hz.
-fn column(balance: &Balance<'_>, jacobian: &Jacobian, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+/// Derivative of Lambda U - F with respect to the frequency, N/Hz.
+fn slope_per_hz(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
     let mut slope = balance.frequency_slope(u, TAU * frequency_hz);
     slope.iter_mut().for_each(|s| *s *= TAU);
-    jacobian.less_contact_response(&slope, balance.unknowns_per_block())
+    slope
 }
 
-/// Border of the linear solves: the further equation is in forces, as the others are.
-fn border(column: Vec<f64>, (row, corner): (&[f64], f64), scale: [f64; 2]) -> Border {
-    Border {
-        column,
-        row: row.iter().map(|v| v * scale[0]).collect(),
-        corner: corner * scale[0],
-    }
+/// Derivatives of the residual, from those of Lambda U - F at constant U.
+fn columns(balance: &Balance<'_>, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = balance.unknowns_per_block();
+    let slopes = slopes.iter();
+    slopes
+        .map(|slope| jacobian.less_contact_response(slope, n))
+        .collect()
 }
 
-/// Matrix with a column and a row more.
-fn bordered(inner: &Mat<f64>, column: &[f64], row: &[f64], corner: f64) -> Mat<f64> {
-    let own = column.len();
-    let mut out = Mat::zeros(own + 1, own + 1);
-    for (j, last) in row.iter().enumerate() {
-        let into = out.col_as_slice_mut(j);
-        into[..own].copy_from_slice(inner.col_as_slice(j));
-        into[own] = *last;
+/// Border whose further equations are in forces, as the others are.
+fn in_forces(mut border: Border, load_n: f64) -> Border {
+    let coefficients = border.rows.iter_mut().chain(&mut border.corner).flatten();
+    coefficients.for_each(|v| *v *= load_n);
+    border
+}
+
+/// Matrix with the columns and rows of a border.
+fn bordered(inner: &Mat<f64>, border: &Border) -> Mat<f64> {
+    let (own, further) = (inner.nrows(), border.columns.len());
+    let mut out = Mat::zeros(own + further, own + further);
+    for j in 0..own {
+        let (into, below) = out.col_as_slice_mut(j).split_at_mut(own);
+        into.copy_from_slice(inner.col_as_slice(j));
+        below
+            .iter_mut()
+            .zip(&border.rows)
+            .for_each(|(o, row)| *o = row[j]);
     }
-    let last = out.col_as_slice_mut(own);
-    last[..own].copy_from_slice(column);
-    last[own] = corner;
+    for (j, column) in border.columns.iter().enumerate() {
+        let (into, below) = out.col_as_slice_mut(own + j).split_at_mut(own);
+        into.copy_from_slice(column);
+        below
+            .iter_mut()
+            .zip(&border.corner)
+            .for_each(|(o, corner)| *o = corner[j]);
+    }
     out
 }
 
-/// Balance at the frequency that was asked for last, with its last evaluation.
-struct State<'p, 'b> {
+/// Balance at the further unknowns that were asked for last, with its last evaluation.
+struct State<'f, 'b, F> {
     solver: &'b FrequencySolver<'b>,
-    plane: &'p Plane,
+    family: &'f F,
     mean: Mean,
     options: NewtonOptions,
     balance: Balance<'b>,
-    frequency_hz: f64,
+    /// Number of unknowns of U.
+    own: usize,
+    further: Vec<f64>,
     last: Option<(Vec<f64>, Evaluation)>,
-    /// Norms of the load at that frequency, as in [`load_scale`].
+    /// Norms of the load of the balance, as in [`load_scale`].
     scale: [f64; 2],
 }
 
-impl<'p, 'b> State<'p, 'b> {
+impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
     fn new(
         solver: &'b FrequencySolver<'_>,
-        plane: &'p Plane,
+        family: &'f F,
         mean: Mean,
-        frequency_hz: f64,
+        (own, further): (usize, &[f64]),
         options: NewtonOptions,
         work: &Work,
     ) -> Option<Self> {
-        let mut balance = solver.balance(frequency_hz, mean)?;
+        let mut balance = family.balance(further, mean)?;
         balance.deadline = work.deadline;
         Some(Self {
             scale: load_scale(&balance, options.tolerance),
             solver,
-            plane,
+            family,
             mean,
             options,
             balance,
-            frequency_hz,
+            own,
+            further: further.to_vec(),
             last: None,
         })
     }
 
-    /// Goes to a frequency. `false` where there is no balance.
-    fn go_to(&mut self, frequency_hz: f64) -> bool {
-        if frequency_hz == self.frequency_hz {
+    /// Goes to values of the further unknowns. `false` where there is no balance.
+    fn go_to(&mut self, further: &[f64]) -> bool {
+        if further == self.further {
             return true;
         }
-        let found = (frequency_hz > 0.0 && frequency_hz.is_finite())
-            .then(|| self.solver.balance(frequency_hz, self.mean))
-            .flatten();
-        let Some(mut balance) = found else {
+        let Some(mut balance) = self.family.balance(further, self.mean) else {
             return false;
         };
         balance.deadline = self.balance.deadline;
         self.scale = load_scale(&balance, self.options.tolerance);
-        (self.balance, self.frequency_hz, self.last) = (balance, frequency_hz, None);
+        (self.balance, self.further, self.last) = (balance, further.to_vec(), None);
         true
     }
 
@@ -248,51 +341,57 @@ impl<'p, 'b> State<'p, 'b> {
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
-    fn take(mut self, u: &[f64], frequency_hz: f64) -> (Balance<'b>, Evaluation) {
-        self.go_to(frequency_hz);
+    fn take(mut self, u: &[f64], further: &[f64]) -> (Balance<'b>, Evaluation) {
+        self.go_to(further);
         self.at(u);
         let (_, evaluation) = self.last.expect("just evaluated");
         (self.balance, evaluation)
     }
 
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
-        let (u, frequency_hz) = split(x);
-        if !self.go_to(frequency_hz) {
+        let (u, further) = x.split_at(self.own);
+        if !self.go_to(further) {
             f.fill(f64::NAN);
             return;
         }
-        let own = u.len();
-        f[..own].copy_from_slice(&self.at(u).residual);
-        f[own] = self.plane.off(u, frequency_hz);
+        let (own, equations) = f.split_at_mut(self.own);
+        own.copy_from_slice(&self.at(u).residual);
+        equations.copy_from_slice(&self.family.equations(u, further));
     }
 
     fn measure(&self, f: &[f64]) -> f64 {
-        let (own, off) = split(f);
+        let (own, equations) = f.split_at(self.own);
         let of_balance = relative_residual(own, self.balance.unknowns_per_block(), self.scale);
-        if off.is_nan() {
+        let of_equations = self.family.measure(equations);
+        if of_equations.is_nan() {
             return f64::NAN;
         }
-        of_balance.max(PLANE_WEIGHT * off.abs())
+        of_balance.max(of_equations)
     }
 
-    fn linearised(&mut self, x: &[f64]) -> (Jacobian, Vec<f64>) {
-        let (u, frequency_hz) = split(x);
-        self.go_to(frequency_hz);
+    fn linearised(&mut self, x: &[f64]) -> (Jacobian, Border) {
+        let (u, further) = x.split_at(self.own);
+        self.go_to(further);
         self.at(u);
         let (_, evaluation) = self.last.as_ref().expect("just evaluated");
         let jacobian = self.balance.linearise(&evaluation.lambda_u);
-        let column = column(&self.balance, &jacobian, u, frequency_hz);
-        (jacobian, column)
+        let slopes = self.family.slopes(&self.balance, u, further);
+        let [rows, corner] = self.family.derivatives(u, further);
+        let border = Border {
+            columns: columns(&self.balance, &jacobian, &slopes),
+            rows,
+            corner,
+        };
+        (jacobian, border)
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
-        let (du, df) = split(dx);
-        // A step of the plane's size in the frequency counts as much as the load.
-        step_length(&self.balance, du).hypot(self.scale[0] * self.plane.corner * df)
+        let (du, change) = dx.split_at(self.own);
+        step_length(&self.balance, du).hypot(self.family.length_n(change, self.scale[0]))
     }
 
     fn has_diverged(&self, x: &[f64]) -> bool {
-        self.mean == Mean::Free && self.solver.walked_off(split(x).0)
+        self.mean == Mean::Free && self.solver.walked_off(&x[..self.own])
     }
 
     fn is_late(&self) -> bool {
@@ -300,19 +399,13 @@ impl<'p, 'b> State<'p, 'b> {
     }
 }
 
-/// U and the frequency, or the two parts of a residual.
-fn split(x: &[f64]) -> (&[f64], f64) {
-    let (last, rest) = x.split_last().expect("a frequency besides U");
-    (rest, *last)
-}
-
 /// The system solved with its matrix formed and factored, for few unknowns.
-struct Exact<'p, 'b> {
-    state: State<'p, 'b>,
+struct Exact<'f, 'b, F> {
+    state: State<'f, 'b, F>,
     factor: Option<Lu>,
 }
 
-impl NonlinearSystem for Exact<'_, '_> {
+impl<'b, F: Family<'b>> NonlinearSystem for Exact<'_, 'b, F> {
     const DAMPING: Damping = Damping::Persistent;
 
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
@@ -322,14 +415,8 @@ impl NonlinearSystem for Exact<'_, '_> {
         self.state.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        let (jacobian, column) = self.state.linearised(x);
-        let Plane { row, corner, .. } = self.state.plane;
-        let matrix = bordered(
-            &formed(&self.state.balance, &jacobian),
-            &column,
-            row,
-            *corner,
-        );
+        let (jacobian, border) = self.state.linearised(x);
+        let matrix = bordered(&formed(&self.state.balance, &jacobian), &border);
         self.factor = Some(Lu::new(matrix));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
@@ -344,23 +431,28 @@ impl NonlinearSystem for Exact<'_, '_> {
 }
 
 /// The system solved by GMRES on the pairs that take part.
-struct Krylov<'p, 'b, 'w> {
-    state: State<'p, 'b>,
+struct Krylov<'f, 'b, 'w, F> {
+    state: State<'f, 'b, F>,
     linear: Option<(LinearSystem, Border)>,
     krylov_iterations: usize,
     preconditioner: &'w mut Preconditioner,
 }
 
-impl Krylov<'_, '_, '_> {
+impl<'b, F: Family<'b>> Krylov<'_, 'b, '_, F> {
     fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
         let Some((linear, border)) = &self.linear else {
             return false;
         };
-        let State { balance, scale, .. } = &self.state;
+        let State {
+            balance,
+            scale,
+            own,
+            ..
+        } = &self.state;
         let mut right: Vec<f64> = f.iter().map(|f| -f).collect();
-        if let Some(last) = right.last_mut() {
-            *last *= scale[0];
-        }
+        right[*own..]
+            .iter_mut()
+            .for_each(|right| *right *= scale[0]);
         self.krylov_iterations +=
             self.preconditioner
                 .solve(balance, linear, Some(border), &right, *scale, tolerance, dx);
@@ -368,7 +460,7 @@ impl Krylov<'_, '_, '_> {
     }
 }
 
-impl NonlinearSystem for Krylov<'_, '_, '_> {
+impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         self.state.residual(x, f);
     }
@@ -376,16 +468,10 @@ impl NonlinearSystem for Krylov<'_, '_, '_> {
         self.state.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        let (jacobian, column) = self.state.linearised(x);
-        let State {
-            balance,
-            plane,
-            scale,
-            ..
-        } = &self.state;
+        let (jacobian, border) = self.state.linearised(x);
+        let State { balance, scale, .. } = &self.state;
         let linear = self.preconditioner.linear_system(balance, &jacobian);
-        let border = border(column, (&plane.row, plane.corner), *scale);
-        self.linear = Some((linear, border));
+        self.linear = Some((linear, in_forces(border, scale[0])));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         self.solve(f, KRYLOV_TOLERANCE, dx)
@@ -424,7 +510,8 @@ mod tests {
             let step = 1e-7;
             let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
             let jacobian = balance.linearise(&balance.evaluate(u).lambda_u);
-            let column = column(balance, &jacobian, u, OMEGA_RAD_S / TAU);
+            let slope = slope_per_hz(balance, u, OMEGA_RAD_S / TAU);
+            let column = columns(balance, &jacobian, &[slope]).remove(0);
             let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             for ((a, b), column) in above.iter().zip(&below).zip(&column) {
                 let by_differences = TAU * (a - b) / (2.0 * step);

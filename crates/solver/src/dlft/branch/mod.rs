@@ -19,7 +19,7 @@
 //! H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in:
 //! Applications of bifurcation theory, 1977 (pseudo-arclength continuation).
 
-mod bordered;
+pub(in crate::dlft) mod bordered;
 mod folds;
 mod follow;
 mod gauge;

@@ -1,0 +1,125 @@
+//! Backbone of a mode: its frequency and damping over its amplitude, by the extended periodic motion
+//! concept ([`crate::problem::unforced`]).
+//!
+//! No force excites the vibration. The damping ratio zeta, an unknown as the frequency is, keeps it
+//! up. `equations` has the two equations of the tracked mode beside the balance, which `follow`
+//! solves from one amplitude to the next.
+
+mod equations;
+mod follow;
+
+use super::sweep::{Run, SweepSettings, in_run};
+use super::{Orbit, StaticState};
+use crate::problem::Problem;
+use crate::reduction::damping::Rayleigh;
+
+/// Backbone that is asked for.
+#[derive(Debug, Clone)]
+pub struct BackboneRange {
+    /// Number of the mode of the linear reference that the backbone begins at, from 0.
+    pub mode: usize,
+    /// Number of the observed displacement whose amplitudes are asked for.
+    pub observation: usize,
+    /// Amplitudes of the observed displacement, m, ascending.
+    pub amplitudes_m: Vec<f64>,
+}
+
+/// Motion of a backbone.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct BackbonePoint {
+    /// Motion, with its frequency. No power is put in.
+    pub orbit: Orbit,
+    /// Damping ratio of the whole damping.
+    pub damping_ratio: f64,
+    /// Part of the ratio that friction has: what it exceeds that of vanishing amplitudes by.
+    pub friction_ratio: f64,
+    /// Amplitude q of the tracked stuck mode at harmonic 1, of unit modal mass, m sqrt(kg).
+    pub tracked_amplitude: f64,
+    /// Modal amplitude of harmonic 1, m sqrt(kg): `a^2 = Y^H M Y` over pairs and stuck modes.
+    pub modal_amplitude: f64,
+    /// Multiple of the excitation at whose resonance the motion is; `None` where the excitation does
+    /// no work on it, or has another harmonic than 1.
+    pub excitation_scale: Option<f64>,
+    /// Estimated relative error of the damping ratio for the harmonics left out, 0 to 1; `None`
+    /// where it was not estimated.
+    pub estimated_error: Option<f64>,
+}
+
+impl BackbonePoint {
+    /// Relative difference of the powers of friction and damping from the power that keeps the
+    /// vibration up, zeta w^3 sum h^2 Y_h^H M Y_h. It vanishes with the residual.
+    pub fn power_defect(&self) -> f64 {
+        let omega = std::f64::consts::TAU * self.orbit.frequency_hz;
+        let kept_up_w = 4.0 * self.damping_ratio * omega * self.orbit.kinetic_energy_j;
+        let spent_w = self.orbit.friction_power_w + self.orbit.viscous_power_w;
+        (spent_w - kept_up_w) / kept_up_w.abs().max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Reason why a backbone ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BackboneEnd {
+    /// All amplitudes were reached.
+    Reached,
+    /// In the next motion pairs that are closed at rest are open in the whole period: more than one
+    /// in twenty of them.
+    Open,
+    /// No motion of a larger amplitude was found.
+    Lost,
+    /// The listener stopped it.
+    Stopped,
+}
+
+/// Frequency and damping of a mode over its amplitude.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Backbone {
+    /// Motions, by ascending amplitude.
+    pub points: Vec<BackbonePoint>,
+    /// Reason why it ends.
+    pub end: BackboneEnd,
+    /// Frequency of the linear mode, Hz.
+    pub linear_hz: f64,
+    /// Damping ratio of the linear mode.
+    pub linear_ratio: f64,
+}
+
+/// Follows a mode of the linear reference from small amplitudes through those asked for. `settings`
+/// have the resolution and the tolerance; their frequencies are not used. `tell` hears of each
+/// motion, and ends the backbone by `false`.
+///
+/// `None` where the observed displacement does not move in the mode, or the mode has no share of any
+/// stuck mode.
+pub fn backbone(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    range: &BackboneRange,
+    tell: &mut dyn FnMut(&BackbonePoint) -> bool,
+) -> Option<Backbone> {
+    let linear = &static_state.linear;
+    let omega2 = *linear.omega2.get(range.mode)?;
+    let start = follow::LinearMode::of(problem, damping, static_state, range)?;
+    let settings = SweepSettings {
+        // eps is that of the frequency of the mode.
+        frequencies_hz: vec![omega2.sqrt() / std::f64::consts::TAU],
+        ..settings.clone()
+    };
+    let solve = |run: &Run<'_>| follow::followed(run, &start, &settings, range, tell);
+    let silent = |_: super::Told<'_>| ();
+    Some(in_run(
+        problem,
+        damping,
+        static_state,
+        &settings,
+        &[],
+        &silent,
+        solve,
+    ))
+}
+
+#[cfg(test)]
+mod tests;

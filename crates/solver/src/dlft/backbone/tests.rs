@@ -1,0 +1,331 @@
+use super::*;
+use crate::contact::PairLaw;
+use crate::dlft::branch::follow;
+use crate::dlft::eps::Eps;
+use crate::dlft::settings::{EpsChoice, Resolution};
+use crate::dlft::static_state::static_state;
+use crate::problem::HarmonicLoad;
+use crate::problem::dovetail72::{damping, dovetail72};
+use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_numerics::nonlinear::NewtonOptions;
+use faer::Mat;
+use std::f64::consts::{PI, TAU};
+
+const K: f64 = 0.6;
+const KT: f64 = 0.4;
+const FRICTION: f64 = 0.3;
+const PRESSED_N: f64 = 2.0;
+
+/// Mass of 1 kg on a spring `K` and a Jenkins element, a spring `KT` that ends in a slider, which
+/// carries `FRICTION` times `PRESSED_N` at most.
+fn jenkins() -> Problem {
+    let along = |size: f64| vec![0.0, size, 0.0];
+    // The mass follows the slider by this share where it has no inertia.
+    let follows = KT / (K + KT);
+    let own = |normal: f64, along: f64| {
+        Mat::from_fn(3, 3, |i, j| match (i == j, i) {
+            (true, 0) => normal,
+            (true, _) => along,
+            (false, _) => 0.0,
+        })
+    };
+    // A mode in each direction along the contact, so that both give about the same eps.
+    let coupling = Mat::from_fn(3, 2, |i, j| if i == j + 1 { follows } else { 0.0 });
+    let reduced = ReducedModel::new(
+        own(1.0, K * follows),
+        own(0.0, follows * follows),
+        coupling,
+        vec![K + KT, 1.01 * (K + KT)],
+    );
+    let mass = ObservedDisplacement::new("mass", along(follows), vec![1.0, 0.0]);
+    Problem {
+        reduced: ReducedModel {
+            static_load: Load::new(vec![-PRESSED_N, 0.0, 0.0], vec![0.0; 2]),
+            observations: vec![mass],
+            ..reduced
+        },
+        laws: vec![PairLaw::rigid(FRICTION, 0.0)],
+        excitations: vec![HarmonicLoad::cosine(
+            1,
+            Load::new(along(follows), vec![1.0, 0.0]),
+        )],
+    }
+}
+
+/// Backbone of a model with its first mode, and the settings that it has.
+fn of_first_mode(
+    (problem, damping): (&Problem, Rayleigh),
+    amplitudes_m: Vec<f64>,
+    settings: &SweepSettings,
+) -> Backbone {
+    let range = BackboneRange {
+        mode: 0,
+        observation: 0,
+        amplitudes_m,
+    };
+    let state = static_state(problem, 10, settings.newton);
+    backbone(problem, damping, &state, settings, &range, &mut |_| true).unwrap()
+}
+
+fn settings(harmonics: usize, samples: usize, tolerance: f64) -> SweepSettings {
+    SweepSettings {
+        newton: NewtonOptions::new(tolerance, 60),
+        estimates: false,
+        ..SweepSettings::new(vec![], Resolution::fixed(harmonics, samples))
+    }
+}
+
+/// The describing function of the Jenkins element: with an eps of its spring one harmonic is it.
+#[test]
+fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
+    let problem = jenkins();
+    let mut settings = settings(1, 4096, 1e-12);
+    settings.eps = Eps {
+        choice: EpsChoice::Pair,
+        scale: (K + KT) / K,
+    };
+    let limit_n = FRICTION * PRESSED_N;
+    let slips_m = limit_n / KT;
+    let amplitudes_m: Vec<f64> = (0..9).map(|i| slips_m * 0.5 * 1.5_f64.powi(i)).collect();
+    let of_mass = Rayleigh::of_mass(0.002);
+    let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
+    assert_eq!(found.end, BackboneEnd::Reached);
+    for (point, asked) in found.points.iter().zip(amplitudes_m) {
+        let x = point.orbit.observed_amplitude_m[0];
+        assert!((x / asked - 1.0).abs() < 1e-4, "{x} {asked}");
+        let (stiffness, work) = if x <= slips_m {
+            (K + KT, 0.0)
+        } else {
+            let angle = (1.0 - 2.0 * slips_m / x).acos();
+            let share = (angle - angle.sin() * angle.cos()) / PI;
+            (K + KT * share, 4.0 * limit_n * (x - slips_m))
+        };
+        let omega = TAU * point.orbit.frequency_hz;
+        let off = omega.powi(2) / stiffness - 1.0;
+        assert!(off.abs() < 1e-6, "{x}: {off:e}");
+        let friction = work / (TAU * stiffness * x * x);
+        let ratio = friction + 0.002 / (2.0 * stiffness.sqrt());
+        assert!((point.damping_ratio - ratio).abs() < 1e-6, "{x}");
+        // At resonance the force works as much as friction and damping: pi F x = 2 pi zeta w^2 x^2.
+        let force_n = 2.0 * ratio * stiffness * x;
+        let scale = point.excitation_scale.unwrap();
+        assert!(
+            (scale / force_n - 1.0).abs() < 1e-3,
+            "{x}: {scale} {force_n}"
+        );
+    }
+}
+
+/// Half a period of the mass from its largest displacement on, with the damping `-2 c x'`, in closed
+/// form from event to event: the element sticks, then slides. Returns where the mass turns round,
+/// and when.
+fn half_period(amplitude_m: f64, c: f64) -> (f64, f64) {
+    let limit_n = FRICTION * PRESSED_N;
+    /// Displacement and velocity about `centre` after a time.
+    fn free(stiffness: f64, c: f64, [y, v]: [f64; 2], t: f64) -> [f64; 2] {
+        let own = (stiffness - c * c).sqrt();
+        let (sin, cos) = (own * t).sin_cos();
+        let other = (v - c * y) / own;
+        let grown = (c * t).exp();
+        let moved = grown * (y * cos + other * sin);
+        [moved, c * moved + grown * own * (other * cos - y * sin)]
+    }
+    /// First time at which a function that is positive before falls below 0.
+    fn root(f: impl Fn(f64) -> f64) -> f64 {
+        let mut to = 1e-3;
+        while f(to) > 0.0 {
+            to += 1e-3;
+        }
+        let mut from = to - 1e-3;
+        for _ in 0..60 {
+            let middle = 0.5 * (from + to);
+            if f(middle) > 0.0 {
+                from = middle;
+            } else {
+                to = middle;
+            }
+        }
+        to
+    }
+    let centre = (KT * amplitude_m - limit_n) / (K + KT);
+    let stuck = |t: f64| free(K + KT, c, [amplitude_m - centre, 0.0], t);
+    let slides_at = amplitude_m - 2.0 * limit_n / KT;
+    let stuck_s = root(|t| centre + stuck(t)[0] - slides_at);
+    let centre = limit_n / K;
+    let begins = [slides_at - centre, stuck(stuck_s)[1]];
+    let slips_s = root(|t| -free(K, c, begins, t)[1]);
+    let turns = centre + free(K, c, begins, slips_s)[0];
+    (turns, stuck_s + slips_s)
+}
+
+#[test]
+fn with_many_harmonics_a_jenkins_element_moves_as_from_event_to_event() {
+    let problem = jenkins();
+    let slips_m = FRICTION * PRESSED_N / KT;
+    let amplitudes_m: Vec<f64> = [1.2, 2.0, 5.0, 20.0].map(|by| by * slips_m).to_vec();
+    let found = of_first_mode(
+        (&problem, Rayleigh::NONE),
+        amplitudes_m,
+        &settings(31, 2048, 1e-10),
+    );
+    assert_eq!(found.points.len(), 4);
+    for point in &found.points {
+        let amplitude_m = point.orbit.observed_amplitude_m[0];
+        let [mut low, mut high] = [0.0, 0.3];
+        for _ in 0..60 {
+            let c = 0.5 * (low + high);
+            if half_period(amplitude_m, c).0 > -amplitude_m {
+                low = c;
+            } else {
+                high = c;
+            }
+        }
+        let omega = PI / half_period(amplitude_m, low).1;
+        let off = TAU * point.orbit.frequency_hz / omega - 1.0;
+        let ratio_off = point.damping_ratio - low / omega;
+        assert!(off.abs() < 1e-6, "{amplitude_m}: {off:e}");
+        assert!(ratio_off.abs() < 1e-6, "{amplitude_m}: {ratio_off:e}");
+    }
+}
+
+/// Pairs stick, slip and open.
+#[test]
+fn friction_and_damping_spend_what_keeps_the_vibration_up() {
+    let problem = dovetail72(1.0);
+    let amplitudes_m = (0..9).map(|i| 2e-5 * 1.8_f64.powi(i)).collect();
+    let model = (&problem, damping(&problem));
+    let found = of_first_mode(model, amplitudes_m, &settings(3, 128, 1e-9));
+    assert_eq!(found.end, BackboneEnd::Reached);
+    let mut ratio = 0.0;
+    for point in &found.points {
+        let defect = point.power_defect();
+        assert!(defect.abs() < 1e-8, "{defect:e}");
+        assert!(point.damping_ratio > ratio - 1e-9);
+        ratio = point.damping_ratio;
+    }
+    let last = found.points.last().unwrap();
+    assert!(last.orbit.counts().opening > 0 && last.orbit.counts().slipping > 0);
+    assert!(last.friction_ratio > 1e-4 && last.orbit.friction_power_w > 0.0);
+}
+
+#[test]
+fn small_amplitudes_have_the_frequency_and_the_damping_of_the_linear_mode() {
+    let problem = dovetail72(1.0);
+    for mode in [0, 1] {
+        let omega = problem.reduced.omega2[mode].sqrt();
+        let damping = Rayleigh::new(3e-7, 4.0);
+        let state = static_state(&problem, 10, NewtonOptions::new(1e-9, 60));
+        let range = BackboneRange {
+            mode,
+            observation: 0,
+            amplitudes_m: vec![1e-9, 1e-8],
+        };
+        let settings = settings(1, 64, 1e-9);
+        let found = backbone(&problem, damping, &state, &settings, &range, &mut |_| true).unwrap();
+        let ratio = 0.5 * (3e-7 * omega + 4.0 / omega);
+        assert!((found.linear_ratio / ratio - 1.0).abs() < 1e-12);
+        assert!((TAU * found.linear_hz / omega - 1.0).abs() < 1e-12);
+        for (point, asked) in found.points.iter().zip(&range.amplitudes_m) {
+            let off = TAU * point.orbit.frequency_hz / omega - 1.0;
+            assert!(off.abs() < 1e-10, "{mode}: {off:e}");
+            assert!((point.damping_ratio - ratio).abs() < 1e-9);
+            assert!((point.orbit.observed_amplitude_m[0] / asked - 1.0).abs() < 1e-5);
+        }
+    }
+}
+
+/// The element that is open at rest carries nothing, so that the mass is on its spring alone.
+#[test]
+fn a_mode_with_pairs_open_at_rest_begins_at_the_linear_reference() {
+    let mut problem = jenkins();
+    problem.reduced.static_load.on_x.fill(0.0);
+    problem.laws[0].gap_m = 1.0;
+    let model = (&problem, Rayleigh::of_mass(0.01));
+    let found = of_first_mode(model, vec![1e-3, 0.5], &settings(1, 64, 1e-9));
+    assert_eq!(found.points.len(), 2);
+    for point in &found.points {
+        let off = TAU * point.orbit.frequency_hz / K.sqrt() - 1.0;
+        assert!(off.abs() < 1e-8, "{off:e}");
+        let ratio = 0.01 / (2.0 * K.sqrt());
+        assert!((point.damping_ratio / ratio - 1.0).abs() < 1e-8);
+        assert_eq!(point.orbit.counts().open, 1);
+    }
+}
+
+/// The peak under a force, from the backbone and from the whole curve of that force.
+#[test]
+fn the_peak_of_a_force_is_where_the_backbone_has_it() {
+    let settings = settings(1, 64, 1e-8);
+    for force_n in [0.3, 1.0, 3.0] {
+        let problem = dovetail72(force_n);
+        let damping = damping(&problem);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let own = SweepSettings {
+            frequencies_hz: vec![0.99 * first_hz, 1.005 * first_hz],
+            ..settings.clone()
+        };
+        let state = static_state(&problem, 10, settings.newton);
+        let curve = follow(&problem, damping, &state, &own, &[], &|_| ());
+        let amplitude_m = |orbit: &Orbit| orbit.observed_amplitude_m[0];
+        let higher = |a: &&Orbit, b: &&Orbit| amplitude_m(a).total_cmp(&amplitude_m(b));
+        let top = curve.orbits.iter().max_by(higher).unwrap();
+        let asked = [0.3, 0.7, 0.998, 1.002].map(|by| by * amplitude_m(top));
+        let found = of_first_mode((&problem, damping), asked.to_vec(), &settings);
+        let [.., below, above] = &found.points[..] else {
+            panic!("{:?}", found.end);
+        };
+        // Where the backbone has the force of the scene.
+        let scales = [below, above].map(|point| point.excitation_scale.unwrap().ln());
+        let share = -scales[0] / (scales[1] - scales[0]);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        let predicted_m = between(amplitude_m(&below.orbit), amplitude_m(&above.orbit));
+        let off = predicted_m / amplitude_m(top) - 1.0;
+        assert!(off.abs() < 1e-3, "{force_n}: {off:e}");
+        let hz = between(below.orbit.frequency_hz, above.orbit.frequency_hz);
+        let off = hz / top.frequency_hz - 1.0;
+        assert!(off.abs() < 1e-4, "{force_n}: {off:e}");
+    }
+}
+
+#[test]
+fn a_backbone_ends_where_pairs_stay_open() {
+    let problem = dovetail72(1.0);
+    let amplitudes_m = vec![1e-3, 2e-3, 2.8e-3, 5e-3, 1e-2];
+    let model = (&problem, damping(&problem));
+    let found = of_first_mode(model, amplitudes_m, &settings(1, 64, 1e-8));
+    assert_eq!(found.end, BackboneEnd::Open);
+    assert_eq!(found.points.len(), 3);
+}
+
+#[test]
+fn a_force_of_another_harmonic_has_no_resonance_here() {
+    let mut problem = jenkins();
+    problem.excitations[0].harmonic = 3;
+    let model = (&problem, Rayleigh::NONE);
+    let found = of_first_mode(model, vec![0.1], &settings(3, 64, 1e-9));
+    assert_eq!(found.points[0].excitation_scale, None);
+}
+
+#[test]
+fn more_harmonics_are_taken_until_the_damping_has_its_accuracy() {
+    let problem = jenkins();
+    let slips_m = FRICTION * PRESSED_N / KT;
+    let of = |resolution: Resolution| {
+        let settings = SweepSettings {
+            resolution,
+            estimates: true,
+            ..settings(1, 512, 1e-9)
+        };
+        let found = of_first_mode((&problem, Rayleigh::NONE), vec![3.0 * slips_m], &settings);
+        found.points.into_iter().next().unwrap()
+    };
+    let many = of(Resolution::fixed(31, 1024));
+    let adapted = [0.2, 1e-3].map(|accuracy| {
+        let point = of(Resolution::Accuracy(accuracy));
+        let off = (point.damping_ratio / many.damping_ratio - 1.0).abs();
+        assert!(off < accuracy, "{accuracy}: {off}");
+        assert!(point.estimated_error.unwrap() <= accuracy);
+        point.orbit.harmonics
+    });
+    assert!(adapted[0] < adapted[1] && adapted[1] <= 31, "{adapted:?}");
+}

@@ -1,0 +1,148 @@
+//! Backbone of a mode of a scene: its frequency and damping over its amplitude
+//! ([`crate::dlft::backbone`]).
+
+use super::bodies::Meshes;
+use super::error::Error;
+use super::reduced::Reduced;
+use super::response::settings;
+use super::session::{Session, Stage};
+use crate::description::Scene;
+use crate::dlft::backbone::{Backbone, BackboneRange, backbone as follow};
+use crate::dlft::demand;
+use crate::reduction::damping::rayleigh;
+use crate::results::far_slip::ShorterSides;
+use crate::results::modes::hertz;
+use dovetail_numerics::memory;
+use dovetail_numerics::spectrum::blocks;
+
+/// The frequency of another linear mode is close to a backbone within this fraction: the motions of
+/// both may mix.
+const CLOSE: f64 = 0.03;
+
+/// Backbone that is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct BackboneQuestion<'a> {
+    /// Number of the linear mode, counted from 1.
+    pub mode: usize,
+    /// Name of the observed displacement; `None`: the first one.
+    pub observation: Option<&'a str>,
+    /// Amplitudes of the observed displacement, m, ascending.
+    pub amplitudes_m: &'a [f64],
+}
+
+/// Backbone of a scene.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct ModeBackbone {
+    /// Reduced model.
+    pub reduced: Reduced,
+    /// Number of the observed displacement whose amplitudes were asked for.
+    pub observation: usize,
+    /// Frequency and damping over the amplitude.
+    pub backbone: Backbone,
+    /// Numbers of the other linear modes whose frequencies the backbone comes within 3 % of, counted
+    /// from 1.
+    pub close_modes: Vec<usize>,
+    /// Frequencies of the linear modes, Hz.
+    pub linear_hz: Vec<f64>,
+}
+
+/// Follows the backbone of a mode of a scene.
+///
+/// # Errors
+/// The error of a stage up to the static state; a mode or an observed displacement that there is
+/// not; [`Error::NotInMode`] where the mode does not move the displacement; [`Error::AllBonded`]
+/// without a contact that can slip or open; [`Error::Stopped`] by the observer.
+pub fn backbone(
+    scene: &Scene,
+    meshes: Option<Meshes>,
+    question: &BackboneQuestion<'_>,
+    session: &Session<'_>,
+) -> Result<ModeBackbone, Error> {
+    let reduced = Reduced::of(scene, meshes, session)?;
+    if reduced.problem.laws.is_empty() {
+        let why = "the frequency and the damping of a mode then do not depend on its amplitude";
+        return Err(Error::AllBonded { why });
+    }
+    let observation = reduced.observed(question.observation)?;
+    let found = super::statics(scene, &reduced, false, session)?;
+    found.usable()?;
+    let state = found.state;
+    let omega2 = reduced.linear_omega2(&state);
+    let linear_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
+    let mode = question.mode.wrapping_sub(1);
+    let own_hz = *linear_hz.get(mode).ok_or(Error::NoSuchMode {
+        asked: question.mode,
+        available: linear_hz.len(),
+    })?;
+    let damping = rayleigh(&scene.damping, omega2)?;
+    let resolution = scene.response.resolution;
+    let settings = settings(&scene.response, vec![own_hz], resolution);
+    let blocks = blocks(resolution.most_harmonics());
+    let bytes = demand::bytes(&reduced.problem, &settings);
+    memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+    let range = BackboneRange {
+        mode,
+        observation,
+        amplitudes_m: question.amplitudes_m.to_vec(),
+    };
+    let stage = session.stage(Stage::Backbone);
+    let steps = session.steps(range.amplitudes_m.len(), "amplitudes");
+    let mut tell = |_: &_| {
+        steps.step();
+        session.goes_on().is_ok()
+    };
+    let followed = follow(
+        &reduced.problem,
+        damping,
+        &state,
+        &settings,
+        &range,
+        &mut tell,
+    );
+    drop(steps);
+    drop(stage);
+    session.goes_on()?;
+    let mut backbone = followed.ok_or_else(|| Error::NotInMode {
+        mode: question.mode,
+        name: reduced.observations()[observation].to_owned(),
+    })?;
+    let sides = ShorterSides::of(&reduced.pairs);
+    let orbits = backbone.points.iter_mut().map(|point| &mut point.orbit);
+    orbits.for_each(|orbit| {
+        sides.judge_orbit(orbit);
+    });
+    let passed_hz = backbone.points.iter().map(|point| point.orbit.frequency_hz);
+    let passed_hz: Vec<f64> = passed_hz.chain([own_hz]).collect();
+    Ok(ModeBackbone {
+        close_modes: close_modes(&linear_hz, mode, &passed_hz),
+        reduced,
+        observation,
+        backbone,
+        linear_hz,
+    })
+}
+
+/// Numbers of the linear modes but `own`, from 0, of which some of the frequencies `passed_hz` comes
+/// close, counted from 1.
+fn close_modes(linear_hz: &[f64], own: usize, passed_hz: &[f64]) -> Vec<usize> {
+    let is_close = |other: &usize| {
+        let near = |hz: &f64| (linear_hz[*other] / hz - 1.0).abs() < CLOSE;
+        *other != own && passed_hz.iter().any(near)
+    };
+    let others = (0..linear_hz.len()).filter(is_close);
+    others.map(|other| other + 1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::close_modes;
+
+    #[test]
+    fn modes_are_close_where_the_backbone_comes_within_three_per_cent_of_them() {
+        let linear_hz = [96.0, 100.0, 102.0, 104.0, 200.0];
+        assert_eq!(close_modes(&linear_hz, 1, &[100.0]), [3]);
+        assert_eq!(close_modes(&linear_hz, 1, &[100.0, 98.0]), [1, 3]);
+        assert_eq!(close_modes(&linear_hz, 4, &[200.0, 190.0]), [0; 0]);
+    }
+}

@@ -1,0 +1,80 @@
+//! Pictures of the backbone of a mode.
+
+use std::path::PathBuf;
+
+use crate::error::RunError;
+use crate::export::ExportError;
+use crate::export::csv::BackboneRow;
+use crate::export::plots::{Axis, Scale, Series, write_series};
+
+/// Backbone of a mode for the files.
+#[derive(Debug)]
+pub struct BackboneFiles<'a> {
+    /// Name of the observed displacement.
+    pub observation: &'a str,
+    /// Number of the linear mode, counted from 1.
+    pub mode: usize,
+    /// Motions, by ascending amplitude.
+    pub rows: &'a [BackboneRow<'a>],
+}
+
+/// Draws frequency and damping over the amplitude, and the amplitude of the peak over the force.
+/// `file` gives the place of a picture.
+pub fn draw(
+    backbone: &BackboneFiles<'_>,
+    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
+) -> Result<(), RunError> {
+    let BackboneFiles {
+        observation,
+        mode,
+        rows,
+    } = backbone;
+    let axis = |title: String, unit: &'static str, values: &[f64]| Axis {
+        title,
+        unit,
+        scale: Scale::of(values.iter().copied()),
+        marks: Vec::new(),
+    };
+    let amplitudes_m: Vec<f64> = rows.iter().map(BackboneRow::amplitude_m).collect();
+    let amplitude = || axis(format!("amplitude of {observation}"), "m", &amplitudes_m);
+    let series = |label: &str, values: &[f64]| {
+        let points = amplitudes_m.iter().zip(values);
+        Series::new(label.to_owned(), points.map(|(a, v)| (*a, Some(*v))))
+    };
+    let of = |value: fn(&BackboneRow<'_>) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
+    let frequencies_hz = of(|row| row.point.orbit.frequency_hz);
+    let y = axis("frequency".to_owned(), "Hz", &frequencies_hz);
+    write_series(
+        &file("backbone_frequency")?,
+        &format!("Frequency of mode {mode} over its amplitude"),
+        &[amplitude(), y],
+        &[series("frequency", &frequencies_hz)],
+    )?;
+    let (whole, friction) = (
+        of(|row| row.point.damping_ratio),
+        of(|row| row.point.friction_ratio),
+    );
+    let y = axis("damping ratio".to_owned(), "", &whole);
+    write_series(
+        &file("backbone_damping")?,
+        &format!("Damping ratio of mode {mode} over its amplitude"),
+        &[amplitude(), y],
+        &[series("whole", &whole), series("of friction", &friction)],
+    )?;
+    let forces: Vec<(f64, Option<f64>)> = (rows.iter())
+        .filter_map(|row| Some((row.resonant_force_n()?, Some(row.amplitude_m()))))
+        .collect();
+    if forces.is_empty() {
+        return Ok(());
+    }
+    let forces_n: Vec<f64> = forces.iter().map(|point| point.0).collect();
+    let x = axis("force".to_owned(), "N", &forces_n);
+    let y = axis(format!("peak of {observation}"), "m", &amplitudes_m);
+    write_series(
+        &file("backbone_peak")?,
+        &format!("Peak amplitude of {observation} over the force, from mode {mode}"),
+        &[x, y],
+        &[Series::new("peak".to_owned(), forces.into_iter())],
+    )?;
+    Ok(())
+}
