@@ -13,10 +13,13 @@ import csv
 import math
 import os
 import subprocess
+import sys
 import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.append(os.path.join(ROOT, "scripts"))
+import origin  # noqa: E402
 PROGRAM = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "release/dovetail")
 SCENE = os.path.join(ROOT, "scenes/paper.toml")
 READY = ["mesh.file=../meshes/dovetail.msh", "response.times_first_linear_mode=[0.97, 1.01]", "response.compare_harmonics="]
@@ -62,6 +65,7 @@ def main():
         of_backbone = ["--amplitude", asked.amplitude, "--points", asked.points]
         backbone, backbone_s = rows("backbone", os.path.join(folder, "backbone"), asked.set, of_backbone)
         peaks, peaks_s = rows("peaks", os.path.join(folder, "peaks"), asked.set, ["--over", f"{KEY}={asked.range}"])
+    print(origin.line() + "\n")
     print("| force, N | peak, mm | by the backbone, mm | difference | at, Hz | by the backbone, Hz | difference | in half widths |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for peak in peaks:
