@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use faer::Mat;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 use numpy::Complex64;
 use pyo3::exceptions::PyTypeError;
@@ -14,7 +15,7 @@ use crate::errors::{of_library, value};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::{Load, ReducedModel, StuckModes, reduce};
+use dovetail_solver::reduction::{Load, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, Structure};
 
 /// Largest difference of two entries of a symmetric matrix, relative to the largest entry.
@@ -437,7 +438,7 @@ pub fn problem_of(
     let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads)?;
     let reduction = crate::balance::quietly(py, || reduce(&structure, wanted))?;
     let mut reduced = reduction.map_err(|error| of_library(py, error))?.model;
-    give_dynamics(&mut reduced, pairs);
+    give_stiffness(&mut reduced.stiffness, pairs);
     // One unit load for each part of an excitation that is not zero.
     let mut units = std::mem::take(&mut reduced.unit_loads).into_iter();
     let zero = || Load::zeros(reduced.stiffness.nrows(), reduced.omega2.len());
@@ -464,19 +465,17 @@ pub fn problem_of(
 /// the springs of a pair, which then carry the preload.
 const SOFT: f64 = 1e-6;
 
-/// Gives the directions that the matrices lack, which nothing couples, stiffness and mass of those
-/// that they have: eps follows the dynamic stiffness of both tangents of a pair.
-fn give_dynamics(reduced: &mut ReducedModel, pairs: &[PyPair]) {
+/// Gives the directions that the matrices lack, which nothing couples, the stiffness of those that
+/// they have: eps follows both tangents of a pair.
+fn give_stiffness(stiffness: &mut Mat<f64>, pairs: &[PyPair]) {
     for (p, pair) in pairs.iter().enumerate() {
         let at = |axis: usize| 3 * p + axis;
-        // A tangent is like the other one where there is one.
-        let known = [1, 2, 0].into_iter().find(|axis| pair.dofs[*axis].is_some());
-        let like = at(known.unwrap_or(0));
+        let known = (0..3).filter(|axis| pair.dofs[*axis].is_some());
+        let own = known
+            .map(|axis| stiffness[(at(axis), at(axis))])
+            .fold(0.0, f64::max);
         for axis in (0..3).filter(|axis| pair.dofs[*axis].is_none()) {
-            let share = if axis == 0 { SOFT } else { 1.0 };
-            for matrix in [&mut reduced.stiffness, &mut reduced.mass] {
-                matrix[(at(axis), at(axis))] = share * matrix[(like, like)];
-            }
+            stiffness[(at(axis), at(axis))] = if axis == 0 { SOFT * own } else { own };
         }
     }
 }
