@@ -19,7 +19,10 @@ pub enum MatrixFilesError {
         source: std::io::Error,
     },
     #[error("body `{body}`: {error}")]
-    File { body: String, error: MatrixError },
+    File {
+        body: String,
+        error: Box<MatrixError>,
+    },
     #[error(
         "body `{body}`: {} does not say which node and direction its rows belong to; give a table by `rows_file` (of CalculiX the .dof beside it, else lines `node,direction`)",
         path.display()
@@ -36,11 +39,10 @@ pub enum MatrixFilesError {
         name: Option<String>,
         columns: String,
     },
-    #[error("body `{body}`, {} and {}: {error}", stiffness.display(), mass.display())]
+    #[error("body `{body}`, {files}: {error}")]
     Matrices {
         body: String,
-        stiffness: PathBuf,
-        mass: PathBuf,
+        files: String,
         error: MatricesError,
     },
 }
@@ -68,7 +70,7 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
     let body = body.to_owned();
     let wrong = |error| MatrixFilesError::File {
         body: body.clone(),
-        error,
+        error: Box::new(error),
     };
     let bytes = |path: &Path| {
         input::bytes(path).map_err(|source| MatrixFilesError::Io {
@@ -111,8 +113,11 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
     });
     made.map_err(|error| MatrixFilesError::Matrices {
         body: body.clone(),
-        stiffness: files.stiffness.path.clone(),
-        mass: files.mass.path.clone(),
+        files: format!(
+            "{} and {}",
+            files.stiffness.path.display(),
+            files.mass.path.display()
+        ),
         error,
     })
 }

@@ -146,7 +146,7 @@ pub(super) enum Command {
     /// Follow the peak over values of a key, or of two: the design curve
     #[command(after_help = PEAKS_HELP)]
     Peaks(PeaksArguments),
-    /// Frequency and damping of a mode over its amplitude, and the peak of any force
+    /// Frequency and damping of a mode over its amplitude
     #[command(after_help = BACKBONE_HELP)]
     Backbone(BackboneArguments),
     /// Compare the response with a time integration at a few frequencies

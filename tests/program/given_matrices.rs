@@ -112,7 +112,7 @@ fn a_scene_with_matrices_has_the_answers_of_its_elements() {
     let folder = with_matrices();
     let run = |scene: &str| {
         let out = folder.join(scene);
-        let file = folder.join(&format!("{scene}.toml"));
+        let file = folder.join(format!("{scene}.toml"));
         let said = told(on_scene("static", &file, &out, &[]), 0);
         told(on_scene("modes", &file, &out, &[]), 0);
         (
