@@ -14,7 +14,6 @@ library only) and ccx; takes a minute.
 """
 
 import argparse
-import csv
 import json
 import math
 import pathlib
@@ -25,6 +24,7 @@ import tempfile
 import blade_modes
 import deck
 import msh
+from compare_blade_modes import held_frequencies_hz
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Sets of nodes, by the body that has them.
@@ -98,12 +98,6 @@ def run(given, folder, command, name, *options):
         raise SystemExit(f"{' '.join(words)}\n{done.stderr}")
 
 
-def held_hz(table):
-    with open(table, newline="") as file:
-        rows = [r for r in csv.DictReader(file) if (r["kind"], r["body"]) == ("flanks_held", "blade")]
-    return [float(r["frequency_hz"]) for r in rows]
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("mesh", help="mesh of geometry/dovetail.geo, MSH 4.1")
@@ -141,7 +135,7 @@ def main():
         print("blade, flanks held, Hz:  elements      matrices      CalculiX  matrices over CalculiX")
         case = blade_modes.case(given.mesh, 4, 0.0)
         theirs = deck.frequencies_hz(deck.run(case, folder, "modes", given.time_limit))
-        ours = [held_hz(folder / name / "modes.csv") for name in ["elements", "matrices"]]
+        ours = [held_frequencies_hz(folder / name / "modes.csv") for name in ["elements", "matrices"]]
         for own, matrices, ccx in zip(ours[0], ours[1], theirs):
             worst = max(worst, abs(matrices / ccx - 1.0))
             print(f"{own:33.4f}  {matrices:12.4f}  {ccx:12.4f}  {matrices / ccx - 1.0:+22.1e}")

@@ -187,13 +187,13 @@ section! {
             "a material of a deck, in place of `young_pa`, `poisson` and `density_kg_m3`; it needs \
              `units`",
             "\"TITANIUM\"";
-        young_pa: Number("Pa", Limits::POSITIVE), "- or `material`",
+        young_pa: Number("Pa", Limits::POSITIVE), "- or `material`, or `stiffness_file`",
             "Young's modulus",
             "113.8e9";
-        poisson: Number("", Limits::between(-1.0, 0.5)), "- or `material`",
+        poisson: Number("", Limits::between(-1.0, 0.5)), "- or `material`, or `stiffness_file`",
             "Poisson's ratio",
             "0.34";
-        density_kg_m3: Number("kg/m3", Limits::POSITIVE), "- or `material`",
+        density_kg_m3: Number("kg/m3", Limits::POSITIVE), "- or `material`, or `stiffness_file`",
             "density",
             "4430";
         stiffness_file: Text("path of a matrix"), "none: finite elements",

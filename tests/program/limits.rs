@@ -23,7 +23,7 @@ fn what_a_scene_cannot_ask_for_is_refused() {
         **No cyclic symmetry.** => cyclic_symmetry.sectors=36
         => unknown section or key `cyclic_symmetry`
         no Coriolis force => rotation.coriolis=true => unknown key `rotation.coriolis`
-        Each body has one Young's modulus => body.0.young_pa=[1e11,2e11,3e11]
+        A body of finite elements has one Young's modulus => body.0.young_pa=[1e11,2e11,3e11]
         => expected a finite number
         Each contact has one coefficient of friction => contact.left.friction=[0.3,0.2]
         => expected a finite number
