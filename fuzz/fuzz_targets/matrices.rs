@@ -22,7 +22,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     assert!(!matrices.is_empty());
     for found in &matrices {
         let matrix = &found.matrix;
-        assert!(matrix.values().iter().all(|value| value.is_finite() && *value != 0.0));
+        assert!(
+            matrix
+                .values()
+                .iter()
+                .all(|value| value.is_finite() && *value != 0.0)
+        );
         if let Some(rows) = &found.rows {
             assert!(rows.len() == matrix.nrows() && rows.len() == matrix.ncols());
             match on_rows(found.clone(), rows) {

@@ -12,7 +12,7 @@
 //! | `positions.mtx` | n/3 x 3 | positions of the pairs, m |
 //! | `areas.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
-//! Files without columns are left out. [`Description`] is what `model.json` has. Files that
+//! Files without columns are left out. `Description` is what `model.json` has. Files that
 //! [`write()`] wrote name their model in a comment, a hash of all its numbers: files of two models
 //! are not read together. Files without such a comment, from another program, are accepted as they
 //! are. The folder contains no friction, gap or damping: the caller gives them.
