@@ -14,7 +14,7 @@ pub struct MatrixError {
     pub path: Option<PathBuf>,
     /// Place in the file.
     pub place: Place,
-    /// What is wrong there.
+    /// Fault at that place.
     pub fault: Fault,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a file of matrices.
+/// Fault of a file of matrices.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]

@@ -58,7 +58,18 @@ struct Numbers<'a, 'b> {
     left: usize,
 }
 
-impl<'b> Numbers<'_, 'b> {
+impl<'a, 'b> Numbers<'a, 'b> {
+    /// Numbers of a width, so many of them on a line, from the next line on.
+    fn new(lines: &'a mut Lines<'b>, (width, count): (usize, usize)) -> Self {
+        Self {
+            lines,
+            width,
+            count,
+            line: &[],
+            left: 0,
+        }
+    }
+
     fn next(&mut self, what: &str) -> Read<&'b [u8]> {
         if self.left == 0 || self.line.is_empty() {
             self.line = self.lines.required(what)?;
@@ -126,14 +137,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<NamedMatrix> {
         return Err(Fault::malformed(found, "as many rows as columns", WRITE_AGAIN).at_line(3));
     }
     let mut list = |form: (usize, usize), n: usize, what: &'static str, most: usize| {
-        let (width, per_line) = form;
-        let mut numbers = Numbers {
-            lines: &mut lines,
-            width,
-            count: per_line,
-            line: &[],
-            left: 0,
-        };
+        let mut numbers = Numbers::new(&mut lines, form);
         let mut list = Vec::with_capacity(n);
         for _ in 0..n {
             let field = numbers.next(what)?;
@@ -154,14 +158,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<NamedMatrix> {
         let expected = format!("beginnings from 1 up to {}", count + 1);
         return Err(Fault::malformed(found, expected, WRITE_AGAIN).in_file());
     }
-    let (width, per_line) = of_values;
-    let mut numbers = Numbers {
-        lines: &mut lines,
-        width,
-        count: per_line,
-        line: &[],
-        left: 0,
-    };
+    let mut numbers = Numbers::new(&mut lines, of_values);
     let mut entries = Entries::new(rows, columns);
     entries.reserve(count);
     for j in 0..columns {

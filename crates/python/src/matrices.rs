@@ -14,12 +14,10 @@ use crate::arrays::{Given, complexes, has_shape, reals};
 use crate::errors::{of_library, value};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::model::{Asymmetry, asymmetry};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::{Load, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, Structure};
-
-/// Largest difference of two entries of a symmetric matrix, relative to the largest entry.
-const ASYMMETRY: f64 = 1e-9;
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -211,25 +209,21 @@ impl Entries {
 
     /// Checks that the matrix is symmetric.
     fn is_symmetric(&self, name: &str) -> PyResult<()> {
-        let mut differences: HashMap<(usize, usize), f64> = HashMap::new();
-        let mut largest = 0.0_f64;
-        for &(i, j, v) in &self.entries {
-            largest = largest.max(v.abs());
-            if i != j {
-                let sign = if i < j { 1.0 } else { -1.0 };
-                *differences.entry((i.min(j), i.max(j))).or_default() += sign * v;
-            }
-        }
-        let worst = differences
-            .into_iter()
-            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)));
-        match worst {
-            Some(((i, j), by)) if by.abs() > ASYMMETRY * largest => Err(value(format!(
-                "{name} is not symmetric: entries ({i}, {j}) and ({j}, {i}) differ by {:e}, and the largest entry is {largest:e}; \
-                 dampers and gyroscopic terms do not belong in it",
-                by.abs()
+        let mut matrix = CooMatrix::new(self.size, self.size);
+        self.entries
+            .iter()
+            .for_each(|&(i, j, v)| matrix.push(i, j, v));
+        match asymmetry(&CscMatrix::from(&matrix)) {
+            Some(Asymmetry {
+                row,
+                column,
+                by,
+                largest,
+            }) => Err(value(format!(
+                "{name} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {by:e}, and the largest entry \
+                 is {largest:e}; dampers and gyroscopic terms do not belong in it"
             ))),
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 }

@@ -28,7 +28,7 @@ const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
 /// Least ratio of the estimated error to the change of the amplitude by further harmonics. The
 /// change falls short of the error: the harmonics above them are still left out, and the change is
 /// found in one linear step.
-const LEAST_SHORTFALL: f64 = 2.5;
+pub const LEAST_SHORTFALL: f64 = 2.5;
 
 /// Ratio of the estimated error to the change of the amplitude by the harmonics from `harmonics` up
 /// to `finer`. In gross slip an amplitude approaches its limit as 1 / H: the error is then 1 / H,

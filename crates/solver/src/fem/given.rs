@@ -17,7 +17,8 @@ use dovetail_numerics::dense::{product, self_adjoint_eigenvalues};
 use dovetail_numerics::space::{add_scaled, sub};
 use dovetail_numerics::sparse::times;
 
-/// Stiffness and mass of a body on its free degrees of freedom, with its springs.
+/// Stiffness and mass of a body on its free degrees of freedom, with its springs, before what is
+/// held is uncoupled.
 ///
 /// # Errors
 /// [`FemError::EmptyRows`] where free degrees of freedom have neither stiffness nor mass.
@@ -26,27 +27,28 @@ pub fn matrices(
     placed: &PlacedMatrices,
     springs: &[SpringElement],
 ) -> Result<(CscMatrix<f64>, CscMatrix<f64>), FemError> {
-    let parts = free_parts(body, placed);
-    let mut is_held = vec![false; 3 * body.dofs.free_nodes()];
+    let size = 3 * body.dofs.free_nodes();
+    let parts: Vec<Vec<(usize, f64)>> = free_parts(body, placed).map(Iterator::collect).collect();
+    let mut stiffness = congruent(placed.given.stiffness(), &parts, size);
+    add_springs(body, springs, &mut stiffness);
+    let mut stiffness = CscMatrix::from(&stiffness);
+    let mass = CscMatrix::from(&congruent(placed.given.mass(), &parts, size));
+    let [of_stiffness, of_mass] = [&stiffness, &mass].map(diagonal);
+    let mut is_held = vec![false; size];
     for dof in &body.held_dofs {
         is_held[*dof as usize] = true;
     }
-    let mut stiffness = congruent(placed.given.stiffness(), &parts, &is_held);
-    add_springs(body, springs, &is_held, &mut stiffness);
-    let mut stiffness = CscMatrix::from(&stiffness);
-    let mass = CscMatrix::from(&congruent(placed.given.mass(), &parts, &is_held));
-    let own = [&stiffness, &mass].map(diagonal);
-    let has_none = |dof: &usize| own.iter().all(|own| own[*dof] <= 0.0);
     // Held degrees of freedom without a stiffness would make the matrix singular.
-    let mean = own[0].iter().sum::<f64>() / own[0].len() as f64;
-    let mut more = CooMatrix::new(is_held.len(), is_held.len());
-    for dof in (0..is_held.len()).filter(|dof| is_held[*dof] && own[0][*dof] <= 0.0) {
+    let mean = of_stiffness.iter().sum::<f64>() / size as f64;
+    let mut more = CooMatrix::new(size, size);
+    let lacking = || (0..size).filter(|dof| of_stiffness[*dof] <= 0.0);
+    for dof in lacking().filter(|dof| is_held[*dof]) {
         more.push(dof, dof, mean);
     }
     if more.nnz() > 0 {
         stiffness = &stiffness + &CscMatrix::from(&more);
     }
-    let empty = (0..is_held.len()).filter(|dof| !is_held[*dof] && has_none(dof));
+    let empty = lacking().filter(|dof| !is_held[*dof] && of_mass[*dof] <= 0.0);
     let empty: Vec<usize> = empty.collect();
     match empty.first() {
         Some(first) => Err(FemError::empty_rows(body, empty.len(), *first)),
@@ -153,40 +155,34 @@ fn mass_times(placed: &PlacedMatrices, x: &[f64]) -> Vec<f64> {
 }
 
 /// Free degrees of freedom, and their weights, that make up each row.
-fn free_parts(body: &Body, placed: &PlacedMatrices) -> Vec<Vec<(usize, f64)>> {
+fn free_parts<'a>(
+    body: &'a Body,
+    placed: &'a PlacedMatrices,
+) -> impl Iterator<Item = impl Iterator<Item = (usize, f64)>> {
     let nodes = body.dofs.nodes.len();
-    let of_row = |row: usize| {
+    (0..placed.places.len()).map(move |row| {
         let parts = placed.parts(row, nodes);
-        let free = parts.flat_map(|(node, axis, weight)| {
+        parts.flat_map(|(node, axis, weight)| {
             let free = body.dofs.weights(node);
             free.map(move |(node, share)| (3 * node + axis, share * weight))
-        });
-        free.collect()
-    };
-    (0..placed.places.len()).map(of_row).collect()
+        })
+    })
 }
 
-/// Triplets of T^T A T. Of held rows and columns only the diagonal is kept.
-fn congruent(a: &CscMatrix<f64>, parts: &[Vec<(usize, f64)>], is_held: &[bool]) -> CooMatrix<f64> {
-    let mut sum = CooMatrix::new(is_held.len(), is_held.len());
+/// Triplets of T^T A T, `size` rows and columns.
+fn congruent(a: &CscMatrix<f64>, parts: &[Vec<(usize, f64)>], size: usize) -> CooMatrix<f64> {
+    let mut sum = CooMatrix::new(size, size);
     for (i, j, v) in a.triplet_iter() {
         for &(row, left) in &parts[i] {
             for &(column, right) in &parts[j] {
-                if row == column || !(is_held[row] || is_held[column]) {
-                    sum.push(row, column, left * right * v);
-                }
+                sum.push(row, column, left * right * v);
             }
         }
     }
     sum
 }
 
-fn add_springs(
-    body: &Body,
-    springs: &[SpringElement],
-    is_held: &[bool],
-    stiffness: &mut CooMatrix<f64>,
-) {
+fn add_springs(body: &Body, springs: &[SpringElement], stiffness: &mut CooMatrix<f64>) {
     for SpringElement { nodes, matrix } in springs {
         let blocks = nodes.iter().flat_map(|a| nodes.iter().map(move |b| (a, b)));
         for ((a, b), block) in blocks.zip(matrix) {
@@ -194,9 +190,7 @@ fn add_springs(
                 for (column, right) in body.dofs.weights(*b as usize) {
                     for (at, v) in block.iter().enumerate().filter(|(_, v)| **v != 0.0) {
                         let (row, column) = (3 * row + at / 3, 3 * column + at % 3);
-                        if row == column || !(is_held[row] || is_held[column]) {
-                            stiffness.push(row, column, left * right * v);
-                        }
+                        stiffness.push(row, column, left * right * v);
                     }
                 }
             }

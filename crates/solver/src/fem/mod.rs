@@ -121,7 +121,8 @@ fn body_matrices(
     let material = match &body.matrices {
         Matrices::Elements(material) => *material,
         Matrices::Given(placed) => {
-            let (stiffness, mass) = given::matrices(body, placed, &springs)?;
+            let (mut stiffness, mass) = given::matrices(body, placed, &springs)?;
+            loads::uncouple(&mut stiffness, &body.held_dofs);
             let load_n = steady_load(body, given::steady_load(body, placed));
             return Ok(finished(body, stiffness, mass, load_n));
         }
@@ -151,8 +152,7 @@ fn body_matrices(
         renew(&mut stiffness, &pattern, &k);
         loads::uncouple(&mut stiffness, &body.held_dofs);
     }
-    let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
-    loads::uncouple(&mut mass, &body.held_dofs);
+    let mass = symmetric_matrix_of_scalars(&pattern, &m);
     Ok(finished(body, stiffness, mass, load_n))
 }
 
@@ -170,9 +170,10 @@ fn steady_load(body: &Body, mut load_n: Vec<f64>) -> Vec<f64> {
 fn finished(
     body: &Body,
     stiffness: CscMatrix<f64>,
-    mass: CscMatrix<f64>,
+    mut mass: CscMatrix<f64>,
     load_n: Vec<f64>,
 ) -> BodyMatrices {
+    loads::uncouple(&mut mass, &body.held_dofs);
     BodyMatrices {
         name: body.name.clone(),
         stiffness,

@@ -179,6 +179,42 @@ impl GivenMatrices {
     }
 }
 
+/// Two entries of a matrix that differ by more than rounding and ought to be alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asymmetry {
+    /// Row of the entry above the diagonal, from 0.
+    pub row: usize,
+    /// Its column, from 0.
+    pub column: usize,
+    /// Difference from the entry below the diagonal.
+    pub by: f64,
+    /// Largest entry of the matrix.
+    pub largest: f64,
+}
+
+/// Entries of a square matrix that differ most from their mirrors; `None` where they do by rounding
+/// at most, 1e-9 of the largest entry.
+pub fn asymmetry(matrix: &CscMatrix<f64>) -> Option<Asymmetry> {
+    let largest = matrix
+        .values()
+        .iter()
+        .fold(0.0, |most: f64, v| most.max(v.abs()));
+    let difference = matrix - &matrix.transpose();
+    let above = difference.triplet_iter().filter(|(i, j, _)| i < j);
+    let worst = above.max_by(|a, b| {
+        a.2.abs()
+            .total_cmp(&b.2.abs())
+            .then((b.0, b.1).cmp(&(a.0, a.1)))
+    })?;
+    let (row, column, by) = (worst.0, worst.1, worst.2.abs());
+    (by > ASYMMETRY * largest).then_some(Asymmetry {
+        row,
+        column,
+        by,
+        largest,
+    })
+}
+
 /// Symmetric matrix times a factor.
 fn symmetric(
     what: &'static str,
@@ -206,22 +242,20 @@ fn symmetric(
             value,
         });
     }
-    let largest = values().map(|(.., v)| v.abs()).fold(0.0, f64::max);
+    if let Some(found) = asymmetry(&matrix) {
+        let Asymmetry { by, largest, .. } = found;
+        let (row, column) = numbered((found.row, found.column));
+        return Err(MatricesError::NotSymmetric {
+            what,
+            row,
+            column,
+            by,
+            largest,
+        });
+    }
+    // The mean of both sides, which differ by rounding at most.
     let mirror = matrix.transpose();
-    let difference = &matrix - &mirror;
-    let all = difference.triplet_iter();
-    let worst = all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
-    if let Some((row, column, by)) = worst.filter(|(.., by)| **by != 0.0) {
-        if by.abs() > ASYMMETRY * largest {
-            let (row, column) = numbered((row.min(column), row.max(column)));
-            return Err(MatricesError::NotSymmetric {
-                what,
-                row,
-                column,
-                by: by.abs(),
-                largest,
-            });
-        }
+    if matrix != mirror {
         matrix = (&matrix + &mirror) * 0.5;
     }
     if factor != 1.0 {

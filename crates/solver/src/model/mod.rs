@@ -50,7 +50,7 @@ pub use description::{
 pub use dovetail_mesh::Row;
 pub use error::ModelError;
 pub use mapping::FieldMap;
-pub use matrices::{GivenMatrices, MatricesError, Place, PlacedMatrices};
+pub use matrices::{Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrices, asymmetry};
 pub use mesh_source::{MeshKind, MeshSource};
 
 /// Input of the finite elements and of the contact, with every name resolved.

@@ -128,7 +128,7 @@ impl Units {
     }
 }
 
-/// What `model.json` begins with.
+/// Beginning of `model.json`.
 const FORMAT: &str = "reduced model of dovetail";
 
 /// Names of the files of a folder. Not every model has all; no other name is read or written.

@@ -6,6 +6,7 @@
 
 use super::equations::OfAmplitude;
 use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
+use crate::dlft::accuracy::LEAST_SHORTFALL;
 use crate::dlft::branch::bordered::corrected;
 use crate::dlft::orbit::{complex_block, unforced_orbit};
 use crate::dlft::point::{FrequencySolver, Solution, Work, resized};
@@ -43,8 +44,6 @@ const MOST_CORRECTIONS: usize = 8;
 const OPEN: f64 = 0.05;
 /// Friction's part of the damping ratio below this share of the rest is rounding.
 const NO_FRICTION: f64 = 1e-9;
-/// An estimate of an error over the change by further harmonics.
-const SHORTFALL: f64 = 2.5;
 
 /// Linear mode that a backbone begins at.
 pub struct LinearMode {
@@ -212,12 +211,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
         let [before, last] = &self.last[..] else {
             return 1.0;
         };
-        let slope = (last.log_q - before.log_q) / (last.amplitude_m / before.amplitude_m).ln();
-        if (0.2..5.0).contains(&slope) {
-            slope
-        } else {
-            1.0
-        }
+        usable((last.log_q - before.log_q) / (last.amplitude_m / before.amplitude_m).ln())
     }
 
     /// First point, from the linear mode, where need be from smaller amplitudes on.
@@ -424,7 +418,7 @@ fn usable(slope: f64) -> f64 {
 /// Estimated relative error of the damping ratio, at most 1, from the point with further harmonics.
 fn difference(coarse: &Solved, finer: &Solved) -> f64 {
     let [a, b] = [coarse, finer].map(|solved| solved.point.damping_ratio);
-    let error = SHORTFALL * (a - b).abs() / a.abs().max(b.abs());
+    let error = LEAST_SHORTFALL * (a - b).abs() / a.abs().max(b.abs());
     if error < 1.0 { error } else { 1.0 }
 }
 
