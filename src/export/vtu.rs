@@ -31,7 +31,7 @@ pub struct StaticBodyFields<'a> {
 
 /// Writes static.vtu: the bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa`
 /// (VTK's order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1, ...) on the elements, and the tags of the
-/// mesh file.
+/// mesh file. The cells of a body without elements are its facets, without stress.
 pub fn write_static(
     path: &Path,
     model: &Model,
@@ -62,6 +62,7 @@ pub fn write_static(
         displacement.extend_from_slice(f.displacement_m.as_flattened());
         von_mises.extend_from_slice(f.von_mises_pa);
         stress.extend_from_slice(f.stress_pa.as_flattened());
+        stress.resize(stress.len() + 6 * body.facets.len(), 0.0);
     }
     let mut grid = Grid::of_bodies(model);
     grid.point_array("displacement_m", 3, displacement);
@@ -264,14 +265,17 @@ impl Grid {
         let (mut element_tags, mut element_body) = (Vec::new(), Vec::new());
         let mut first_node = 0;
         for (b, body) in model.bodies.iter().enumerate() {
-            for nodes in body.elements.iter() {
+            let elements = body.elements.iter().map(|n| (n, vtk_cell(n.len())));
+            let facets = body.facets.iter().map(|n| (n, vtk_facet(n.len())));
+            for (nodes, kind) in elements.chain(facets) {
                 connectivity.extend(nodes.iter().map(|&n| first_node + u64::from(n)));
                 offsets.push(connectivity.len() as u64);
-                types.push(vtk_cell(nodes.len()));
+                types.push(kind);
             }
             points.extend_from_slice(body.nodes_m.as_flattened());
             node_tags.extend_from_slice(&body.node_tags);
             element_tags.extend_from_slice(body.elements.tags());
+            element_tags.extend_from_slice(body.facets.tags());
             node_body.resize(node_tags.len(), b as i32);
             element_body.resize(element_tags.len(), b as i32);
             first_node += body.nodes_m.len() as u64;
@@ -423,6 +427,16 @@ fn vtk_cell(nodes: usize) -> CellType {
         15 => CellType::QuadraticWedge,
         8 => CellType::Hexahedron,
         _ => CellType::QuadraticHexahedron,
+    }
+}
+
+/// Kind of a facet with this number of nodes.
+fn vtk_facet(nodes: usize) -> CellType {
+    match nodes {
+        3 => CellType::Triangle,
+        6 => CellType::QuadraticTriangle,
+        4 => CellType::Quad,
+        _ => CellType::QuadraticQuad,
     }
 }
 

@@ -51,9 +51,12 @@ fn counts_note(model: &Model) -> String {
     let shapes = shapes
         .iter()
         .map(|(shape, n)| format!("{n} {}", shape.plural()));
+    let facets = model.bodies.iter().map(|body| body.facets.len()).sum();
+    let facets =
+        (facets > 0).then(|| counted(facets, "facet without elements", "facets without elements"));
     format!(
         "{}, {} dofs, {} contact pairs (largest mismatch {:.1e} m)",
-        shapes.collect::<Vec<_>>().join(", "),
+        shapes.chain(facets).collect::<Vec<_>>().join(", "),
         model
             .bodies
             .iter()
@@ -159,12 +162,19 @@ fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>)
         0 => String::new(),
         others => format!(", and {others} unknowns that no node of the mesh has"),
     };
-    let free = match given::free_rigid_motions(body, placed) {
-        0 => "no rigid motion is free".to_owned(),
-        count => format!(
-            "{} free",
-            counted(count, "rigid motion is", "rigid motions are")
-        ),
+    let free = given::free_rigid_motions(body, placed);
+    let [one, several, rest] = if free.with_rotations {
+        ["rigid motion is", "rigid motions are", ""]
+    } else {
+        [
+            "translation is",
+            "translations are",
+            ", rotations not checked",
+        ]
+    };
+    let free = match free.count {
+        0 => format!("no {one} free{rest}"),
+        count => format!("{} free{rest}", counted(count, one, several)),
     };
     lines.push(Line::Note(format!(
         "{}: matrices, {on_mesh} displacements of nodes of the mesh{beside}; {free}",

@@ -57,6 +57,47 @@ fn of_deck(deck: &str, volume: &str, fixed: &[&str], units: Units) -> (Body, [Cs
     (body, [matrices.stiffness, matrices.mass])
 }
 
+/// Deck of the surfaces of a deck alone, in the same units, with its sets of nodes.
+fn surfaces_of(deck: &str, units: Units) -> String {
+    let mesh = mesh_files::read(&root().join("meshes/decks").join(deck), units).unwrap();
+    let metres = units.metres();
+    let mut named: Vec<&u32> = Vec::new();
+    let mut rest = String::new();
+    for (name, group) in &mesh.groups {
+        if group.dimension == 2 {
+            writeln!(rest, "*ELEMENT, TYPE=SFM3D8, ELSET={name}").unwrap();
+            for &f in &group.elements {
+                let nodes = mesh.facets.of(f as usize);
+                let tags = nodes
+                    .iter()
+                    .map(|&n| mesh.node_tags[n as usize].to_string());
+                let tags: Vec<String> = tags.collect();
+                writeln!(rest, "{},{}", f + 1, tags.join(",")).unwrap();
+                named.extend(nodes);
+            }
+        } else if group.dimension == 0 && group.nodes.len() < 30 {
+            writeln!(rest, "*NSET, NSET={name}").unwrap();
+            for n in &group.nodes {
+                writeln!(rest, "{}", mesh.node_tags[*n as usize]).unwrap();
+            }
+            named.extend(&group.nodes);
+        }
+    }
+    named.sort_unstable();
+    named.dedup();
+    let mut text = "*NODE\n".to_owned();
+    for &&n in &named {
+        let [x, y, z] = mesh.nodes_m[n as usize].map(|x| x / metres);
+        writeln!(
+            text,
+            "{},{x:.15e},{y:.15e},{z:.15e}",
+            mesh.node_tags[n as usize]
+        )
+        .unwrap();
+    }
+    text + &rest
+}
+
 /// Matrices as CalculiX writes them: the upper triangle, counted from 1, and `node.direction`.
 fn write_calculix(folder: &Path, body: &Body, matrices: &[CscMatrix<f64>; 2]) {
     for (matrix, file) in matrices.iter().zip(["jaw.sti", "jaw.mas"]) {
@@ -103,6 +144,18 @@ fn with_matrices() -> Folder {
     folder.write("load.mtx", two);
     folder.write("elements.toml", at_rest(["", ""]));
     folder.write("mixed.toml", at_rest([BLADE, ""]));
+    let mut surfaces = std::fs::read_to_string(folder.join("matrices.toml")).unwrap();
+    let both = [
+        ("blade.inp", "Blade-1", Units::MillimetreTonneSecond),
+        ("disc.inp", "Sector", Units::MetreKilogramSecond),
+    ];
+    for (deck, volume, units) in both {
+        folder.write(deck, surfaces_of(deck, units));
+        let path = root().join("meshes/decks").join(deck);
+        surfaces = surfaces.replace(path.to_str().unwrap(), deck);
+        surfaces = surfaces.replace(&format!("volume = \"{volume}\""), "volume = \"all\"");
+    }
+    folder.write("surfaces.toml", surfaces);
     folder
 }
 
@@ -121,13 +174,19 @@ fn a_scene_with_matrices_has_the_answers_of_its_elements() {
         )
     };
     let (_, expected) = run("elements");
-    for scene in ["matrices", "mixed"] {
+    for scene in ["matrices", "mixed", "surfaces"] {
         let (said, found) = run(scene);
-        has(&said, "blade: matrices & 6 rigid motions are free");
-        assert_eq!(
-            said.contains("no rigid motion is free"),
-            scene == "matrices"
-        );
+        let words = match scene {
+            "matrices" => "blade: matrices & 6 rigid motions are free & no rigid motion is free",
+            "mixed" => "336 hexahedra & blade: matrices & 6 rigid motions are free",
+            _ => {
+                "blade.inp: There are no solid elements & `all` & 48 facets without elements & \
+                 blade: matrices & 3 translations are free, rotations not checked & \
+                 no translation is free"
+            }
+        };
+        has(&said, words);
+        assert_eq!(said.contains("jaw: matrices"), scene != "mixed");
         let [statics, modes] = &expected;
         let compared = |found: &[Row], expected: &[Row], column: &str| {
             assert_eq!(found.len(), expected.len());

@@ -60,6 +60,7 @@ impl Mesh {
             let of_group = renumbered(&group.elements, number);
             let mut nodes: Vec<u32> = match group.dimension {
                 0 | 1 => renumbered(&group.nodes, &node),
+                3 if group.elements.is_empty() => renumbered(&group.nodes, &node),
                 _ => of_group
                     .iter()
                     .flat_map(|&e| list.of(e as usize))

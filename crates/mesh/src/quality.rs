@@ -111,7 +111,7 @@ fn refuse(
     }
 }
 
-/// Checks every element and node.
+/// Checks every element and node. Without elements the worst shape is infinite.
 ///
 /// # Errors
 /// Elements that must not be used: see [`QualityError`].
@@ -436,7 +436,10 @@ fn check_faces(mesh: &Mesh) -> Result<(), QualityError> {
 
 fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
     let mut used = vec![false; mesh.nodes_m.len()];
-    for &n in mesh.elements.nodes() {
+    // A volume without elements is a body of matrices.
+    let bodies = mesh.groups.values().filter(|g| g.dimension == 3);
+    let of_bodies = bodies.flat_map(|group| &group.nodes);
+    for &n in mesh.elements.nodes().iter().chain(of_bodies) {
         used[n as usize] = true;
     }
     let orphans: Vec<u64> = (0..used.len())

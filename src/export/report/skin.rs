@@ -152,7 +152,8 @@ fn upright(model: &Model, nodes_m: impl Iterator<Item = [f64; 3]>) -> [[f64; 3];
     })
 }
 
-/// Outer faces of a body, which belong to one element alone, each as the nodes of a facet.
+/// Outer faces of a body, each as the nodes of a facet: those that belong to one element alone, and
+/// the facets of a body without elements.
 fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
     let mut once: HashMap<[u32; 4], Option<(usize, usize)>> = HashMap::new();
     for (e, (element, nodes)) in body.elements.solids().enumerate() {
@@ -166,7 +167,9 @@ fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
         let (element, nodes) = body.elements.solid(e);
         element.face_of(f, nodes)
     };
-    let mut faces: Vec<Vec<u32>> = once.into_values().flatten().map(nodes_of).collect();
+    let facets = body.facets.iter().map(<[u32]>::to_vec);
+    let faces = once.into_values().flatten().map(nodes_of);
+    let mut faces: Vec<Vec<u32>> = faces.chain(facets).collect();
     faces.sort_unstable();
     faces
 }

@@ -208,6 +208,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             },
             nodes_m,
             elements,
+            facets: Connectivity::default(),
         }
     });
     let at = |body, node| BodyNode { body, node };

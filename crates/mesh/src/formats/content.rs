@@ -7,6 +7,9 @@ use crate::text;
 use crate::units::Units;
 use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial, sort_once};
 
+/// Name of the group of all solids.
+pub(super) const ALL: &str = "all";
+
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
 /// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of
@@ -65,7 +68,8 @@ impl Content {
     /// others numbered in the order of the file.
     ///
     /// # Errors
-    /// Missing groups or solid elements, and a coordinate that is not a number or too far away.
+    /// Missing groups, neither solid elements nor facets, and a coordinate that is not a number or
+    /// too far away.
     pub fn into_mesh(mut self, units: Units) -> Result<Mesh, MeshError> {
         const UNUSED: u32 = u32::MAX;
         let metres = units.metres();
@@ -76,7 +80,7 @@ impl Content {
             return Err(MeshError::NoGroups);
         }
         if self.elements.is_empty() {
-            return Err(MeshError::NoElements);
+            self.name_surface()?;
         }
         let mut new_index = vec![UNUSED; self.nodes.len()];
         let in_groups = self.groups.values().flat_map(|g| &g.nodes);
@@ -129,6 +133,43 @@ impl Content {
         }
     }
 
+    /// Gives the nodes of a file without solids a volume, for a body whose stiffness and mass are
+    /// matrices: the one volume that the file names, or `all`.
+    ///
+    /// # Errors
+    /// There are no facets either, or the file names several volumes.
+    fn name_surface(&mut self) -> Result<(), MeshError> {
+        let volumes = self.groups.iter().filter(|(_, group)| group.dimension == 3);
+        let volumes: Vec<String> = volumes.map(|(name, _)| name.clone()).collect();
+        let name = match (volumes.as_slice(), self.facets.is_empty()) {
+            ([], false) => self.free_name("all nodes"),
+            ([only], false) => only.clone(),
+            _ => return Err(MeshError::NoElements),
+        };
+        let in_groups = self.groups.values().flat_map(|group| &group.nodes);
+        let nodes = in_groups.chain(self.facets.nodes()).copied().collect();
+        self.remarks.push(format!(
+            "There are no solid elements: the volume `{name}` is the nodes of the surfaces and \
+             sets, for a body that takes its stiffness and mass from matrices (stiffness_file)."
+        ));
+        let group = Group {
+            nodes,
+            ..Group::empty(3)
+        };
+        self.groups.insert(name, group);
+        Ok(())
+    }
+
+    /// Adds a group of all solids where no group has solids.
+    pub(super) fn name_all_solids(&mut self) {
+        let has_solids = self.groups.values().any(|group| group.dimension == 3);
+        if has_solids || self.elements.is_empty() {
+            return;
+        }
+        self.groups
+            .insert(self.free_name("all solids"), self.all_solids());
+    }
+
     /// Group of all solids.
     pub(super) fn all_solids(&self) -> Group {
         Group {
@@ -138,15 +179,30 @@ impl Content {
         }
     }
 
+    /// Name of a group of everything: [`ALL`], or `other` where that is taken.
+    fn free_name(&self, other: &str) -> String {
+        let name = if self.groups.contains_key(ALL) {
+            other
+        } else {
+            ALL
+        };
+        name.to_owned()
+    }
+
     /// Drops facets and nodes of groups that no solid has, and groups that are then empty; sorts
     /// the rest. For formats that also hold rigid tools, masses, springs and supports.
     ///
     /// # Errors
-    /// There are no solids.
+    /// There are neither solids nor facets.
     pub(super) fn keep_what_solids_have(&mut self) -> Result<(), MeshError> {
         if self.elements.is_empty() {
-            let what = "solid elements";
-            return Err(MeshError::Empty { what });
+            // The surface of a body whose stiffness and mass are matrices stays whole.
+            return match self.facets.is_empty() {
+                false => Ok(()),
+                true => Err(MeshError::Empty {
+                    what: "solid elements",
+                }),
+            };
         }
         let mut on_solid = vec![false; self.nodes.len()];
         for node in self.elements.nodes() {

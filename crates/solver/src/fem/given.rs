@@ -113,9 +113,17 @@ pub fn mass_and_centre(body: &Body, placed: &PlacedMatrices) -> (f64, Option<[f6
     )
 }
 
-/// Number of rigid motions that strain nothing: six of a body that nothing holds. Only the three
-/// translations are tried where the mesh lacks nodes of the matrices.
-pub fn free_rigid_motions(body: &Body, placed: &PlacedMatrices) -> usize {
+/// Rigid motions of a body that strain nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FreeMotions {
+    /// Number of them: six of a body that nothing holds.
+    pub count: usize,
+    /// False where the mesh lacks nodes of the matrices: the three translations alone were tried.
+    pub with_rotations: bool,
+}
+
+/// Rigid motions that strain nothing.
+pub fn free_rigid_motions(body: &Body, placed: &PlacedMatrices) -> FreeMotions {
     let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut motions: Vec<Vec<f64>> = units.map(|e| placed.translation(e)).into();
     let mut centre = [0.0; 3];
@@ -125,6 +133,7 @@ pub fn free_rigid_motions(body: &Body, placed: &PlacedMatrices) -> usize {
     let arm = |node: u32| sub(body.nodes_m[node as usize], centre);
     let rotations = units.map(|axis| placed.rotation(axis, arm));
     motions.extend(rotations.into_iter().flatten());
+    let with_rotations = motions.len() > 3;
     // Each motion is scaled so that it would strain as much if its displacements were alone.
     let stiffness = placed.given.stiffness();
     let diagonal = diagonal(stiffness);
@@ -139,7 +148,10 @@ pub fn free_rigid_motions(body: &Body, placed: &PlacedMatrices) -> usize {
     let strained = times(stiffness, r.as_ref());
     let energies = product(r.transpose(), strained.as_ref());
     let energies = self_adjoint_eigenvalues(energies.as_ref()).unwrap_or_default();
-    energies.iter().filter(|e| e.abs() < NO_STRAIN).count()
+    FreeMotions {
+        count: energies.iter().filter(|e| e.abs() < NO_STRAIN).count(),
+        with_rotations,
+    }
 }
 
 /// Strain energy of a rigid motion, relative to that of its displacements alone, that counts as

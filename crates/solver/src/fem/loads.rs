@@ -133,6 +133,7 @@ mod tests {
             mesh_nodes: (0..n as u32).collect(),
             node_tags: (0..n as u64).collect(),
             elements: Connectivity::default(),
+            facets: Connectivity::default(),
             dofs: DofMap {
                 nodes: (0..n as u32).map(NodeMotion::Free).collect(),
                 auxiliary: Vec::new(),

@@ -1,5 +1,6 @@
 //! Body under construction: its nodes, how they move, and what acts on them.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::contacts::ContactSide;
@@ -12,6 +13,7 @@ use super::{
     AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges,
 };
 use crate::model::{BodySpec, MaterialSpec, RotationSpec};
+use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::quality::folds;
 use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
@@ -76,6 +78,12 @@ impl BodyBuilder {
         };
         let mut held = vec![[false; 3]; nodes];
         let matrices = match source {
+            Source::Elements(_) if group.elements.is_empty() => {
+                return Err(ModelError::SurfaceAlone {
+                    body: spec.name.clone(),
+                    volume: volume.into_owned(),
+                });
+            }
             Source::Elements(material) => Unfinished::Elements(material.clone()),
             Source::Given(given, axes) => {
                 let tags = group.nodes.iter().map(|&n| mesh.node_tags[n as usize]);
@@ -135,6 +143,27 @@ impl BodyBuilder {
 
     pub(super) fn elements(&self) -> &[u32] {
         &self.elements
+    }
+
+    /// Tags and nodes (mesh) of the facets that are the surface of a body without elements, each
+    /// once; of a body with elements, none.
+    pub(super) fn surface<'a>(
+        &'a self,
+        mesh: &'a Mesh,
+    ) -> impl Iterator<Item = (u64, &'a [u32])> + 'a {
+        let facets = mesh.facets.iter().zip(mesh.facets.tags());
+        let facets = facets.take(if self.elements.is_empty() {
+            usize::MAX
+        } else {
+            0
+        });
+        let mut seen: HashSet<[u32; 4]> = HashSet::new();
+        facets
+            .filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)))
+            .filter(move |(nodes, _)| {
+                seen.insert(sorted_corners(&nodes[..facet_corners(nodes.len())]))
+            })
+            .map(|(nodes, &tag)| (tag, nodes))
     }
 
     pub(super) fn local(&self, mesh_node: u32) -> u32 {
@@ -327,6 +356,10 @@ impl BodyBuilder {
             return Err(ModelError::NothingFree { body: self.name });
         }
         let held_dofs = self.held_dofs(&dofs);
+        let mut facets = Connectivity::default();
+        for (tag, nodes) in self.surface(mesh) {
+            facets.push(tag, nodes.iter().map(|&n| self.local[n as usize]));
+        }
         let rotates = rotation.is_some_and(|r| r.bodies.contains(&spec.name));
         let matrices = match self.matrices {
             Unfinished::Given(_) if rotates => {
@@ -356,6 +389,7 @@ impl BodyBuilder {
                 .map(|n| mesh.node_tags[mesh_node(n)])
                 .collect(),
             elements,
+            facets,
             mesh_nodes: self.nodes,
             held_dofs,
             loads: self.loads,

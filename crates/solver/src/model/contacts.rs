@@ -1,5 +1,6 @@
 //! Contact pairs of a model: slave nodes, frames, areas, and their order.
 
+use super::builder::BodyBuilder;
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::mortar::{Mortar, Reach, Row, mortar};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
@@ -46,22 +47,22 @@ impl Surface {
         &self.flank.nodes
     }
 
-    /// Flank `group` of the body with number `body` in the scene, which has these elements.
+    /// Flank `group` of a body, which has this number in the scene.
     pub fn new(
         mesh: &Mesh,
         contact: &str,
         (name, group): (&str, &Group),
-        body: usize,
-        (body_name, elements): (&str, &[u32]),
+        number: usize,
+        body: &BodyBuilder,
     ) -> Result<Self, ModelError> {
         let of = FlankOf {
             contact,
             group: name,
-            body: body_name,
+            body: body.name(),
         };
-        let flank = flank(mesh, group, elements, &of)?;
+        let flank = flank(mesh, group, body, &of)?;
         Ok(Self {
-            body,
+            body: number,
             nodes_m: flank.positions_m(mesh),
             flank,
         })

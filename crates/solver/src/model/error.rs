@@ -125,6 +125,10 @@ pub enum ModelError {
         "body `{body}`: it has matrices of another program, which contain no stress and no centrifugal load: leave it out of `bodies` of [rotation], and export its matrices at the speed"
     )]
     MatricesRotate { body: String },
+    #[error(
+        "body `{body}`: the volume `{volume}` has no solid elements: mesh in three dimensions (gmsh -3), or give the body the matrices of another program (stiffness_file and mass_file), for which its surfaces are enough"
+    )]
+    SurfaceAlone { body: String, volume: String },
     #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
     FixedElsewhere { body: String, group: String },
     #[error(
@@ -179,7 +183,7 @@ pub enum ModelError {
         /// there, m.
         nearest: Option<([f64; 3], f64)>,
     },
-    #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side?", x = position_m[0], y = position_m[1], z = position_m[2])]
+    #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side? The facets of a body without elements are counter-clockwise seen from outside", x = position_m[0], y = position_m[1], z = position_m[2])]
     NotFacing {
         contact: String,
         position_m: [f64; 3],

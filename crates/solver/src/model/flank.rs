@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
+use super::builder::BodyBuilder;
 use super::groups::{Face, faces};
 use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::facet::shares;
@@ -47,17 +48,17 @@ impl Side<'_> {
     }
 }
 
-/// Reads a flank from the mesh; `elements` are those of the body.
+/// Reads a flank of a body from the mesh.
 ///
-/// Normals come from the elements behind the facets; the orientation of the facets themselves does
-/// not matter.
+/// Normals come from the elements behind the facets, and the orientation of the facets themselves
+/// does not matter. It matters on a body without elements.
 pub(super) fn flank(
     mesh: &Mesh,
     group: &Group,
-    elements: &[u32],
+    body: &BodyBuilder,
     side: &Side,
 ) -> Result<Flank, ModelError> {
-    let faces = outer_faces(mesh, group, elements, side)?;
+    let faces = outer_faces(mesh, group, body, side)?;
     let mut nodes: Vec<u32> = faces.iter().flat_map(Face::corners).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -140,7 +141,7 @@ impl Flank {
 fn outer_faces(
     mesh: &Mesh,
     group: &Group,
-    elements: &[u32],
+    body: &BodyBuilder,
     side: &Side,
 ) -> Result<Vec<Face>, ModelError> {
     let mut seen = HashSet::with_capacity(group.elements.len());
@@ -151,7 +152,7 @@ fn outer_faces(
             return Err(side.bad_facet(mesh.facets.tags()[f as usize], "is in the mesh twice"));
         }
     }
-    let faces = faces(mesh, group, elements);
+    let faces = faces(mesh, group, body);
     if let Some(face) = faces.iter().find(|face| face.bounded > 1) {
         return Err(ModelError::FlankInside {
             contact: side.contact.to_string(),

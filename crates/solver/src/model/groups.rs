@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::ModelError;
+use super::builder::BodyBuilder;
 use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::{Group, Mesh};
 
@@ -91,10 +92,10 @@ impl Face {
     }
 }
 
-/// Faces of a group on a body with these elements. For a surface they are its facets, in their
-/// order. For a set of nodes they are the faces on the surface of the body all of whose nodes are
-/// in it.
-pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
+/// Faces of a group on a body. For a surface they are its facets, in their order. For a set of
+/// nodes they are the faces on the surface of the body all of whose nodes are in it. The surface of
+/// a body without elements is its facets, counter-clockwise seen from outside.
+pub(super) fn faces(mesh: &Mesh, group: &Group, body: &BodyBuilder) -> Vec<Face> {
     let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
     let of_nodes = group.dimension == 0;
     let is_in_set = |node: &u32| group.nodes.binary_search(node).is_ok();
@@ -110,29 +111,36 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
             nodes: Vec::new(),
         });
     }
-    for &e in elements {
+    let mut bounds = |corners: [u32; 4], tag: u64, nodes: &dyn Fn() -> Vec<u32>| {
+        let at = match number.get(&corners) {
+            Some(&at) => at,
+            // Most faces have a corner outside.
+            None if of_nodes
+                && corners.iter().all(|c| *c == u32::MAX || is_in_set(c))
+                && nodes().iter().all(is_in_set) =>
+            {
+                number.insert(corners, all.len());
+                all.push(Face {
+                    tag,
+                    bounded: 0,
+                    nodes: Vec::new(),
+                });
+                all.len() - 1
+            }
+            None => return,
+        };
+        all[at].bounded += 1;
+        all[at].nodes = nodes();
+    };
+    for &e in body.elements() {
         let (element, nodes) = mesh.elements.solid(e as usize);
+        let tag = mesh.elements.tags()[e as usize];
         for (f, corners) in element.sorted_faces(nodes) {
-            let at = match number.get(&corners) {
-                Some(&at) => at,
-                // Most faces have a corner outside.
-                None if of_nodes
-                    && corners.iter().all(|c| *c == u32::MAX || is_in_set(c))
-                    && element.face_of(f, nodes).iter().all(is_in_set) =>
-                {
-                    number.insert(corners, all.len());
-                    all.push(Face {
-                        tag: mesh.elements.tags()[e as usize],
-                        bounded: 0,
-                        nodes: Vec::new(),
-                    });
-                    all.len() - 1
-                }
-                None => continue,
-            };
-            all[at].bounded += 1;
-            all[at].nodes = element.face_of(f, nodes);
+            bounds(corners, tag, &|| element.face_of(f, nodes));
         }
+    }
+    for (tag, nodes) in body.surface(mesh) {
+        bounds(key(nodes), tag, &|| nodes.to_vec());
     }
     if of_nodes {
         all.retain(|face| face.bounded == 1);

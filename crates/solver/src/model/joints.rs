@@ -205,8 +205,7 @@ fn surface(
         });
     };
     let body = &bodies[owner];
-    let of_body = (body.name(), body.elements());
-    let found = Surface::new(mesh, &spec.name, (name, group), owner, of_body)?;
+    let found = Surface::new(mesh, &spec.name, (name, group), owner, body)?;
     let (count, tags) = first_tags(mesh, body.without_rows(found.nodes()).iter());
     if count > 0 {
         return Err(ModelError::FlankWithoutRows {

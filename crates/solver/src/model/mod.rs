@@ -128,6 +128,9 @@ pub struct Body {
     pub node_tags: Vec<u64>,
     /// Elements, with local node indices.
     pub elements: Connectivity,
+    /// Surface of a body without elements, whose stiffness and mass are given, with local node
+    /// indices; else empty.
+    pub facets: Connectivity,
     /// Possible motions of the nodes.
     pub dofs: DofMap,
     /// Free degrees of freedom that do not move, ascending, as on planes of symmetry. They keep

@@ -9,7 +9,7 @@ use crate::shared_bodies::{assembly, body, ready};
 use crate::shared_scenes::{FEW_MODES, blocks_assembly};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
-use dovetail_mesh::{ElementType, Mesh};
+use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::fem::{assemble, assemble_body, given, statics};
 use dovetail_solver::model::gather::gather;
@@ -160,7 +160,7 @@ fn mass_centre_and_free_motions_are_those_of_the_body() {
     }
     assert_eq!(found.volume_m3, None);
     let free = model.bodies.iter().map(|body| match &body.matrices {
-        Matrices::Given(placed) => given::free_rigid_motions(body, placed),
+        Matrices::Given(placed) => given::free_rigid_motions(body, placed).count,
         Matrices::Elements(_) => panic!("{} has elements", body.name),
     });
     assert_eq!(free.collect::<Vec<_>>(), [6, 0], "the lower body is held");
@@ -235,6 +235,97 @@ fn the_inside_of_a_body_may_be_generalised_coordinates() {
     }
     let largest = expected.stiffness.norm_max();
     assert!((&found.stiffness - &expected.stiffness).norm_max() < 1e-9 * largest);
+}
+
+/// The mesh without its elements: the nodes of its flanks and of the corner, and the facets of the
+/// flanks, counter-clockwise seen from outside.
+fn surfaces_of(mesh: &Mesh) -> Mesh {
+    let mut surfaces = mesh.clone();
+    surfaces.elements = Connectivity::default();
+    surfaces.facets = Connectivity::default();
+    for (name, upwards) in [("upper_bottom", false), ("lower_top", true)] {
+        let group = surfaces.groups.get_mut(name).unwrap();
+        for f in &mut group.elements {
+            let mut nodes = mesh.facets.of(*f as usize).to_vec();
+            let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes_m[nodes[k] as usize]);
+            let [p, q] = [b, c].map(|x| [x[0] - a[0], x[1] - a[1]]);
+            if (p[0] * q[1] - p[1] * q[0] > 0.0) != upwards {
+                assert_eq!(nodes.len(), 3);
+                nodes.swap(1, 2);
+            }
+            let tag = mesh.facets.tags()[*f as usize];
+            *f = surfaces.facets.len() as u32;
+            surfaces.facets.push(tag, nodes);
+        }
+    }
+    let kept = ["upper_bottom", "lower_top", "corner"].map(|name| mesh.groups[name].nodes.clone());
+    let kept = kept.concat();
+    for body in ["upper", "lower"] {
+        let group = surfaces.groups.get_mut(body).unwrap();
+        group.elements.clear();
+        group.nodes.retain(|n| kept.contains(n));
+    }
+    surfaces
+}
+
+/// The inside of a superelement has no nodes in the mesh, and the surfaces are all of it.
+#[test]
+fn surfaces_are_enough_for_a_body_with_matrices() {
+    let mesh = ready("blocks_order1.msh");
+    let (plain, surfaces) = (at_rest(), surfaces_of(&mesh));
+    let (model, structure) = of(&plain, &mesh);
+    let expected = reduce(&structure, FEW_MODES).unwrap().model;
+    let mut with = both_given(&plain, &mesh);
+    with.bodies[1].fixed.clear();
+    let (found_model, structure) = of(&with, &surfaces);
+    let found = reduce(&structure, FEW_MODES).unwrap().model;
+    let from_least = |model: &Model| -> Vec<Vec<u32>> {
+        let turned = |facet: &Vec<u32>| {
+            let least = (0..3).min_by_key(|&k| facet[k]).unwrap();
+            (0..3).map(|k| facet[(least + k) % 3]).collect()
+        };
+        model.flank_facets.iter().map(turned).collect()
+    };
+    assert_eq!(from_least(&found_model), from_least(&model));
+    for (found, expected) in found_model.pairs.iter().zip(&model.pairs) {
+        assert_eq!(found.frame, expected.frame);
+        assert!((found.area_m2 / expected.area_m2 - 1.0).abs() < 1e-12);
+    }
+    for (found, expected) in found.omega2.iter().zip(&expected.omega2) {
+        assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
+    }
+    let largest = expected.stiffness.norm_max();
+    assert!((&found.stiffness - &expected.stiffness).norm_max() < 1e-9 * largest);
+    // A set of nodes takes the facets between them.
+    let mut sets = surfaces.clone();
+    for name in ["upper_bottom", "lower_top"] {
+        let group = sets.groups.get_mut(name).unwrap();
+        group.dimension = 0;
+        group.elements.clear();
+    }
+    assert_eq!(of(&with, &sets).0.pairs, found_model.pairs);
+
+    let refused = |assembly: &Assembly, mesh: &Mesh, words: &str| {
+        let error = bind(assembly, mesh, None).unwrap_err().to_string();
+        has(&error, words);
+    };
+    refused(
+        &plain,
+        &surfaces,
+        "`upper` & no solid elements & stiffness_file",
+    );
+    let mut inwards = surfaces.clone();
+    let facets = std::mem::take(&mut inwards.facets);
+    for (nodes, &tag) in facets.iter().zip(facets.tags()) {
+        let is_upper = inwards.groups["upper"].nodes.contains(&nodes[0]);
+        let order = if is_upper { [0, 2, 1] } else { [0, 1, 2] };
+        inwards.facets.push(tag, order.map(|k| nodes[k]));
+    }
+    refused(
+        &with,
+        &inwards,
+        "do not face each other & counter-clockwise",
+    );
 }
 
 /// Two copies of a skewed block on its side, one of them turned twice.

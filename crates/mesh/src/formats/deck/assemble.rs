@@ -13,9 +13,6 @@ use crate::element::{Connectivity, facet_corners};
 use crate::text;
 use crate::{Group, MeshError};
 
-/// Name of the group of all solids where a deck names none.
-const ALL: &str = "all";
-
 /// Position of an element of the deck in the content.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum At {
@@ -395,22 +392,6 @@ impl Assembly<'_> {
         }
     }
 
-    /// Adds a group of all solids where no group has solids.
-    fn name_all_solids(&mut self) {
-        let groups = &mut self.content.groups;
-        let has_solids = groups.values().any(|group| group.dimension == 3);
-        if has_solids {
-            return;
-        }
-        let name = if groups.contains_key(ALL) {
-            format!("{ALL} solids")
-        } else {
-            ALL.to_owned()
-        };
-        let all = self.content.all_solids();
-        self.content.groups.insert(name, all);
-    }
-
     fn finish(mut self) -> Result<Content, MeshError> {
         if !self.model.fewer.is_empty() {
             let sets = text::list(&self.model.fewer);
@@ -427,7 +408,7 @@ impl Assembly<'_> {
                 self.content.add_group(name, group)?;
             }
         }
-        self.name_all_solids();
+        self.content.name_all_solids();
         self.content.keep_what_solids_have()?;
         Ok(self.content)
     }

@@ -715,9 +715,22 @@ fn internal_sets_take_no_names() {
 }
 
 #[test]
-fn shells_alone_are_no_body() {
-    let deck = format!("{NODES}*ELEMENT, TYPE=S4, ELSET=Skin\n1, 1, 2, 3, 4\n");
-    assert_eq!(message(&deck), "the mesh has no solid elements");
+fn shells_alone_are_the_surface_of_a_body_with_matrices() {
+    let deck =
+        format!("{NODES}*ELEMENT, TYPE=S4, ELSET=Skin\n1, 1, 2, 3, 4\n*NSET, NSET=Tip\n9, 10\n");
+    let mesh = read(&deck).unwrap().into_mesh(1.0.into()).unwrap();
+    assert_eq!(mesh.elements.len(), 0);
+    let tags = |name: &str| -> Vec<u64> {
+        let nodes = mesh.groups[name].nodes.iter();
+        nodes.map(|&n| mesh.node_tags[n as usize]).collect()
+    };
+    assert_eq!(tags("Skin"), [1, 2, 3, 4]);
+    assert_eq!(tags("all"), [1, 2, 3, 4, 9, 10]);
+    assert_eq!(mesh.groups["all"].dimension, 3);
+    has(
+        &mesh.remarks[0],
+        "no solid elements & `all` & stiffness_file",
+    );
     assert_eq!(message("*HEADING\n"), "the mesh has no solid elements");
 }
 

@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail_numerics::space::{cross, dot};
 
-use super::content::Content;
+use super::content::{ALL, Content};
 use crate::element::{ElementType, Shape};
 use crate::{Group, MeshError};
 use arrays::values;
@@ -33,8 +33,6 @@ const MOST_VALUES: usize = 1000;
 /// Number of values from which on an array of distinct numbers counts nodes or cells, and gives no
 /// groups.
 const LEAST_NUMBERING: usize = 101;
-/// Name of the group of all solids.
-const ALL: &str = "all";
 
 /// Kind of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +101,7 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     }
     grid.groups(&file)?;
     let mut content = grid.content;
-    if !content.groups.contains_key(ALL) {
+    if !(content.groups.contains_key(ALL) || content.elements.is_empty()) {
         content.groups.insert(ALL.to_owned(), content.all_solids());
     }
     content.keep_what_solids_have()?;

@@ -1,7 +1,7 @@
 //! Blocks as bodies: free, held at a flank, distorted, bent.
 
 use dovetail_mesh::element::facet_corners;
-use dovetail_mesh::{ElementOrder, ElementType, Mesh};
+use dovetail_mesh::{Connectivity, ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
 use dovetail_solver::model::{BodyPrestress, Material, Matrices};
 use dovetail_testkit::block::{block, distort, map_nodes, mixed_block};
@@ -71,6 +71,7 @@ pub fn body_of(
         mesh_nodes: (0..mesh.nodes_m.len() as u32).collect(),
         node_tags: mesh.node_tags.clone(),
         elements: mesh.elements.clone(),
+        facets: Connectivity::default(),
         held_dofs: Vec::new(),
         loads: Vec::new(),
         springs: Vec::new(),
