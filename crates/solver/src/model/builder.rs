@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::contacts::ContactSide;
 use super::dofs::{Roles, number};
 use super::gather::name_for;
-use super::groups::find_group;
+use super::groups::{Outside, find_group};
 use super::material::material;
 use super::matrices::{GivenMatrices, Place, PlacedMatrices, place};
 use super::{
@@ -141,29 +141,22 @@ impl BodyBuilder {
         &self.nodes_m
     }
 
-    pub(super) fn elements(&self) -> &[u32] {
-        &self.elements
-    }
-
-    /// Tags and nodes (mesh) of the facets that are the surface of a body without elements, each
-    /// once; of a body with elements, none.
-    pub(super) fn surface<'a>(
-        &'a self,
-        mesh: &'a Mesh,
-    ) -> impl Iterator<Item = (u64, &'a [u32])> + 'a {
-        let facets = mesh.facets.iter().zip(mesh.facets.tags());
-        let facets = facets.take(if self.elements.is_empty() {
-            usize::MAX
-        } else {
-            0
-        });
-        let mut seen: HashSet<[u32; 4]> = HashSet::new();
-        facets
-            .filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)))
-            .filter(move |(nodes, _)| {
-                seen.insert(sorted_corners(&nodes[..facet_corners(nodes.len())]))
-            })
-            .map(|(nodes, &tag)| (tag, nodes))
+    /// Origin of the surface of the body: its elements, or the facets on its nodes, each once.
+    pub(super) fn outside<'a>(&'a self, mesh: &'a Mesh) -> Outside<'a> {
+        let mut facets: Vec<(u64, &[u32])> = Vec::new();
+        if self.elements.is_empty() {
+            let mut seen: HashSet<[u32; 4]> = HashSet::new();
+            let mut is_new =
+                |nodes: &[u32]| seen.insert(sorted_corners(&nodes[..facet_corners(nodes.len())]));
+            let all = mesh.facets.iter().zip(mesh.facets.tags());
+            let own = all.filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)));
+            let once = own.filter(|(nodes, _)| is_new(nodes));
+            facets.extend(once.map(|(nodes, &tag)| (tag, nodes)));
+        }
+        Outside {
+            elements: &self.elements,
+            facets,
+        }
     }
 
     pub(super) fn local(&self, mesh_node: u32) -> u32 {
@@ -357,7 +350,7 @@ impl BodyBuilder {
         }
         let held_dofs = self.held_dofs(&dofs);
         let mut facets = Connectivity::default();
-        for (tag, nodes) in self.surface(mesh) {
+        for (tag, nodes) in self.outside(mesh).facets {
             facets.push(tag, nodes.iter().map(|&n| self.local[n as usize]));
         }
         let rotates = rotation.is_some_and(|r| r.bodies.contains(&spec.name));

@@ -1,7 +1,7 @@
 //! Contact pairs of a model: slave nodes, frames, areas, and their order.
 
-use super::builder::BodyBuilder;
 use super::flank::{Flank, Side as FlankOf, flank};
+use super::groups::Outside;
 use super::mortar::{Mortar, Reach, Row, mortar};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
 use crate::model::ContactSpec;
@@ -47,22 +47,22 @@ impl Surface {
         &self.flank.nodes
     }
 
-    /// Flank `group` of a body, which has this number in the scene.
+    /// Flank `group` of a body, which has this number in the scene and this name and surface.
     pub fn new(
         mesh: &Mesh,
         contact: &str,
         (name, group): (&str, &Group),
-        number: usize,
-        body: &BodyBuilder,
+        body: usize,
+        (body_name, outside): (&str, &Outside<'_>),
     ) -> Result<Self, ModelError> {
         let of = FlankOf {
             contact,
             group: name,
-            body: body.name(),
+            body: body_name,
         };
-        let flank = flank(mesh, group, body, &of)?;
+        let flank = flank(mesh, group, outside, &of)?;
         Ok(Self {
-            body: number,
+            body,
             nodes_m: flank.positions_m(mesh),
             flank,
         })

@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
-use super::builder::BodyBuilder;
-use super::groups::{Face, faces};
+use super::groups::{Face, Outside, faces};
 use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
@@ -55,10 +54,10 @@ impl Side<'_> {
 pub(super) fn flank(
     mesh: &Mesh,
     group: &Group,
-    body: &BodyBuilder,
+    outside: &Outside<'_>,
     side: &Side,
 ) -> Result<Flank, ModelError> {
-    let faces = outer_faces(mesh, group, body, side)?;
+    let faces = outer_faces(mesh, group, outside, side)?;
     let mut nodes: Vec<u32> = faces.iter().flat_map(Face::corners).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -141,7 +140,7 @@ impl Flank {
 fn outer_faces(
     mesh: &Mesh,
     group: &Group,
-    body: &BodyBuilder,
+    outside: &Outside<'_>,
     side: &Side,
 ) -> Result<Vec<Face>, ModelError> {
     let mut seen = HashSet::with_capacity(group.elements.len());
@@ -152,7 +151,7 @@ fn outer_faces(
             return Err(side.bad_facet(mesh.facets.tags()[f as usize], "is in the mesh twice"));
         }
     }
-    let faces = faces(mesh, group, body);
+    let faces = faces(mesh, group, outside);
     if let Some(face) = faces.iter().find(|face| face.bounded > 1) {
         return Err(ModelError::FlankInside {
             contact: side.contact.to_string(),

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::ModelError;
-use super::builder::BodyBuilder;
 use dovetail_mesh::element::{facet_corners, sorted_corners};
 use dovetail_mesh::{Group, Mesh};
 
@@ -92,10 +91,18 @@ impl Face {
     }
 }
 
+/// Origin of the surface of a body.
+pub(super) struct Outside<'a> {
+    /// Solid elements of the body.
+    pub elements: &'a [u32],
+    /// Tags and nodes of the facets that are the surface of a body without elements.
+    pub facets: Vec<(u64, &'a [u32])>,
+}
+
 /// Faces of a group on a body. For a surface they are its facets, in their order. For a set of
 /// nodes they are the faces on the surface of the body all of whose nodes are in it. The surface of
 /// a body without elements is its facets, counter-clockwise seen from outside.
-pub(super) fn faces(mesh: &Mesh, group: &Group, body: &BodyBuilder) -> Vec<Face> {
+pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Face> {
     let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
     let of_nodes = group.dimension == 0;
     let is_in_set = |node: &u32| group.nodes.binary_search(node).is_ok();
@@ -132,14 +139,14 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, body: &BodyBuilder) -> Vec<Face>
         all[at].bounded += 1;
         all[at].nodes = nodes();
     };
-    for &e in body.elements() {
+    for &e in outside.elements {
         let (element, nodes) = mesh.elements.solid(e as usize);
         let tag = mesh.elements.tags()[e as usize];
         for (f, corners) in element.sorted_faces(nodes) {
             bounds(corners, tag, &|| element.face_of(f, nodes));
         }
     }
-    for (tag, nodes) in body.surface(mesh) {
+    for &(tag, nodes) in &outside.facets {
         bounds(key(nodes), tag, &|| nodes.to_vec());
     }
     if of_nodes {

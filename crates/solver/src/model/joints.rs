@@ -205,7 +205,13 @@ fn surface(
         });
     };
     let body = &bodies[owner];
-    let found = Surface::new(mesh, &spec.name, (name, group), owner, body)?;
+    let found = Surface::new(
+        mesh,
+        &spec.name,
+        (name, group),
+        owner,
+        (body.name(), &body.outside(mesh)),
+    )?;
     let (count, tags) = first_tags(mesh, body.without_rows(found.nodes()).iter());
     if count > 0 {
         return Err(ModelError::FlankWithoutRows {

@@ -159,7 +159,7 @@ pub(super) fn outward_facets(
     used_by: &str,
     name: &str,
 ) -> Result<Vec<Vec<u32>>, ModelError> {
-    let faces = faces(mesh, group, body);
+    let faces = faces(mesh, group, &body.outside(mesh));
     if faces.is_empty() {
         return Err(ModelError::NoFaces {
             used_by: used_by.to_string(),

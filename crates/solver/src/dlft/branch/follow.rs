@@ -2,7 +2,7 @@
 
 use super::peak::Guess;
 use super::several::several_motions;
-use super::trace::{Course, FoldStart, Found, Height, Point, Tracer};
+use super::trace::{Course, FoldStart, Found, Height, MOST_SHORT_STEPS, Point, SHORT_STEP, Tracer};
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
@@ -86,6 +86,14 @@ impl Followed {
         self.gaps.reverse();
         self.gaps.iter_mut().for_each(|gap| *gap = count - *gap);
         self
+    }
+
+    /// Returns `true` if its last steps were shorter than short ones.
+    fn creeps(&self) -> bool {
+        let before = self.lengths.iter().rev().nth(MOST_SHORT_STEPS);
+        let last = self.lengths.last();
+        let length = last.zip(before).map(|(last, before)| last - before);
+        length.is_some_and(|length| length < MOST_SHORT_STEPS as f64 * SHORT_STEP)
     }
 
     /// Adds a branch that begins where this one ends.
@@ -321,7 +329,7 @@ impl<'b, 's> Follower<'b, 's> {
         self.work.start_counting(run.most_seconds);
         let mut asked_hz = self.asked_hz.to_vec();
         asked_hz.extend(stop_hz);
-        let step = tracer.step(&asked_hz, &mut self.work);
+        let step = tracer.step(&asked_hz, self.branch.creeps(), &mut self.work);
         let stops = stop_hz.is_some_and(|stop| step.passed.iter().any(|p| p.frequency_hz == stop));
         let solver = run.refinement.level(self.level);
         for found in step.passed {
@@ -842,6 +850,28 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The fold at which a contact is just touched takes a dozen steps of a millionth.
+    #[test]
+    fn a_branch_creeps_after_many_short_steps_and_not_after_a_few() {
+        let behind = |steps: &[f64]| {
+            let mut branch = Followed::default();
+            branch.lengths.push(0.0);
+            for step in steps {
+                let last = branch.lengths.last().unwrap();
+                branch.lengths.push(last + step);
+            }
+            branch.creeps()
+        };
+        let short = vec![1e-6; MOST_SHORT_STEPS];
+        let few = [&[0.1; 30][..], &short[..12]].concat();
+        assert!(!behind(&few));
+        assert!(!behind(&[&few[..], &[0.01; 5]].concat()));
+        assert!(!behind(&short[1..]));
+        assert!(behind(&short));
+        assert!(behind(&[&few[..], &short].concat()));
+        assert!(!behind(&[&short[..], &[0.01]].concat()));
+    }
 
     #[test]
     fn a_fold_lies_where_the_tangents_beside_it_meet() {

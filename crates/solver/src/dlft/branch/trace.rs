@@ -20,6 +20,12 @@ const BEYOND_TOP: f64 = 0.3;
 const LONGEST_STEP: f64 = 0.5;
 /// Shortest step: where it fails, the curve cannot be followed on.
 const SHORTEST_STEP: f64 = 1e-7;
+/// Shortest step behind [`MOST_SHORT_STEPS`] shorter ones.
+pub const SHORT_STEP: f64 = 1e-4;
+/// Most steps in a row that are shorter on average than [`SHORT_STEP`]. A few lead round the fold at
+/// which a contact is just touched. At the frequency of an undamped mode, where the balance has a
+/// pole, each of thousands would find a motion.
+pub const MOST_SHORT_STEPS: usize = 40;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
 /// A step that has been halved so many times is tried at its frequency, too, once.
@@ -297,11 +303,13 @@ impl<'b, 's> Tracer<'b, 's> {
     }
 
     /// Takes a step along the curve, shortened until it succeeds. `asked_hz` are frequencies at which
-    /// solutions are asked for.
-    pub fn step(&mut self, asked_hz: &[f64], work: &mut Work) -> Step<'b> {
-        self.step = self.step.max(2.0 * SHORTEST_STEP);
+    /// solutions are asked for. `creeps`: many short steps lie behind it, and no shorter one than
+    /// [`SHORT_STEP`] is taken.
+    pub fn step(&mut self, asked_hz: &[f64], creeps: bool, work: &mut Work) -> Step<'b> {
+        let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
+        self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
-        while self.step >= SHORTEST_STEP {
+        while self.step >= shortest {
             match self.attempt(asked_hz, failures == BEFORE_FREQUENCY, work) {
                 Some(step) => return step,
                 None => self.step *= 0.5,
