@@ -24,7 +24,7 @@ import origin
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PROGRAM = os.path.join(ROOT, "target/release/dovetail")
-TIME_LIMIT_S = 300
+TIME_LIMIT_S = 600
 PAPER = os.path.join(ROOT, "scenes/paper.toml")
 READY = ["mesh.file=../meshes/dovetail.msh", "response.points=11", "response.compare_harmonics="]
 SMALL = ["mesh.file=../meshes/dovetail_small.msh"] + READY[1:]

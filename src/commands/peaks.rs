@@ -6,6 +6,7 @@ use super::Work;
 use crate::error::RunError;
 use crate::export::csv::PeakRow;
 use crate::files::PeakLine;
+use crate::scene::keys::is_setting;
 use crate::warning::{LARGE_ERROR, Weight};
 use crate::words::{
     figure, name_and_unit, percent, quantity, rounded, short, supported_digits, title,
@@ -21,8 +22,6 @@ const VALUES: usize = 20;
 const MOST_VALUES: usize = 1000;
 /// Ratio of the ends above which values are spaced evenly in their logarithm.
 const WIDE: f64 = 3.0;
-/// Sections of a scene that are settings of the solution, or change its mesh.
-const SETTINGS: [&str; 3] = ["mesh", "response", "static"];
 /// Digits of a value for a reader.
 const DIGITS: usize = 4;
 
@@ -44,7 +43,7 @@ pub enum KeyRangeError {
     Descends { from: f64, to: f64 },
     #[error("the number of values must be from 2 to {MOST_VALUES}, not {0}")]
     Values(String),
-    #[error("keys of [{0}] are settings of the solution: `dovetail study` varies them")]
+    #[error("`{0}` is a setting of the solution: `dovetail study` varies them")]
     Setting(String),
 }
 
@@ -55,12 +54,11 @@ impl std::str::FromStr for KeyRange {
         let form = || KeyRangeError::Form(text.to_owned());
         let (key, range) = text.split_once('=').ok_or_else(form)?;
         let key = key.trim();
-        let section = key.split('.').next().unwrap_or_default();
         if key.is_empty() {
             return Err(form());
         }
-        if SETTINGS.contains(&section) {
-            return Err(KeyRangeError::Setting(section.to_owned()));
+        if is_setting(key) {
+            return Err(KeyRangeError::Setting(key.to_owned()));
         }
         let number = |word: &str| word.trim().parse::<f64>().ok().filter(|v| v.is_finite());
         let words: Vec<&str> = range.split(':').collect();

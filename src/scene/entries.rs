@@ -464,6 +464,10 @@ section! {
         load_steps: Whole(Some(1), Some(10_000)), "10",
             "the load is applied in this many equal steps",
             "10";
+        overload: Number("", Limits::ONE_OR_MORE), "1",
+            "the load first rises to so many times itself, and falls back: friction keeps what an overspeed \
+             test leaves in the joint. Of rotation alone, the square of the ratio of speeds",
+            "1.44           # a test at 1.2 times the speed came before";
     }
 }
 

@@ -172,10 +172,45 @@ macro_rules! section {
 }
 pub(crate) use section;
 
+/// Returns `true` if the values of a key of a scene have errors: a setting of the solution, or of
+/// the mesh. The others say what is built and what acts on it.
+pub fn is_setting(key: &str) -> bool {
+    let mut words = key.split('.').map(str::trim);
+    let section = words.next().unwrap_or_default();
+    let last = words.next_back().unwrap_or(section);
+    let of_solution = matches!(section, "mesh" | "response" | "static") && last != "overload";
+    of_solution || last.ends_with("_modes")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::entries::SCENE;
+
+    #[test]
+    fn a_key_is_a_setting_or_physical() {
+        for key in [
+            "mesh.parameters.nu",
+            "mesh.file",
+            "response.harmonics",
+            " response .points",
+            "static.load_steps",
+            "body.*.fixed_interface_modes",
+        ] {
+            assert!(is_setting(key), "{key}");
+        }
+        for key in [
+            "contact.*.friction",
+            "damping.ratio",
+            "body.blade.young_pa",
+            "reduced_model.force_n",
+            "rotation.speed_rpm",
+            "static.overload",
+            " load.0.force_n",
+        ] {
+            assert!(!is_setting(key), "{key}");
+        }
+    }
 
     #[test]
     fn near_words_are_found_and_far_ones_are_not() {

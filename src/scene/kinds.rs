@@ -132,6 +132,12 @@ impl Limits {
         from: true,
     };
 
+    pub const ONE_OR_MORE: Self = Self {
+        above: 1.0,
+        below: f64::INFINITY,
+        from: true,
+    };
+
     /// Interval that excludes both ends.
     pub const fn between(above: f64, below: f64) -> Self {
         Self {

@@ -10,6 +10,7 @@ use toml::Value;
 use super::keys::{NUMERICAL, PHYSICAL, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
+use crate::scene::keys::is_setting;
 use crate::scene::raw::Located;
 use crate::words::{name_and_unit, title};
 
@@ -20,15 +21,6 @@ const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu
 /// Rules for the size h of a number.
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
-
-/// Returns `true` if a key of the scene is a setting of the solution, whose values have errors, if
-/// the study does not state it.
-fn is_numerical(key: &str) -> bool {
-    let mut words = key.split('.').map(str::trim);
-    let section = words.next().unwrap_or_default();
-    let last = words.next_back().unwrap_or(section);
-    matches!(section, "mesh" | "response" | "static") || last.ends_with("_modes")
-}
 
 /// One varied key of the scene, or several keys that are varied together.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,7 +200,7 @@ impl Reader<'_, '_> {
         let own = raw.key.iter().map(|key| key.get_ref().as_str());
         let mut keys = own.chain(keys(values));
         let is_numerical = match &raw.is {
-            None => keys.all(is_numerical),
+            None => keys.all(is_setting),
             is => self.checker.choice(self.at, "is", is, &[true, false])?,
         };
         let size = raw.size.as_ref().map(|size| ("size", size.span()));
@@ -397,30 +389,6 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_key_is_a_setting_or_physical() {
-        for key in [
-            "mesh.parameters.nu",
-            "mesh.file",
-            "response.harmonics",
-            " response .points",
-            "static.load_steps",
-            "body.*.fixed_interface_modes",
-        ] {
-            assert!(is_numerical(key), "{key}");
-        }
-        for key in [
-            "contact.*.friction",
-            "damping.ratio",
-            "body.blade.young_pa",
-            "reduced_model.force_n",
-            "rotation.speed_rpm",
-            " load.0.force_n",
-        ] {
-            assert!(!is_numerical(key), "{key}");
-        }
-    }
 
     #[test]
     fn physical_numbers_are_put_in_order_and_sizes_of_a_setting() {

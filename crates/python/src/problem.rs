@@ -26,7 +26,7 @@ use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::one_balance::OneBalance;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
-use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::static_state::{LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::memory;
@@ -67,7 +67,7 @@ const SAMPLES: usize = 128;
 pub struct PyProblem {
     subject: Arc<Subject>,
     damping: DampingSpec,
-    load_steps: usize,
+    path: LoadPath,
     state: OnceLock<Arc<StaticState>>,
 }
 
@@ -81,7 +81,7 @@ impl PyProblem {
         Self {
             subject: Subject::new(problem, pairs, None),
             damping,
-            load_steps: LOAD_STEPS,
+            path: LOAD_STEPS.into(),
             state: OnceLock::new(),
         }
     }
@@ -91,7 +91,7 @@ impl PyProblem {
         subject: &Arc<Subject>,
         state: &Arc<StaticState>,
         damping: Option<Rayleigh>,
-        load_steps: usize,
+        path: LoadPath,
     ) -> Self {
         let damping = damping.map_or(UNDAMPED, |d| DampingSpec::Rayleigh {
             stiffness_s: d.stiffness_s,
@@ -100,7 +100,7 @@ impl PyProblem {
         Self {
             subject: Arc::clone(subject),
             damping,
-            load_steps,
+            path,
             state: OnceLock::from(Arc::clone(state)),
         }
     }
@@ -116,7 +116,7 @@ impl PyProblem {
         }
         let found = quietly(py, || {
             let newton = NewtonOptions::new(STATIC_TOLERANCE, STATIC_ITERATIONS);
-            let mut found = static_state(self.problem(), self.load_steps, newton);
+            let mut found = static_state(self.problem(), self.path, newton);
             if let Some(pairs) = &self.subject.pairs {
                 ShorterSides::of(pairs).judge_static(&mut found);
             }
@@ -166,7 +166,7 @@ impl PyProblem {
         Self {
             subject: Subject::new(problem, self.subject.pairs.clone(), None),
             damping: self.damping,
-            load_steps: self.load_steps,
+            path: self.path,
             state: state.map_or_else(OnceLock::new, OnceLock::from),
         }
     }

@@ -27,7 +27,7 @@ use dovetail_solver::description::Scene;
 use dovetail_solver::reduction::damping::rayleigh;
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::quantities::loss_factor;
-use dovetail_solver::run::{PeakRange, Peaks, Run};
+use dovetail_solver::run::{PeakRange, Peaks, Run, load_path};
 
 /// Natural frequency: kind, body, number and frequency in Hz.
 pub type Mode = (&'static str, Option<String>, usize, f64);
@@ -139,7 +139,7 @@ impl PyRun {
             compared: compared.map(of).transpose()?,
             problem: Py::new(
                 py,
-                PyProblem::of_run(&subject, &state, damping, scene.static_state.load_steps),
+                PyProblem::of_run(&subject, &state, damping, load_path(scene)),
             )?,
             statics: Py::new(
                 py,

@@ -57,12 +57,18 @@ pub struct ReducedModelSpec {
 pub struct StaticSpec {
     /// Number of equal steps in which the load is applied.
     pub load_steps: usize,
+    /// Largest load that acts before, as a multiple of the load, 1 or more: the load rises to it and
+    /// falls back.
+    pub overload: f64,
 }
 
 impl Default for StaticSpec {
-    /// Ten load steps.
+    /// Ten load steps to the load.
     fn default() -> Self {
-        Self { load_steps: 10 }
+        Self {
+            load_steps: 10,
+            overload: 1.0,
+        }
     }
 }
 

@@ -66,12 +66,15 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
     let load_steps = checker.count(&at, "load_steps", load_steps);
+    let overload = table.map_or(&None, |table| &table.get_ref().overload);
+    let overload = checker.number(&at, "overload", overload);
     Some(Scene {
         name: name?,
         subject: subject?,
         damping: damping?,
         static_state: StaticSpec {
             load_steps: load_steps?,
+            overload: overload?,
         },
         response: response?,
     })

@@ -27,18 +27,55 @@ use dovetail_numerics::nonlinear::{
 };
 use dovetail_numerics::vector::norm;
 use faer::Mat;
+use serde::Serialize;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// Way in which the static load is applied.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LoadPath {
+    /// Number of equal steps in which the load rises.
+    pub steps: usize,
+    /// Multiple of the load to which it rises before it falls back to 1, in as many steps; 1 or less
+    /// where it rises to the load itself.
+    pub overload: f64,
+}
+
+impl From<usize> for LoadPath {
+    /// The load rises in so many equal steps.
+    fn from(steps: usize) -> Self {
+        Self {
+            steps,
+            overload: 1.0,
+        }
+    }
+}
+
+impl LoadPath {
+    /// Multiples of the load at the ends of the steps.
+    fn fractions(self) -> impl Iterator<Item = f64> {
+        let Self { steps, overload } = self;
+        let most = overload.max(1.0);
+        let share = move |step: usize| step as f64 / steps as f64;
+        let back = if most > 1.0 { steps } else { 0 };
+        let rises = (1..=steps).map(move |step| most * share(step));
+        rises.chain((1..=back).map(move |step| most + (1.0 - most) * share(step)))
+    }
+}
+
 /// Solves the static state under the static load.
 ///
-/// The load is applied, with the interference of pairs of negative clearance, in `load_steps` equal
-/// steps from the stuck, unloaded state. Motions that nothing holds are retained. eps is the
+/// The load is applied along the path, with the interference of pairs of negative clearance, from
+/// the stuck, unloaded state. Friction keeps what an overload leaves. Motions that nothing holds are retained. eps is the
 /// stiffness of each pair: it influences only the iterations, not the state. Where the state does
 /// not converge, or nothing holds the bodies ([`Outcome::NothingHolds`]), all pairs of its linear
 /// reference stick.
-pub fn static_state(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
-    let mut state = settle(problem, load_steps, options);
+pub fn static_state(
+    problem: &Problem,
+    path: impl Into<LoadPath>,
+    options: NewtonOptions,
+) -> StaticState {
+    let mut state = settle(problem, path.into(), options);
     if state.outcome.is_converged() {
         state.linear = LinearReference::about(problem, &state.open_pairs());
     }
@@ -46,12 +83,12 @@ pub fn static_state(problem: &Problem, load_steps: usize, options: NewtonOptions
 }
 
 /// Solves the state, with a linear reference whose pairs all stick.
-fn settle(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
+fn settle(problem: &Problem, path: LoadPath, options: NewtonOptions) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
     let all: Vec<usize> = (0..problem.laws.len()).collect();
     let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
     let load_up = |retention: Option<&Retention>, start: Start| {
-        StaticSystem::new(problem, &inexact, eps, retention).load_up(start, load_steps, options)
+        StaticSystem::new(problem, &inexact, eps, retention).load_up(start, path, options)
     };
     let mut free = load_up(None, Start::Unloaded);
     let mut start = Start::Unloaded;
@@ -260,7 +297,7 @@ impl<'a> StaticSystem<'a> {
     }
 
     /// Applies the load in equal steps.
-    fn load_up(mut self, start: Start, load_steps: usize, options: NewtonOptions) -> StaticState {
+    fn load_up(mut self, start: Start, path: LoadPath, options: NewtonOptions) -> StaticState {
         let n = self.eps.len();
         let mut x = match start {
             Start::Unloaded => vec![0.0; n],
@@ -273,8 +310,8 @@ impl<'a> StaticSystem<'a> {
             measure: 0.0,
             residuals: Vec::new(),
         };
-        for step in 1..=load_steps {
-            self.set_load(step as f64 / load_steps as f64, &x, &forces);
+        for fraction in path.fractions() {
+            self.set_load(fraction, &x, &forces);
             let last = load_step(&mut self, &mut x, options);
             end = NewtonEnd {
                 iterations: end.iterations + last.iterations,
@@ -295,7 +332,8 @@ impl<'a> StaticSystem<'a> {
         let full = &self.problem.reduced.static_load.on_x;
         self.load = full.iter().map(|full| fraction * full).collect();
         for (law, pair) in self.laws.iter_mut().zip(&self.problem.laws) {
-            law.gap_m = pair.gap_m.max(fraction * pair.gap_m);
+            // The interference is whole from the full load on, and stays so where an overload falls.
+            law.gap_m = pair.gap_m.max(fraction.min(1.0) * pair.gap_m);
         }
         let state = |(pair, force): (usize, &[f64; 3])| {
             let t = 3 * pair + 1;

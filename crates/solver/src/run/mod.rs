@@ -41,7 +41,7 @@ pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Reduced, stuck_modes};
 pub use response::off_undamped_modes;
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
-pub use statics::static_options;
+pub use statics::{load_path, static_options};
 pub use verify::{Verification, Verified, verify};
 
 use crate::description::{Scene, Subject};

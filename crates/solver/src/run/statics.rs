@@ -3,7 +3,7 @@
 use super::kept::StaticOptions;
 use super::session::{Session, Stage};
 use crate::description::Scene;
-use crate::dlft::static_state::static_state as solve_static;
+use crate::dlft::static_state::{LoadPath, static_state as solve_static};
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{LinearReference, Problem};
 use dovetail_numerics::nonlinear::NewtonOptions;
@@ -11,10 +11,18 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
+/// Way in which the static load of a scene is applied.
+pub fn load_path(scene: &Scene) -> LoadPath {
+    LoadPath {
+        steps: scene.static_state.load_steps,
+        overload: scene.static_state.overload,
+    }
+}
+
 /// Settings of the static state of a scene.
 pub fn static_options(scene: &Scene) -> StaticOptions {
     StaticOptions {
-        load_steps: scene.static_state.load_steps,
+        path: load_path(scene),
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     }
@@ -38,5 +46,5 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
     stage.solves(problem.reduced.stiffness.nrows());
     let options = static_options(scene);
     let newton = NewtonOptions::new(options.tolerance, options.max_iterations);
-    solve_static(problem, options.load_steps, newton)
+    solve_static(problem, options.path, newton)
 }

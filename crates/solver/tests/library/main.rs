@@ -24,6 +24,7 @@ mod gross_slip;
 mod mortar;
 mod peaks;
 mod penalty_contact;
+mod preload;
 mod reduced_lattices;
 mod reduction;
 mod reference_dovetail72;

@@ -62,7 +62,10 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
             stiffness_s: 0.0,
             mass_per_s: 0.03,
         },
-        static_state: StaticSpec { load_steps: 1 },
+        static_state: StaticSpec {
+            load_steps: 1,
+            overload: 1.0,
+        },
         response,
     }
 }
