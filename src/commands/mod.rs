@@ -194,6 +194,7 @@ impl Work<'_> {
     pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
         // Before anything is meshed.
         asked.check()?;
+        run::at_one_speed(self.scene, "an integration in time needs one speed")?;
         let meshes = self.meshes()?;
         let verified = self.computes(|session| run::verify(self.scene, meshes, asked, session))?;
         self.reporter.judge(&verified.run);

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
 use super::table::Columns;
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
@@ -29,8 +30,14 @@ pub const ASSEMBLY: &str = "assembly";
 /// reference. A point that did not converge keeps its outcome, iterations, residual and linear
 /// amplitude; its other cells are empty.
 ///
-/// `names` are the names of the observations.
-pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
+/// `names` are the names of the observations. `along` is the engine order of a run-up, whose rows
+/// have a speed, `speed_rpm`.
+pub fn write_response(
+    path: &Path,
+    names: &[&str],
+    response: &Response,
+    along: Option<EngineOrder>,
+) -> Result<(), ExportError> {
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
     let stable = response.is_followed().then(|| stable(response));
@@ -42,6 +49,9 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
         stable.map(|stable| stable[*row].to_string())
     });
     table.add("frequency_hz", |(_, o)| o.frequency_hz);
+    if let Some(order) = along {
+        table.add("speed_rpm", move |(_, o)| order.speed_rpm(o.frequency_hz));
+    }
     table.add("outcome", |(_, o)| o.outcome.to_string());
     for (i, name) in names.iter().enumerate() {
         table.add(

@@ -471,17 +471,27 @@ section! {
     RESPONSE: RawResponse, "response", Table, "required",
         "frequencies, harmonics and how they are solved",
         "[response]\nfrequency_hz = [440.0, 460.0]" {
-        frequency_hz: Numbers(2, "Hz"), "- or `times_first_linear_mode`",
+        frequency_hz: Numbers(2, "Hz"), "- or `times_first_linear_mode`, or `speed_rpm`",
             "`[from, to]` with 0 < from < to, or from = to for one frequency",
             "[440.0, 460.0]";
         times_first_linear_mode: Numbers(2, ""), "- or `frequency_hz`",
             "the same, in multiples of the first linear frequency",
             "[0.98, 1.02]";
+        along_engine_order: Whole(Some(1), Some(1000)), "none: the speed stays",
+            "the speed of rotation and the frequency move together, with so many cycles of the \
+             excitation per revolution: a [run-up](how-to/engine_orders.md). It needs \
+             `[rotation]`, whose `speed_rpm` then is that of the static state and of the modes \
+             alone",
+            "4  # frequency = 4 * speed / 60";
+        speed_rpm: Numbers(2, "rpm"), "- or `frequency_hz`",
+            "`[from, to]`, the range of a run-up as speeds in place of frequencies, with \
+             `along_engine_order`",
+            "[4000, 6000]";
         points: Whole(Some(1), Some(1_000_000)), "none",
             "a grid of so many frequencies, evenly spaced, ends included, of which each is solved \
              by itself; without this key the curve is [followed along its \
              length](method.md#following-a-branch), also where it folds, with points where it \
-             bends and at its peaks",
+             bends and at its peaks. A run-up always has a grid, of 40 without this key",
             "200";
         // Below it, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
         accuracy: Number("", Limits::between(1e-4, 0.5)), "0.01",

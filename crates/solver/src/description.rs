@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::PairLaw;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::model::Assembly;
@@ -74,6 +76,9 @@ pub struct ResponseSpec {
     /// Number of frequencies of a grid, evenly spaced, of which each is solved by itself; `None`: the
     /// curve is followed along its length, round folds, with points where it bends.
     pub points: Option<usize>,
+    /// Engine order that the response is along: the speed of rotation moves with the frequency.
+    /// `None`: the speed stays.
+    pub along_engine_order: Option<EngineOrder>,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// Number of harmonics of a second response, which is drawn beside the first.
@@ -105,6 +110,7 @@ impl ResponseSpec {
         Self {
             range,
             points: None,
+            along_engine_order: None,
             resolution,
             compare_harmonics: None,
             eps: EpsChoice::Dynamic,
@@ -116,6 +122,24 @@ impl ResponseSpec {
             stuck_modes: None,
             slip_threshold_m: None,
         }
+    }
+}
+
+/// Excitation of so many cycles per revolution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EngineOrder(pub usize);
+
+impl EngineOrder {
+    /// Frequency at a speed of rotation, Hz.
+    pub fn frequency_hz(self, speed_rpm: f64) -> f64 {
+        self.0 as f64 * speed_rpm / 60.0
+    }
+
+    /// Speed of rotation at a frequency, rpm, to twelve digits: a speed from which the frequency was
+    /// made comes back as it was.
+    pub fn speed_rpm(self, frequency_hz: f64) -> f64 {
+        let speed_rpm = 60.0 * frequency_hz / self.0 as f64;
+        format!("{speed_rpm:.11e}").parse().unwrap_or(speed_rpm)
     }
 }
 
@@ -136,4 +160,20 @@ pub enum FrequencyRange {
         /// Last multiple.
         to: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EngineOrder;
+
+    #[test]
+    fn a_speed_comes_back_from_its_frequency() {
+        for order in [1, 3, 7, 36] {
+            let order = EngineOrder(order);
+            for speed_rpm in [0.1, 3010.0, 4999.9, 12345.6789] {
+                assert_eq!(order.speed_rpm(order.frequency_hz(speed_rpm)), speed_rpm);
+            }
+        }
+        assert_eq!(EngineOrder(4).frequency_hz(3000.0), 200.0);
+    }
 }

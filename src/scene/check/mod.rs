@@ -52,6 +52,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     missing_sections(checker, &raw);
     let response = raw.response.as_ref();
     let response = response.and_then(|r| response::response(checker, r));
+    response::turns(checker, &raw);
     let damping = raw.damping.as_ref();
     let damping = damping.and_then(|d| contacts::damping(checker, d, response.as_ref()));
     let subject = match &raw.reduced_model {
