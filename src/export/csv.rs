@@ -18,7 +18,7 @@ use dovetail_solver::results::quantities::{
     CycleFields, StaticFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak,
     phasors, static_fields, sweep_fields,
 };
-use dovetail_solver::run::{Crossing, Family, PeakAt, Peaks};
+use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -318,11 +318,12 @@ pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportErro
 }
 
 /// Writes modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin
-/// (empty at rest).
+/// (empty at rest). Where there are peaks, also those of the first observation.
 pub fn write_crossings(
     path: &Path,
     operating_rpm: f64,
     rows: &[Crossing],
+    peaks: &[CrossingPeak],
 ) -> Result<(), ExportError> {
     let mut table: Columns<'_, Crossing> = Columns::default();
     table.add("speed_rpm", |c| c.speed_rpm);
@@ -332,6 +333,31 @@ pub fn write_crossings(
     table.add("margin", move |c| {
         (operating_rpm > 0.0).then(|| c.margin(operating_rpm))
     });
+    if !peaks.is_empty() {
+        let peak = move |c: &Crossing| {
+            let own = peaks.iter().find(|peak| peak.crossing == *c)?;
+            own.peak.as_ref().ok()
+        };
+        table.add("peak_amplitude_m", move |c| {
+            peak(c).map(|at| at.amplitude_m(0))
+        });
+        table.add("peak_frequency_hz", move |c| {
+            peak(c).map(|at| at.orbit.frequency_hz)
+        });
+        table.add("linear_peak_amplitude_m", move |c| peak(c)?.linear_m);
+        table.add("peak_outcome", move |c| {
+            peak(c).map(|at| at.orbit.outcome.to_string())
+        });
+        table.add("peak_estimated_error", move |c| {
+            peak(c)?.orbit.amplitude_error(0)
+        });
+        table.add("slipping_pairs", move |c| {
+            peak(c).map(|at| at.orbit.counts().slipping)
+        });
+        table.add("opening_pairs", move |c| {
+            peak(c).map(|at| at.orbit.counts().opening)
+        });
+    }
     table.write(path, rows)
 }
 

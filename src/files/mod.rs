@@ -51,8 +51,8 @@ use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run, StaticResult,
-    Verification, Verified,
+    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, Reduced, ResponseResult, Run,
+    StaticResult, Verification, Verified,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -232,12 +232,12 @@ impl Files {
     pub fn campbell(
         &self,
         campbell: &Campbell,
-        crossings: &[Crossing],
+        (crossings, peaks): (&[Crossing], &[CrossingPeak]),
         diagram: (&[CampbellFamily], &EngineOrders, &Operation),
     ) -> Result<(), RunError> {
         csv::write_campbell(&self.out.file("modes_campbell.csv")?, &campbell.families)?;
         let path = self.out.file("modes_crossings.csv")?;
-        csv::write_crossings(&path, campbell.operating_rpm, crossings)?;
+        csv::write_crossings(&path, campbell.operating_rpm, crossings, peaks)?;
         let heading = Heading {
             title: &format!("{}: natural frequencies", self.summary.scene.name),
             conditions: &if campbell.operating_rpm > 0.0 {

@@ -44,7 +44,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 13] = [
+const SECTIONS: [Section; 14] = [
     TOP,
     REDUCED_MODEL,
     MESH,
@@ -58,6 +58,7 @@ const SECTIONS: [Section; 13] = [
     OBSERVE,
     STATIC,
     RESPONSE,
+    ENGINE_ORDER,
 ];
 
 section! {
@@ -85,6 +86,8 @@ section! {
         #[serde(rename = "static")]
         pub static_state: Located<RawStatic>,
         pub response: Located<RawResponse>,
+        #[serde(default)]
+        pub engine_order: Vec<Spanned<RawEngineOrder>>,
     }
 }
 
@@ -541,6 +544,22 @@ section! {
         slip_threshold_m: Number("m", Limits::NOT_NEGATIVE), "1e-5 of the largest static slip",
             "a pair counts as slipping when it slides farther than this in a period",
             "1e-10";
+    }
+}
+
+section! {
+    ENGINE_ORDER: RawEngineOrder, "engine_order", List, "none or more",
+        "an engine order of the Campbell diagram, and what it excites with",
+        "[[engine_order]]\norder = 4\ntimes = 1.0" {
+        order: Whole(Some(1), Some(1000)), "-",
+            "cycles per revolution, each different. `dovetail modes --rpm` lists the crossings of \
+             these engine orders, unless `--orders` names others",
+            "4";
+        times: Number("", Limits::POSITIVE), "none",
+            "with it `dovetail modes --rpm` finds the [peak with friction at each crossing \
+             ](how-to/engine_orders.md#the-peak-at-each-crossing): the amplitudes of all \
+             `[[excitation]]` are multiplied by this number",
+            "2.5";
     }
 }
 

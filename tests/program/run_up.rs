@@ -99,8 +99,8 @@ fn the_reductions_of_a_run_up_are_taken_from_the_cache() {
         Folder::new("run_up_cache"),
         "response.frequency_hz=[434, 442]",
     );
-    let up = |out: &str, set: &[&str]| {
-        let set = [&QUICK[..], &UP, set].concat();
+    let up = |out: &str, range: &str| {
+        let set = [&QUICK[..], &[UP[0], UP[2], range]].concat();
         let mut command = program(root(), &["run", "scenes/paper.toml", "--out"]);
         let mut command = command.arg(folder.join(out));
         command = command.args(set.iter().flat_map(|set| ["--set", set]));
@@ -115,9 +115,9 @@ fn the_reductions_of_a_run_up_are_taken_from_the_cache() {
         own.join("; ")
     };
     // The fields at the peak take the reduction of their speed once more.
-    let first = up("first", &[]);
+    let first = up("first", UP[1]);
     has(&first, "6 times, 1 from the cache");
-    let second = up("second", &[in_hertz]);
+    let second = up("second", in_hertz);
     has(&second, "6 times, from the cache");
     let [first, second] =
         ["first", "second"].map(|out| folder.text(&format!("{out}/response.csv")));
@@ -147,12 +147,14 @@ fn what_a_run_up_excludes_is_refused_with_a_remedy() {
     for [set, words] in cases(
         "
         response.speed_rpm=[1, 2] => `response.speed_rpm` & `response.along_engine_order` & frequency_hz
-        response.along_engine_order=0 => `response.along_engine_order` & 1 to 1000
+        response.along_engine_order=0 response.speed_rpm=[1, 2] => `response.along_engine_order` & 1 to 1000
         response.along_engine_order=6 => `response.times_first_linear_mode` exclude & speed_rpm
         response.along_engine_order=6 response.frequency_hz=[9, 8] => runs from 9 to 8
         response.along_engine_order=6 response.times_first_linear_mode= => `response.speed_rpm` & add one
         response.along_engine_order=6 response.speed_rpm=[1, 2] response.compare_harmonics=1 => compare_harmonics` exclude
         response.along_engine_order=6 response.speed_rpm=[1, 2] rotation= => [rotation] & axis
+        engine_order=[{order=4},{order=4}] => `engine_order.order` & 4
+        engine_order=[{times=4}] => engine_order.0.order
         response.along_engine_order=6 response.speed_rpm=[1, 2] rotation.speed_rpm=0 => rotation.speed_rpm & above 0
         ",
     ) {
@@ -181,4 +183,48 @@ fn what_a_run_up_excludes_is_refused_with_a_remedy() {
         &up("verify", &[]),
         "along an engine order & response.frequency_hz",
     );
+}
+
+/// The peak at a crossing is that of a curve over the frequency at its speed, under the excitation
+/// of its engine order.
+#[test]
+fn peaks_at_crossings_are_those_of_runs_at_their_speeds() {
+    let out = Folder::new("crossing_peaks");
+    let orders = "engine_order=[{ order = 6, times = 0.25 }, { order = 5 }]";
+    let mut command = run("modes", &out, &[orders]);
+    let told = printed(&ended(command.args(["--rpm", "4300:5800:3"]), 0));
+    has(&told, "peak of tip at the crossings of the assembly & EO 6");
+    let crossings = rows(&out.join("modes_crossings.csv"));
+    let with_peak = |row: &&Row| !row["peak_amplitude_m"].is_empty();
+    let found: Vec<&Row> = crossings.iter().filter(with_peak).collect();
+    assert!(
+        found
+            .iter()
+            .all(|row| row["engine_order"] == "6" && row["kind"] == "stuck")
+    );
+    assert!(crossings.iter().any(|row| row["engine_order"] == "5"));
+    assert_eq!(found.len(), 1);
+    let row = found[0];
+    let [speed_rpm, hz] = ["speed_rpm", "frequency_hz"].map(|key| number(row, key));
+    let single = Folder::new("crossing_peaks_run");
+    let set = [
+        format!("rotation.speed_rpm={speed_rpm:?}"),
+        format!("response.frequency_hz=[{:?}, {:?}]", 0.93 * hz, 1.03 * hz),
+        "excitation.*.force_n=1".to_owned(),
+    ];
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    ended(run("run", &single, &set).arg("--no-fields"), 0);
+    let found = &summary(&single)["response"];
+    for (own, of_run) in [
+        ("peak_amplitude_m", "peak_amplitude_m"),
+        ("peak_frequency_hz", "peak_frequency_hz"),
+        ("linear_peak_amplitude_m", "linear_peak_amplitude_m"),
+    ] {
+        let off = number(row, own) / found[of_run].as_f64().unwrap() - 1.0;
+        println!("{own}: off by {off:.1e}");
+        assert!(off.abs() < 1e-3, "{own}: {off:e}");
+    }
+    let slipping = number(row, "slipping_pairs");
+    assert_eq!(slipping, found["peak_slipping_pairs"].as_f64().unwrap());
+    has(&out.text("plots/campbell.svg"), "EO 6 & mm");
 }

@@ -22,6 +22,9 @@ pub struct Scene {
     pub static_state: StaticSpec,
     /// Settings of the response.
     pub response: ResponseSpec,
+    /// Engine orders whose crossings with modes are found over the speed; empty for those that a
+    /// caller asks for.
+    pub engine_orders: Vec<ExcitedOrder>,
 }
 
 impl Scene {
@@ -141,6 +144,16 @@ impl EngineOrder {
         let speed_rpm = 60.0 * frequency_hz / self.0 as f64;
         format!("{speed_rpm:.11e}").parse().unwrap_or(speed_rpm)
     }
+}
+
+/// Engine order with the excitation of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExcitedOrder {
+    /// Engine order.
+    pub order: EngineOrder,
+    /// Factor on all excitations of the scene at this engine order; `None`: its crossings have no
+    /// peaks.
+    pub times: Option<f64>,
 }
 
 /// First and last frequency of a response.

@@ -71,7 +71,7 @@ fn frequencies(curves: &Curves) -> super::axis::DrawnAxis {
     };
     let title = match curves.along {
         Some(EngineOrder(order)) => {
-            format!("speed (rpm); the frequency is {order}/60 Hz of it (engine order {order})")
+            format!("speed (rpm); the frequency in Hz is {order}/60 of it (engine order {order})")
         }
         None => "frequency (Hz)".to_owned(),
     };

@@ -63,6 +63,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         None => assembly(checker, base_dir, &raw, response.as_ref())
             .map(|a| Subject::Assembly(Box::new(a))),
     };
+    let engine_orders = response::engine_orders(checker, &raw.engine_order);
     let table = raw.static_state.as_ref();
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
@@ -75,6 +76,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             load_steps: load_steps?,
         },
         response: response?,
+        engine_orders: engine_orders?,
     })
 }
 

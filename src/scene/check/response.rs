@@ -1,12 +1,12 @@
-//! Checks `[response]`.
+//! Checks `[response]` and `[[engine_order]]`.
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
-use crate::scene::entries::{RawResponse, RawScene};
+use crate::scene::entries::{RawEngineOrder, RawResponse, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Number;
-use dovetail_solver::description::{EngineOrder, FrequencyRange, ResponseSpec};
+use dovetail_solver::description::{EngineOrder, ExcitedOrder, FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 
 /// Number of speeds of a run-up where none is given: each takes a reduction of its own.
@@ -183,6 +183,29 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
         };
         checker.fault(speed.span(), fault);
     }
+}
+
+/// Engine orders of the Campbell diagram, of which no two are the same.
+pub fn engine_orders(
+    checker: &mut Checker,
+    raw: &[Spanned<RawEngineOrder>],
+) -> Option<Vec<ExcitedOrder>> {
+    let order = |checker: &mut Checker, at: &Table, raw: &RawEngineOrder| {
+        let order = checker.count(at, "order", &raw.order);
+        let times = checker.optional_number(at, "times", &raw.times);
+        Some(ExcitedOrder {
+            order: EngineOrder(order?),
+            times: times?,
+        })
+    };
+    let found = checker.items("engine_order", raw, |_| &None, order);
+    let orders = raw.iter().filter_map(|item| item.get_ref().order.as_ref());
+    let named = orders.map(|order| {
+        let path = "engine_order.order".to_owned();
+        (path, order.get_ref().0.to_string(), order.span())
+    });
+    checker.distinct(&named.collect::<Vec<_>>());
+    found
 }
 
 /// Returns `true` if a range is one frequency.

@@ -8,13 +8,32 @@ use super::reduced::Reduced;
 use super::response::{at_one_speed, frequencies_hz, off_undamped_modes, settings};
 use super::session::Session;
 use super::statics;
-use crate::description::{Scene, Subject};
+use crate::description::{FrequencyRange, Scene, Subject};
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{StaticState, demand};
 use crate::problem::Problem;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
+
+/// Angular speed, as a scene has it.
+pub(super) fn rad_s(speed_rpm: f64) -> f64 {
+    speed_rpm * 2.0 * std::f64::consts::PI / 60.0
+}
+
+/// A scene at a speed of rotation, whose response is along the frequency from one to another, Hz.
+pub(super) fn scene_at(scene: &Scene, speed_rpm: f64, [from_hz, to_hz]: [f64; 2]) -> Scene {
+    let mut scene = scene.clone();
+    if let Subject::Assembly(assembly) = &mut scene.subject
+        && let Some(rotation) = &mut assembly.rotation
+    {
+        rotation.speed_rad_s = rad_s(speed_rpm);
+    }
+    scene.response.range = FrequencyRange::Hz { from_hz, to_hz };
+    scene.response.points = None;
+    scene.response.along_engine_order = None;
+    scene
+}
 
 /// Model at one value, about its static state.
 pub(super) struct At {

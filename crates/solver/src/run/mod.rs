@@ -1,7 +1,7 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
 //! [`solve`] is the run. Only this folder knows the sequence of the stages: a stage knows nothing
-//! of those after it. [`campbell()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
+//! of those after it. [`campbell()`], [`crossing_peaks()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
 //! another kind, one file each.
 //!
 //! Nothing is written or printed here. A [`Session`] reports everything to an [`Observer`] as it
@@ -17,6 +17,7 @@ mod at;
 mod backbone;
 mod bodies;
 mod campbell;
+mod crossing_peaks;
 mod error;
 mod free_motion;
 mod kept;
@@ -34,6 +35,7 @@ mod verify;
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
+pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
 pub use kept::{
     Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,

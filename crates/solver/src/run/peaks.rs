@@ -148,7 +148,7 @@ pub fn peaks<E: From<Error>>(
 impl At {
     /// Peak near a motion, or that of the whole curve where none is given, or none found near it.
     /// It is not looked for again where the store has it.
-    fn find(
+    pub(super) fn find(
         &self,
         near: Option<&Guess>,
         observation: usize,
@@ -184,7 +184,7 @@ impl At {
     }
 
     /// Row of a peak that was found.
-    fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
+    pub(super) fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
         ShorterSides::of(&self.reduced.pairs).judge_orbit(&mut orbit);
         PeakAt {
             value: self.value,

@@ -6,13 +6,13 @@
 //! ([`solve_after`]), which starts from the motions of the speeds before. Names, flanks and pairs
 //! are found once.
 
-use super::at::At;
+use super::at::{At, rad_s, scene_at};
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, RunUp, RunUpInputs};
 use super::reduced::{Reduced, stuck_modes};
 use super::response::frequencies_hz;
 use super::session::{Event, Observer, Session, Stage, StageEnd, unless_ended};
-use crate::description::{EngineOrder, FrequencyRange, Scene, Subject};
+use crate::description::{EngineOrder, Scene};
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{Last, solve_after};
@@ -193,17 +193,7 @@ impl Ascent<'_, '_> {
     fn at(&mut self, frequency_hz: f64) -> Result<At, Error> {
         let reduced = self.reduced(frequency_hz)?;
         let speed_rpm = self.engine_order.speed_rpm(frequency_hz);
-        let mut scene = self.scene.clone();
-        if let Subject::Assembly(assembly) = &mut scene.subject
-            && let Some(rotation) = &mut assembly.rotation
-        {
-            rotation.speed_rad_s = rad_s(speed_rpm);
-        }
-        scene.response.range = FrequencyRange::Hz {
-            from_hz: frequency_hz,
-            to_hz: frequency_hz,
-        };
-        (scene.response.points, scene.response.along_engine_order) = (Some(1), None);
+        let scene = scene_at(self.scene, speed_rpm, [frequency_hz; 2]);
         let about = |session: &Session<'_>| At::about((speed_rpm, scene), reduced, None, session);
         let made = self.silently(about);
         made.map_err(|error| at_speed(speed_rpm, error))
@@ -229,11 +219,6 @@ impl Ascent<'_, '_> {
         let mut store = self.session.store();
         work(&Session::new(&mut self.stages, &mut **store))
     }
-}
-
-/// Angular speed, as a scene has it.
-fn rad_s(speed_rpm: f64) -> f64 {
-    speed_rpm * 2.0 * std::f64::consts::PI / 60.0
 }
 
 fn at_speed(speed_rpm: f64, error: Error) -> Error {
@@ -359,5 +344,81 @@ impl Stages {
                 unknowns: ended.unknowns.clone(),
             }));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Titles of the stages that end.
+    #[derive(Default)]
+    struct Titles(Vec<(String, bool)>);
+
+    impl Observer for Titles {
+        fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+            if let Event::StageEnds(end) = event {
+                self.0.push((end.title.clone(), end.from_store));
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn the_stages_of_all_speeds_are_told_as_one_of_each_kind() {
+        let mut stages = Stages::default();
+        for (stage, from_store) in [
+            (Stage::Reduction, false),
+            (Stage::StaticState, false),
+            (Stage::Reduction, true),
+            (Stage::Reduction, true),
+            (Stage::Recovery, true),
+        ] {
+            let title = "";
+            let _ = stages.on(&Event::StageBegins { stage, title });
+            let mut end = StageEnd::of_caller(stage, from_store);
+            end.took = Some(Duration::from_secs(2));
+            let _ = stages.on(&Event::StageEnds(&end));
+        }
+        assert_eq!(stages.took(), Duration::from_secs(10));
+        let mut titles = Titles::default();
+        stages.tell(&Session::new(&mut titles, &mut ()));
+        let expected = [
+            (
+                "reduction along the run-up, 3 times, 2 from the cache",
+                false,
+            ),
+            ("static state along the run-up", false),
+            ("recovery along the run-up, from the cache", true),
+        ];
+        assert_eq!(
+            titles.0,
+            expected.map(|(title, kept)| (title.to_owned(), kept))
+        );
+    }
+
+    /// A speed at which nothing presses the pairs together is a frequency without a motion, and the
+    /// next one does not start from it.
+    #[test]
+    fn a_speed_without_a_static_state_is_an_outcome_and_other_errors_end_the_run() {
+        let motions = Vec::new();
+        assert_eq!(
+            outcome(&Error::NothingHolds { motions }),
+            Some(Outcome::NothingHolds)
+        );
+        assert_eq!(outcome(&Error::SlidesTooFar), Some(Outcome::SlidesTooFar));
+        let stalled = Error::StaticState {
+            outcome: Outcome::Stagnated,
+            iterations: 1,
+            residual: 1.0,
+        };
+        assert_eq!(outcome(&stalled), Some(Outcome::Stagnated));
+        assert_eq!(outcome(&Error::NoLinearMode), None);
+        let solved = without_static_state(3, 50.0, Outcome::NothingHolds);
+        assert_eq!(
+            (solved.place(), solved.orbit.frequency_hz),
+            ((3, false), 50.0)
+        );
+        assert!(!solved.orbit.outcome.has_motion() && solved.orbit.x.is_empty());
     }
 }

@@ -64,6 +64,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
         },
         static_state: StaticSpec { load_steps: 1 },
         response,
+        engine_orders: Vec::new(),
     }
 }
 

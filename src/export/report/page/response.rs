@@ -71,7 +71,7 @@ fn run_up(summary: &ResponseSummary) -> Option<String> {
     let EngineOrder(order) = summary.engine_order?;
     let [from, to] = summary.speed_rpm?.map(short);
     Some(format!(
-        "It is a run-up along engine order {order} from {from} to {to} rpm: the frequency is {order} times the speed, and \
+        "It is a run-up along engine order {order} from {from} to {to} rpm: the excitation has {order} cycles per revolution, and \
          each speed has its own reduced model and static state. The linear curve is drawn through its values at these speeds."
     ))
 }
