@@ -304,6 +304,7 @@ fn of_folder(error: &SuperelementError) -> ExitStatus {
 fn of_run(error: &run::Error) -> ExitStatus {
     use run::Error;
     match error {
+        Error::AtSpeed { error, .. } => of_run(error),
         Error::Model(_)
         | Error::NoMesh
         | Error::NoLinearMode
@@ -312,6 +313,7 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::AllBonded { .. }
         | Error::TooManySteps { .. }
         | Error::NoObservation { .. }
+        | Error::AlongEngineOrder { .. }
         | Error::NoSuchMode { .. }
         | Error::NotInMode { .. }
         | Error::NoRotation => ExitStatus::BadInput,
