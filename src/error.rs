@@ -117,30 +117,39 @@ pub struct Ended(pub run::Error);
 
 impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0 {
-            run::Error::NoLinearMode => write!(
-                f,
-                "response.times_first_linear_mode: this model has no mode to count from"
-            ),
-            run::Error::NoRotation => write!(
-                f,
-                "frequencies over the speed were asked for, and the scene has no axis of rotation"
-            ),
-            run::Error::MovesTooFar(moved) => write!(
-                f,
-                "{} of body `{}` moves by {}, more than the body is long ({})",
-                moved.what,
-                moved.body,
-                quantity(moved.displacement_m, "m", 3),
-                quantity(moved.size_m, "m", 3)
-            ),
-            run::Error::NothingHolds { motions } => write!(
-                f,
-                "nothing holds {}: no pair is in contact in the static state",
-                free_words(motions)
-            ),
-            error => error.fmt(f),
+        words(&self.0, f)
+    }
+}
+
+/// Message of an error of a run.
+fn words(error: &run::Error, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match error {
+        run::Error::AtSpeed { speed_rpm, error } => {
+            write!(f, "at {speed_rpm} rpm: ")?;
+            words(error, f)
         }
+        run::Error::NoLinearMode => write!(
+            f,
+            "response.times_first_linear_mode: this model has no mode to count from"
+        ),
+        run::Error::NoRotation => write!(
+            f,
+            "frequencies over the speed were asked for, and the scene has no axis of rotation"
+        ),
+        run::Error::MovesTooFar(moved) => write!(
+            f,
+            "{} of body `{}` moves by {}, more than the body is long ({})",
+            moved.what,
+            moved.body,
+            quantity(moved.displacement_m, "m", 3),
+            quantity(moved.size_m, "m", 3)
+        ),
+        run::Error::NothingHolds { motions } => write!(
+            f,
+            "nothing holds {}: no pair is in contact in the static state",
+            free_words(motions)
+        ),
+        error => fmt::Display::fmt(error, f),
     }
 }
 
@@ -163,6 +172,11 @@ impl Diagnostic for Ended {
 /// Remedy for the error of a run.
 fn remedy(error: &run::Error) -> Option<&'static str> {
     Some(match error {
+        run::Error::AtSpeed { error, .. } => return remedy(error),
+        run::Error::AlongEngineOrder { .. } => {
+            "leave the engine order out and give the range in hertz: --set response.along_engine_order= \
+             --set response.frequency_hz=[440,460]; rotation.speed_rpm is the speed then"
+        }
         run::Error::NoLinearMode => {
             "give the range in hertz, for example: response.frequency_hz = [440.0, 460.0]"
         }
@@ -290,6 +304,7 @@ fn of_folder(error: &SuperelementError) -> ExitStatus {
 fn of_run(error: &run::Error) -> ExitStatus {
     use run::Error;
     match error {
+        Error::AtSpeed { error, .. } => of_run(error),
         Error::Model(_)
         | Error::NoMesh
         | Error::NoLinearMode
@@ -298,6 +313,7 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::AllBonded { .. }
         | Error::TooManySteps { .. }
         | Error::NoObservation { .. }
+        | Error::AlongEngineOrder { .. }
         | Error::NoSuchMode { .. }
         | Error::NotInMode { .. }
         | Error::NoRotation => ExitStatus::BadInput,

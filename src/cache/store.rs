@@ -9,11 +9,12 @@ use crate::export::journal::Inputs;
 use crate::files::SharedFiles;
 use crate::fingerprint::fingerprint;
 use crate::reporter::Reporter;
+use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
 use dovetail_solver::run::{
-    KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, Store,
+    KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, RunUpInputs, Store,
 };
 
 /// Store of a run: its cache and its files.
@@ -39,6 +40,18 @@ impl<'r, 'c> RunStore<'r, 'c> {
 
     fn entry(&self, kind: Kind, key: &Key) -> Option<super::Key> {
         self.cache.key(kind, key)
+    }
+
+    /// Frequencies of a response with these inputs that were solved before it was interrupted.
+    fn solved_with(
+        &self,
+        inputs: impl FnOnce() -> Inputs,
+    ) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(Vec::new());
+        };
+        let earlier = files.locked().solved(inputs());
+        self.reporter.unless_failed(earlier)
     }
 }
 
@@ -89,17 +102,22 @@ impl Store for RunStore<'_, '_> {
     }
 
     fn solved(&mut self, inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let Some(files) = &self.files else {
-            return ControlFlow::Continue(Vec::new());
-        };
-        let earlier = files.locked().solved(hash_of(inputs));
-        let earlier = self.reporter.unless_failed(earlier)?;
+        let earlier = self.solved_with(|| hash_of(inputs))?;
         if !earlier.is_empty() {
             let before = earlier.len();
             self.reporter.note(&match inputs.points {
                 Some(points) => format!("{before} of {points} frequencies were solved before"),
                 None => format!("{before} points of the curve were solved before"),
             });
+        }
+        ControlFlow::Continue(earlier)
+    }
+
+    fn solved_along(&mut self, inputs: &RunUpInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        let earlier = self.solved_with(|| hash_along(inputs))?;
+        if !earlier.is_empty() {
+            let note = format!("{} speeds were solved before", earlier.len());
+            self.reporter.note(&note);
         }
         ControlFlow::Continue(earlier)
     }
@@ -146,6 +164,25 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
     let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
     hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}{points:?}").as_bytes());
     if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
+        unreachable!("a hasher takes all bytes");
+    }
+    *hasher.finalize().as_bytes()
+}
+
+/// Hash of all inputs of a response along an engine order, including the program. What belongs to a
+/// speed follows from them.
+fn hash_along(inputs: &RunUpInputs<'_>) -> Inputs {
+    let RunUpInputs { model, scene, .. } = inputs;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&fingerprint().unwrap_or_default());
+    let Scene {
+        damping,
+        static_state,
+        response,
+        ..
+    } = scene;
+    hasher.update(format!("{damping:?}{static_state:?}{response:?}").as_bytes());
+    if postcard::to_io(model, &mut hasher).is_err() {
         unreachable!("a hasher takes all bytes");
     }
     *hasher.finalize().as_bytes()

@@ -5,13 +5,14 @@ use std::path::Path;
 
 use crate::console::Verbosity;
 use crate::export::manifest::{
-    ContactCounts, StageSummary, StaticSummary, Summary, contact_counts,
+    ContactCounts, ResponseSummary, StageSummary, StaticSummary, Summary, contact_counts,
 };
 use crate::export::report::REPORT;
 use crate::words::{
-    cycle_counts, error_words, figure, percent, quantity, quantity_beside, static_counts,
+    cycle_counts, error_words, figure, percent, quantity, quantity_beside, short, static_counts,
     supported_digits,
 };
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
@@ -113,8 +114,9 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
             figure(p.peak.frequency_hz, 6)
         )
     };
+    let run_up = run_up_words(response).map_or(String::new(), |words| format!(" {words}"));
     format!(
-        "{}{} of {} frequencies converged",
+        "{}{} of {} frequencies{run_up} converged",
         peaks.iter().map(one).collect::<String>(),
         response.converged_points,
         response.points
@@ -144,6 +146,7 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         text += &of_contacts(&mut counts);
     }
     let column = WIDTHS[1];
+    let along = summary.response.as_ref().and_then(|r| r.engine_order);
     if !peaks.is_empty() {
         text += &format!(
             "{}{:<column$}{:<column$}ratio\n",
@@ -171,6 +174,10 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
             text += &format!("{}{}\n", heading(""), error_words(error));
         }
         text += &format!("{}{}\n", heading(""), frequencies.trim_end());
+        if let Some(order) = along {
+            let rpm = |p: &Peak, _| format!("{} rpm", figure(order.speed_rpm(p.frequency_hz), 5));
+            text += &format!("{}{}\n", heading(""), cells(&rpm).trim_end());
+        }
         let loss = p.local.as_ref().and_then(|local| local.loss_factor);
         let loss = loss.map(|loss| {
             format!(
@@ -186,9 +193,16 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));
     }
     if let Some(response) = &summary.response {
+        if let Some(words) = run_up_words(response) {
+            text += &format!("{}{words}\n", heading("run-up"));
+        }
+        let what = match response.engine_order {
+            Some(_) => "speeds",
+            None => "frequencies",
+        };
         text += &format!(
             "{}{} of {} converged\n",
-            heading("frequencies"),
+            heading(what),
             response.converged_points,
             response.points
         );
@@ -200,6 +214,15 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         shares(&summary.stages, summary.seconds)
     );
     text + &format!("{}{}\n", heading("open first"), report.display())
+}
+
+/// Engine order and speeds of a run-up; `None` for other responses.
+fn run_up_words(response: &ResponseSummary) -> Option<String> {
+    let EngineOrder(order) = response.engine_order?;
+    let [from, to] = response.speed_rpm?.map(short);
+    Some(format!(
+        "along engine order {order} from {from} to {to} rpm"
+    ))
 }
 
 /// Share of each stage in the whole time, the longest first. Repeated stages are added up.

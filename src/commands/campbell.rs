@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use crate::export::csv::ASSEMBLY;
 use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
+use crate::words::{figure, quantity, supported_digits};
 use dovetail_solver::results::modes::ModeKind;
-use dovetail_solver::run::{Campbell, Crossing, Family};
+use dovetail_solver::run::{Campbell, Crossing, CrossingPeak, Family, PeakAt};
 
 /// Highest engine order whose crossings are listed if no engine orders are requested.
 const MOST_ENGINE_ORDER: usize = 36;
@@ -81,15 +82,17 @@ pub struct Diagram<'a> {
     campbell: &'a Campbell,
     /// Requested engine orders, rising; empty for all up to [`MOST_ENGINE_ORDER`].
     asked: Vec<usize>,
+    peaks: &'a [CrossingPeak],
 }
 
 impl<'a> Diagram<'a> {
     /// Diagram with the requested engine orders; empty for all up to 36.
-    pub fn new(campbell: &'a Campbell, engine_orders: &[usize]) -> Self {
+    pub fn new(campbell: &'a Campbell, engine_orders: &[usize], peaks: &'a [CrossingPeak]) -> Self {
         let asked: BTreeSet<usize> = engine_orders.iter().copied().collect();
         Self {
             campbell,
             asked: asked.into_iter().collect(),
+            peaks,
         }
     }
 
@@ -148,6 +151,12 @@ impl<'a> Diagram<'a> {
             } else {
                 Vec::new()
             },
+            peaks: found_of(self.peaks)
+                .map(|(crossing, at)| {
+                    let place = (crossing.speed_rpm, crossing.frequency_hz);
+                    (place, amplitude(at))
+                })
+                .collect(),
         }
     }
 
@@ -183,6 +192,46 @@ impl<'a> Diagram<'a> {
             "speed_rpm", "Hz"
         )
     }
+}
+
+/// Crossings with their peaks.
+fn found_of(peaks: &[CrossingPeak]) -> impl Iterator<Item = (&Crossing, &PeakAt)> {
+    let found = peaks.iter();
+    found.filter_map(|peak| Some((&peak.crossing, peak.peak.as_ref().ok()?)))
+}
+
+/// Amplitude of a peak with the digits that its error supports.
+fn amplitude(at: &PeakAt) -> String {
+    let (amplitude_m, error) = (at.amplitude_m(0), at.orbit.amplitude_error(0));
+    quantity(amplitude_m, "m", supported_digits(amplitude_m, error))
+}
+
+/// Table of the peaks at crossings for the reader; empty where there are none.
+pub fn table_of_peaks(observation: &str, peaks: &[CrossingPeak]) -> String {
+    let line = |(crossing, at): (&Crossing, &PeakAt)| {
+        let ratio = at.linear_m.map(|linear| at.amplitude_m(0) / linear);
+        let ratio = ratio.map_or("–".to_owned(), |ratio| figure(ratio, 3));
+        format!(
+            "{:>10.1}  EO {:<4}{:>6}{:>14}{:>12}{:>12}{:>8}{:>8}\n",
+            crossing.speed_rpm,
+            crossing.engine_order,
+            crossing.mode,
+            amplitude(at),
+            figure(at.orbit.frequency_hz, 6),
+            ratio,
+            at.orbit.counts().slipping,
+            at.orbit.counts().opening,
+        )
+    };
+    let lines: String = found_of(peaks).map(line).collect();
+    if lines.is_empty() {
+        return lines;
+    }
+    format!(
+        "peak of {observation} at the crossings of the assembly, each at its speed\n\
+         {:>10}{:<9}{:>6}{:>14}{:>12}{:>12}{:>8}{:>8}\n{lines}",
+        "speed_rpm", "  order", "mode", "amplitude", "Hz", "of linear", "slip", "open"
+    )
 }
 
 fn title(family: &Family) -> String {

@@ -173,7 +173,24 @@ impl Work<'_> {
             let text = format!("no modes at {rpm} rpm: {error}");
             self.reporter.warning(Weight::Wrong, text);
         }
-        let diagram = Diagram::new(&campbell, engine_orders);
+        let of_scene = self.scene.engine_orders.iter().map(|order| order.order.0);
+        let orders: Vec<usize> = match engine_orders {
+            [] => of_scene.collect(),
+            asked => asked.to_vec(),
+        };
+        let peaks =
+            self.computes(|session| run::crossing_peaks(self.scene, &campbell, &orders, session))?;
+        for peak in &peaks {
+            if let Err(error) = &peak.peak {
+                let crossing = &peak.crossing;
+                let text = format!(
+                    "no peak at the crossing of mode {} with engine order {} at {:.1} rpm: {error}",
+                    crossing.mode, crossing.engine_order, crossing.speed_rpm
+                );
+                self.reporter.warning(Weight::Wrong, text);
+            }
+        }
+        let diagram = Diagram::new(&campbell, &orders, &peaks);
         if let Some(files) = &self.files {
             let drawn = (
                 &diagram.curves()[..],
@@ -182,9 +199,11 @@ impl Work<'_> {
             );
             files
                 .locked()
-                .campbell(&campbell, &diagram.crossings(), drawn)?;
+                .campbell(&campbell, (&diagram.crossings(), &peaks), drawn)?;
         }
-        Ok(diagram.table())
+        let observation = campbell.bound.model.observations.first();
+        let observation = observation.map_or("", |observation| observation.name.as_str());
+        Ok(diagram.table() + &campbell::table_of_peaks(observation, &peaks))
     }
 
     /// Compares harmonic balance with integration in time, and also returns a table for the reader.
@@ -194,6 +213,7 @@ impl Work<'_> {
     pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
         // Before anything is meshed.
         asked.check()?;
+        run::at_one_speed(self.scene, "an integration in time needs one speed")?;
         let meshes = self.meshes()?;
         let verified = self.computes(|session| run::verify(self.scene, meshes, asked, session))?;
         self.reporter.judge(&verified.run);

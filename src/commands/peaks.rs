@@ -152,6 +152,8 @@ impl Work<'_> {
         question: &PeakQuestion,
         scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
     ) -> Result<(String, Result<(), RunError>), E> {
+        let why = "peaks are those over the frequency at one speed";
+        run::at_one_speed(self.scene, why).map_err(RunError::from)?;
         if let Some(files) = &self.files {
             let before = files.locked().begin_peaks(question.resume)?;
             if before > 0 {

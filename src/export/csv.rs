@@ -6,6 +6,7 @@ use std::path::Path;
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
 use super::table::Columns;
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
@@ -17,7 +18,7 @@ use dovetail_solver::results::quantities::{
     CycleFields, StaticFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak,
     phasors, static_fields, sweep_fields,
 };
-use dovetail_solver::run::{Crossing, Family, PeakAt, Peaks};
+use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -29,8 +30,14 @@ pub const ASSEMBLY: &str = "assembly";
 /// reference. A point that did not converge keeps its outcome, iterations, residual and linear
 /// amplitude; its other cells are empty.
 ///
-/// `names` are the names of the observations.
-pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
+/// `names` are the names of the observations. `along` is the engine order of a run-up, whose rows
+/// have a speed, `speed_rpm`.
+pub fn write_response(
+    path: &Path,
+    names: &[&str],
+    response: &Response,
+    along: Option<EngineOrder>,
+) -> Result<(), ExportError> {
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
     let stable = response.is_followed().then(|| stable(response));
@@ -42,6 +49,9 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
         stable.map(|stable| stable[*row].to_string())
     });
     table.add("frequency_hz", |(_, o)| o.frequency_hz);
+    if let Some(order) = along {
+        table.add("speed_rpm", move |(_, o)| order.speed_rpm(o.frequency_hz));
+    }
     table.add("outcome", |(_, o)| o.outcome.to_string());
     for (i, name) in names.iter().enumerate() {
         table.add(
@@ -308,11 +318,12 @@ pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportErro
 }
 
 /// Writes modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin
-/// (empty at rest).
+/// (empty at rest). Where there are peaks, also those of the first observation.
 pub fn write_crossings(
     path: &Path,
     operating_rpm: f64,
     rows: &[Crossing],
+    peaks: &[CrossingPeak],
 ) -> Result<(), ExportError> {
     let mut table: Columns<'_, Crossing> = Columns::default();
     table.add("speed_rpm", |c| c.speed_rpm);
@@ -322,6 +333,31 @@ pub fn write_crossings(
     table.add("margin", move |c| {
         (operating_rpm > 0.0).then(|| c.margin(operating_rpm))
     });
+    if !peaks.is_empty() {
+        let peak = move |c: &Crossing| {
+            let own = peaks.iter().find(|peak| peak.crossing == *c)?;
+            own.peak.as_ref().ok()
+        };
+        table.add("peak_amplitude_m", move |c| {
+            peak(c).map(|at| at.amplitude_m(0))
+        });
+        table.add("peak_frequency_hz", move |c| {
+            peak(c).map(|at| at.orbit.frequency_hz)
+        });
+        table.add("linear_peak_amplitude_m", move |c| peak(c)?.linear_m);
+        table.add("peak_outcome", move |c| {
+            peak(c).map(|at| at.orbit.outcome.to_string())
+        });
+        table.add("peak_estimated_error", move |c| {
+            peak(c)?.orbit.amplitude_error(0)
+        });
+        table.add("slipping_pairs", move |c| {
+            peak(c).map(|at| at.orbit.counts().slipping)
+        });
+        table.add("opening_pairs", move |c| {
+            peak(c).map(|at| at.orbit.counts().opening)
+        });
+    }
     table.write(path, rows)
 }
 

@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::colours::{CurveKind, STATES};
 use crate::words::{counted, figure, quantity_beside, seven_digits, supported_digits};
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
@@ -23,6 +24,9 @@ pub struct Curves {
     pub unit: &'static str,
     /// Curves, the most important last.
     pub curves: Vec<Curve>,
+    /// Engine order of a run-up, whose curves are over the speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub along: Option<EngineOrder>,
     /// Largest value that an axis must show: that of all curves, or that of the curves with
     /// friction if these would otherwise be flat at the bottom of the axis.
     pub highest: f64,
@@ -42,7 +46,18 @@ impl Curves {
             quantity,
             unit,
             curves,
+            along: None,
         }
+    }
+
+    /// The same curves of a run-up along an engine order.
+    fn along(self, along: Option<EngineOrder>) -> Self {
+        Self { along, ..self }
+    }
+
+    /// Place of a frequency on the axis: its speed along an engine order, rpm, or itself, Hz.
+    pub(super) fn place(&self, frequency_hz: f64) -> f64 {
+        (self.along).map_or(frequency_hz, |order| order.speed_rpm(frequency_hz))
     }
 
     /// Values of all curves.
@@ -128,27 +143,31 @@ pub struct PeakMark {
     pub amplitude_m: f64,
     /// Number of digits of the amplitude that its estimated error supports.
     pub digits: usize,
+    /// Engine order of a run-up.
+    pub along: Option<EngineOrder>,
 }
 
 impl PeakMark {
     /// Mark of a peak with the estimated relative error of its amplitude, if known. `None` if
     /// nothing moves.
-    fn of(peak: Peak, error: Option<f64>) -> Option<Self> {
+    fn of(peak: Peak, error: Option<f64>, along: Option<EngineOrder>) -> Option<Self> {
         (peak.amplitude_m > 0.0).then(|| Self {
             frequency_hz: peak.frequency_hz,
             amplitude_m: peak.amplitude_m,
             digits: supported_digits(peak.amplitude_m, error),
+            along,
         })
     }
 
     /// Label of the peak, such as `6.5 mm at 450.085 Hz`, in the unit of an axis up to this
-    /// amplitude.
+    /// amplitude. The place of a run-up is a speed.
     pub fn words(&self, largest_m: f64) -> String {
-        format!(
-            "{} at {} Hz",
-            quantity_beside(self.amplitude_m, largest_m, "m", self.digits),
-            figure(self.frequency_hz, 6)
-        )
+        let place = match self.along {
+            Some(order) => format!("{} rpm", figure(order.speed_rpm(self.frequency_hz), 5)),
+            None => format!("{} Hz", figure(self.frequency_hz, 6)),
+        };
+        let amplitude = quantity_beside(self.amplitude_m, largest_m, "m", self.digits);
+        format!("{amplitude} at {place}")
     }
 }
 
@@ -158,6 +177,8 @@ pub struct Sweep<'a> {
     pub response: &'a Response,
     /// The response with another number of harmonics.
     pub compared: Option<&'a Response>,
+    /// Engine order of a run-up, whose curves are over the speed.
+    pub along: Option<EngineOrder>,
 }
 
 impl Sweep<'_> {
@@ -178,12 +199,13 @@ impl Sweep<'_> {
             kind: CurveKind::Linear,
             dashed: true,
             points: self.response.linear_curve.iter().map(at).collect(),
-            peak: linear_peak(self.response, i).and_then(|peak| PeakMark::of(peak, Some(0.0))),
+            peak: linear_peak(self.response, i)
+                .and_then(|peak| PeakMark::of(peak, Some(0.0), self.along)),
         };
         let of_response = |kind, response: &Response| Curve {
             peak: peak(response, i).and_then(|peak| {
                 let error = response.orbits[peak.index].amplitude_error(i);
-                PeakMark::of(peak, error)
+                PeakMark::of(peak, error, self.along)
             }),
             ..curve(harmonics_label(response), kind, response, |o| Point {
                 error: o.amplitude_error(i),
@@ -223,7 +245,7 @@ impl Sweep<'_> {
         let curves = linear
             .into_iter()
             .chain(of_responses.flat_map(with_unstable_apart));
-        Curves::of(quantity, unit, curves.collect())
+        Curves::of(quantity, unit, curves.collect()).along(self.along)
     }
 
     /// Number of pairs in each state. States that pairs have where they are open at rest are left
@@ -250,7 +272,7 @@ impl Sweep<'_> {
         let curves = curves.into_iter();
         let shown = curves.filter(|(curve, always)| *always || curve.highest() > 0.0);
         let shown = shown.map(|(curve, _)| curve).collect();
-        Curves::of("pairs".to_owned(), "", shown)
+        Curves::of("pairs".to_owned(), "", shown).along(self.along)
     }
 
     /// Mean powers that friction and damping take.
@@ -263,7 +285,7 @@ impl Sweep<'_> {
             of("friction", CurveKind::Friction, friction_power_w),
             of("damping", CurveKind::Damping, |o| o.viscous_power_w),
         ];
-        Curves::of("power".to_owned(), "W", both)
+        Curves::of("power".to_owned(), "W", both).along(self.along)
     }
 }
 
@@ -672,7 +694,7 @@ mod tests {
                 frequency_hz: 287.6921,
                 amplitude_m,
             };
-            PeakMark::of(at, error)
+            PeakMark::of(at, error, None)
         };
         let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
         assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");

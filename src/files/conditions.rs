@@ -1,14 +1,19 @@
 //! Short texts of the loads and excitations of a scene, for the headings of pictures.
 
 use crate::words::{counted, short, short_quantity};
-use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::description::{EngineOrder, Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
-/// Excitation, speed and friction: `1 N at 6000 rpm, friction 0.3`.
+/// Excitation, speed and friction: `1 N at 6000 rpm, friction 0.3`. A run-up has its engine order in
+/// the place of the speed.
 pub(super) fn in_motion(scene: &Scene) -> String {
     let parts = match &scene.subject {
         Subject::Assembly(assembly) => {
             let shaken = excitations(assembly).join(", ");
+            if let Some(EngineOrder(order)) = scene.response.along_engine_order {
+                let moving = format!("{shaken} along engine order {order}");
+                return [moving, friction(assembly)].join(", ");
+            }
             let between = if assembly.rotation.is_some() {
                 " at"
             } else {

@@ -43,7 +43,7 @@ use crate::export::plots::{CampbellFamily, EngineOrders, Heading, Operation, wri
 use crate::export::{ExportError, create_folder, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
-use dovetail_solver::description::Scene;
+use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind};
 use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
@@ -51,8 +51,8 @@ use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run, StaticResult,
-    Verification, Verified,
+    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, Reduced, ResponseResult, Run,
+    StaticResult, Verification, Verified,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -102,6 +102,8 @@ pub struct Files {
     frames: Option<usize>,
     /// Pictures in addition to those of every run.
     further_plots: Vec<FurtherPlot>,
+    /// Engine order of a run-up.
+    along: Option<EngineOrder>,
     /// Conditions under the titles of pictures of the static state.
     at_rest: String,
     /// Conditions under the titles of pictures of the response.
@@ -157,6 +159,7 @@ impl Files {
             fields: output.fields,
             frames: output.frames,
             further_plots: output.further_plots.clone(),
+            along: scene.response.along_engine_order,
             at_rest: at_rest(scene),
             in_motion: in_motion(scene),
             begun: Instant::now(),
@@ -229,12 +232,12 @@ impl Files {
     pub fn campbell(
         &self,
         campbell: &Campbell,
-        crossings: &[Crossing],
+        (crossings, peaks): (&[Crossing], &[CrossingPeak]),
         diagram: (&[CampbellFamily], &EngineOrders, &Operation),
     ) -> Result<(), RunError> {
         csv::write_campbell(&self.out.file("modes_campbell.csv")?, &campbell.families)?;
         let path = self.out.file("modes_crossings.csv")?;
-        csv::write_crossings(&path, campbell.operating_rpm, crossings)?;
+        csv::write_crossings(&path, campbell.operating_rpm, crossings, peaks)?;
         let heading = Heading {
             title: &format!("{}: natural frequencies", self.summary.scene.name),
             conditions: &if campbell.operating_rpm > 0.0 {
@@ -480,7 +483,8 @@ impl Files {
         let (partial, pairs) = (own.partial(), &own.pairs);
         csv::write_contact(&self.out.file("contact.csv")?, pairs, &partial)?;
         let first = own.names.first().map(String::as_str);
-        self.summary.response = Some(manifest::response_summary(pairs, first, &partial));
+        let summary = manifest::response_summary(pairs, first, &partial, self.along);
+        self.summary.response = Some(summary);
         self.write_tables()?;
         let why = format!("{signal} after {progress}");
         self.write_summary(RunState::Interrupted, Some(why.clone()))?;
@@ -494,7 +498,12 @@ impl Files {
         for solving in &self.solving {
             let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
             let partial = solving.partial();
-            csv::write_response(&self.out.file(&solving.table)?, &names, &partial)?;
+            csv::write_response(
+                &self.out.file(&solving.table)?,
+                &names,
+                &partial,
+                self.along,
+            )?;
             if let Some(flanks) = &solving.flanks {
                 flanks.write_collection(&self.out.file(FLANKS)?, &partial.orbits)?;
             }
@@ -653,16 +662,17 @@ impl Files {
     fn response(&mut self, reduced: &Reduced, found: &ResponseResult) -> Result<(), RunError> {
         let response = &found.response;
         let first = reduced.observations().first().copied();
-        let of_response = manifest::response_summary(&reduced.pairs, first, response);
+        let of_response = manifest::response_summary(&reduced.pairs, first, response, self.along);
         self.summary.response = Some(of_response);
         if let Some(truncation) = &mut self.summary.truncation {
             truncation.modes_reach = found.modes_reach;
         }
         let (out, names) = (&self.out, reduced.observations());
-        csv::write_response(&out.file(&table_of(None))?, &names, response)?;
+        let along = self.along;
+        csv::write_response(&out.file(&table_of(None))?, &names, response, along)?;
         if let Some(compared) = &found.compared {
             let file = table_of(Some(compared.harmonics));
-            csv::write_response(&out.file(&file)?, &names, &compared.response)?;
+            csv::write_response(&out.file(&file)?, &names, &compared.response, along)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, &sweep(found))?;
@@ -670,7 +680,7 @@ impl Files {
             flanks.keep_alone(out.path(), &response.orbits)?;
             flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;
         }
-        if let Some(bodies) = &reduced.bodies {
+        if let Some(bodies) = found.bodies_at_peak(reduced.bodies.as_ref()) {
             self.motion = self.write_response_on_mesh(bodies, response)?;
         }
         Ok(())
@@ -730,5 +740,6 @@ fn sweep(found: &ResponseResult) -> Sweep<'_> {
     Sweep {
         response: &found.response,
         compared: found.compared.as_ref().map(|compared| &compared.response),
+        along: found.run_up.as_ref().map(|run_up| run_up.engine_order),
     }
 }

@@ -48,10 +48,18 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     };
     let mut warnings = of_motion(run);
     warnings.extend(held(found));
-    let modes: Vec<f64> = (run.reduced.linear_omega2(&run.statics.state).iter())
+    let mut modes: Vec<f64> = (run.reduced.linear_omega2(&run.statics.state).iter())
         .map(|omega2| hertz(*omega2))
         .collect();
-    warnings.extend(of_frequencies(&run.reduced, &found.response, &modes));
+    if found.run_up.is_some() {
+        // Those at its speeds are others.
+        modes.clear();
+    }
+    let keys = match found.run_up {
+        Some(_) => "the range of speeds (response.speed_rpm, or response.frequency_hz)",
+        None => "response.frequency_hz or response.times_first_linear_mode",
+    };
+    warnings.extend(of_frequencies(&run.reduced, &found.response, &modes, keys));
     warnings.extend(few_modes(found.modes_reach));
     warnings
 }
@@ -300,7 +308,13 @@ fn held(found: &ResponseResult) -> Option<Warning> {
 }
 
 /// Warnings about frequencies: first those that failed, then those that are doubtful.
-fn of_frequencies(reduced: &Reduced, response: &Response, modes_hz: &[f64]) -> Vec<Warning> {
+/// `keys` give the range.
+fn of_frequencies(
+    reduced: &Reduced,
+    response: &Response,
+    modes_hz: &[f64],
+    keys: &str,
+) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let all = response.orbits.len();
     let ended = |outcome: Outcome| {
@@ -324,6 +338,13 @@ fn of_frequencies(reduced: &Reduced, response: &Response, modes_hz: &[f64]) -> V
             "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, and the two sides of a \
              pair are assumed to stay opposite each other (outcome slides_too_far of response.csv)",
             100.0 * TOO_FAR,
+        )));
+    }
+    let free = ended(Outcome::NothingHolds);
+    if free > 0 {
+        warnings.push(wrong(format!(
+            "at {free} of {all} frequencies nothing holds the bodies at rest: no pair is in contact in the static state at their speeds; \
+             begin the run-up at a higher speed, or press them together with a [[load]]"
         )));
     }
     let late = ended(Outcome::TimeLimit);
@@ -363,7 +384,7 @@ fn of_frequencies(reduced: &Reduced, response: &Response, modes_hz: &[f64]) -> V
     }
     warnings.extend(gaps(response));
     for (i, name) in names.into_iter().enumerate() {
-        warnings.extend(hidden_peak(name, i, response, modes_hz));
+        warnings.extend(hidden_peak((name, i), response, modes_hz, keys));
     }
     warnings
 }
@@ -409,18 +430,17 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
 /// Warnings that a peak may lie outside the range or between two frequencies, or belong to another
 /// motion.
 fn hidden_peak(
-    name: &str,
-    observation: usize,
+    (name, observation): (&str, usize),
     response: &Response,
     modes_hz: &[f64],
+    keys: &str,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let at_end = peak(response, observation)
         .filter(|peak| peak.amplitude_m > 0.0 && peak_is_at_an_end(response, observation));
     if let Some(peak) = at_end {
         warnings.push(doubt(format!(
-            "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
-             or response.times_first_linear_mode{}",
+            "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen {keys}{}",
             peak.frequency_hz,
             nearest_modes(modes_hz, peak.frequency_hz)
         )));
@@ -429,7 +449,7 @@ fn hidden_peak(
     {
         warnings.push(doubt(format!(
             "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
-             the two peaks then says nothing; widen response.frequency_hz or response.times_first_linear_mode, or give the range of \
+             the two peaks then says nothing; widen {keys}, or give the range of \
              another mode{}",
             linear.frequency_hz,
             nearest_modes(modes_hz, linear.frequency_hz)

@@ -44,7 +44,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 13] = [
+const SECTIONS: [Section; 14] = [
     TOP,
     REDUCED_MODEL,
     MESH,
@@ -58,6 +58,7 @@ const SECTIONS: [Section; 13] = [
     OBSERVE,
     STATIC,
     RESPONSE,
+    ENGINE_ORDER,
 ];
 
 section! {
@@ -85,6 +86,8 @@ section! {
         #[serde(rename = "static")]
         pub static_state: Located<RawStatic>,
         pub response: Located<RawResponse>,
+        #[serde(default)]
+        pub engine_order: Vec<Spanned<RawEngineOrder>>,
     }
 }
 
@@ -475,17 +478,27 @@ section! {
     RESPONSE: RawResponse, "response", Table, "required",
         "frequencies, harmonics and how they are solved",
         "[response]\nfrequency_hz = [440.0, 460.0]" {
-        frequency_hz: Numbers(2, "Hz"), "- or `times_first_linear_mode`",
+        frequency_hz: Numbers(2, "Hz"), "- or `times_first_linear_mode`, or `speed_rpm`",
             "`[from, to]` with 0 < from < to, or from = to for one frequency",
             "[440.0, 460.0]";
         times_first_linear_mode: Numbers(2, ""), "- or `frequency_hz`",
             "the same, in multiples of the first linear frequency",
             "[0.98, 1.02]";
+        along_engine_order: Whole(Some(1), Some(1000)), "none: the speed stays",
+            "the speed of rotation and the frequency move together, with so many cycles of the \
+             excitation per revolution: a [run-up](how-to/engine_orders.md). It needs \
+             `[rotation]`, whose `speed_rpm` then is that of the static state and of the modes \
+             alone",
+            "4  # frequency = 4 * speed / 60";
+        speed_rpm: Numbers(2, "rpm"), "- or `frequency_hz`",
+            "`[from, to]`, the range of a run-up as speeds in place of frequencies, with \
+             `along_engine_order`",
+            "[4000, 6000]";
         points: Whole(Some(1), Some(1_000_000)), "none",
             "a grid of so many frequencies, evenly spaced, ends included, of which each is solved \
              by itself; without this key the curve is [followed along its \
              length](method.md#following-a-branch), also where it folds, with points where it \
-             bends and at its peaks",
+             bends and at its peaks. A run-up always has a grid, of 40 without this key",
             "200";
         // Below it, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
         accuracy: Number("", Limits::between(1e-4, 0.5)), "0.01",
@@ -535,6 +548,22 @@ section! {
         slip_threshold_m: Number("m", Limits::NOT_NEGATIVE), "1e-5 of the largest static slip",
             "a pair counts as slipping when it slides farther than this in a period",
             "1e-10";
+    }
+}
+
+section! {
+    ENGINE_ORDER: RawEngineOrder, "engine_order", List, "none or more",
+        "an engine order of the Campbell diagram, and what it excites with",
+        "[[engine_order]]\norder = 4\ntimes = 1.0" {
+        order: Whole(Some(1), Some(1000)), "-",
+            "cycles per revolution, each different. `dovetail modes --rpm` lists the crossings of \
+             these engine orders, unless `--orders` names others",
+            "4";
+        times: Number("", Limits::POSITIVE), "none",
+            "with it `dovetail modes --rpm` finds the [peak with friction at each crossing \
+             ](how-to/engine_orders.md#the-peak-at-each-crossing): the amplitudes of all \
+             `[[excitation]]` are multiplied by this number",
+            "2.5";
     }
 }
 

@@ -36,7 +36,11 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
     ),
     (
         "response",
-        &[&["frequency_hz"], &["times_first_linear_mode"]],
+        &[
+            &["frequency_hz"],
+            &["times_first_linear_mode"],
+            &["speed_rpm"],
+        ],
     ),
     (
         "response",

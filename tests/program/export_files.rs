@@ -84,6 +84,7 @@ fn summary(run: &Run) -> Summary {
             &pairs(run),
             Some("tip"),
             &run.response,
+            None,
         )),
         observations: manifest::observation_summaries(&run.model),
         ..Summary::default()
@@ -117,6 +118,7 @@ fn sweep(response: &Response) -> Sweep<'_> {
     Sweep {
         response,
         compared: None,
+        along: None,
     }
 }
 
@@ -124,7 +126,7 @@ fn sweep(response: &Response) -> Sweep<'_> {
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
     let (model, response) = (&run.model, &run.response);
-    csv::write_response(&out.join("response.csv"), &names(run), response).unwrap();
+    csv::write_response(&out.join("response.csv"), &names(run), response, None).unwrap();
     csv::write_static(&out.join("static.csv"), &pairs(run), &run.static_state).unwrap();
     csv::write_contact(&out.join("contact.csv"), &pairs(run), response).unwrap();
     vtu::write_static(&out.join("static.vtu"), model, &static_fields(run)).unwrap();
@@ -220,7 +222,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("unconverged");
     let path = out.join("response.csv");
-    csv::write_response(&path, &names(&run), &run.response).unwrap();
+    csv::write_response(&path, &names(&run), &run.response, None).unwrap();
     let header = fs::read_to_string(&path)
         .unwrap()
         .lines()
@@ -587,7 +589,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
 
     fs::write(out.join("blocked"), "a file where a folder should be").unwrap();
     let path = out.join("blocked/response.csv");
-    let error = csv::write_response(&path, &names(&run), &run.response).unwrap_err();
+    let error = csv::write_response(&path, &names(&run), &run.response, None).unwrap_err();
     has(&error.to_string(), "blocked & --out");
 
     let field = Field {

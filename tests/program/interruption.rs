@@ -188,6 +188,46 @@ fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
     assert!(!journal.exists());
 }
 
+/// The speeds that were solved are not reduced again.
+#[test]
+fn a_run_up_goes_on_to_the_bytes_of_an_unbroken_one() {
+    let up = |out: &Path, words: &[&str]| {
+        let set = [
+            SMALL,
+            "response.along_engine_order=6",
+            "response.speed_rpm=[4300, 4500]",
+            "response.compare_harmonics=",
+            "response.points=10",
+        ];
+        let mut program = on_scene("run", "scenes/paper.toml", out, &set);
+        program.args(words);
+        program
+    };
+    let whole = Folder::new("run_up-unbroken");
+    ended(up(&whole, &[]), 0);
+    let out = Folder::new("run_up-broken");
+    let journal = out.join("response.journal");
+    let broken = started(up(&out, &[]), &journal, 40_000);
+    send("-INT", &broken);
+    let output = broken.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
+    let solved = numbers(&out.join("response.csv"), "speed_rpm").len();
+    assert!((1..10).contains(&solved), "{solved}");
+    let other = ["--resume", "--set", "response.along_engine_order=5"];
+    has(&told(up(&out, &other), 2), "computed from other inputs");
+    let resumed = told(up(&out, &["--resume"]), 0);
+    has(&resumed, &format!("{solved} speeds were solved before"));
+    assert_eq!(out.text("response.csv"), whole.text("response.csv"));
+    assert_eq!(out.text("peak.vtu"), whole.text("peak.vtu"));
+    let stages = manifest(&out).stages;
+    let reduction = stages
+        .iter()
+        .find(|s| s.name.starts_with("reduction along"));
+    let times = format!("reduction along the run-up, {} times", 11 - solved);
+    assert_eq!(reduction.unwrap().name, times);
+}
+
 #[test]
 fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     let out = Folder::new("interrupted");

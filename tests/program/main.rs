@@ -45,6 +45,7 @@ mod reduced_scenes;
 mod reference;
 mod report;
 mod run_as_value;
+mod run_up;
 mod scene_any_text;
 mod scene_errors;
 mod scene_set;

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::PairLaw;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::model::Assembly;
@@ -20,6 +22,9 @@ pub struct Scene {
     pub static_state: StaticSpec,
     /// Settings of the response.
     pub response: ResponseSpec,
+    /// Engine orders whose crossings with modes are found over the speed; empty for those that a
+    /// caller asks for.
+    pub engine_orders: Vec<ExcitedOrder>,
 }
 
 impl Scene {
@@ -80,6 +85,9 @@ pub struct ResponseSpec {
     /// Number of frequencies of a grid, evenly spaced, of which each is solved by itself; `None`: the
     /// curve is followed along its length, round folds, with points where it bends.
     pub points: Option<usize>,
+    /// Engine order that the response is along: the speed of rotation moves with the frequency.
+    /// `None`: the speed stays.
+    pub along_engine_order: Option<EngineOrder>,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// Number of harmonics of a second response, which is drawn beside the first.
@@ -111,6 +119,7 @@ impl ResponseSpec {
         Self {
             range,
             points: None,
+            along_engine_order: None,
             resolution,
             compare_harmonics: None,
             eps: EpsChoice::Dynamic,
@@ -123,6 +132,34 @@ impl ResponseSpec {
             slip_threshold_m: None,
         }
     }
+}
+
+/// Excitation of so many cycles per revolution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EngineOrder(pub usize);
+
+impl EngineOrder {
+    /// Frequency at a speed of rotation, Hz.
+    pub fn frequency_hz(self, speed_rpm: f64) -> f64 {
+        self.0 as f64 * speed_rpm / 60.0
+    }
+
+    /// Speed of rotation at a frequency, rpm, to twelve digits: a speed from which the frequency was
+    /// made comes back as it was.
+    pub fn speed_rpm(self, frequency_hz: f64) -> f64 {
+        let speed_rpm = 60.0 * frequency_hz / self.0 as f64;
+        format!("{speed_rpm:.11e}").parse().unwrap_or(speed_rpm)
+    }
+}
+
+/// Engine order with the excitation of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExcitedOrder {
+    /// Engine order.
+    pub order: EngineOrder,
+    /// Factor on all excitations of the scene at this engine order; `None`: its crossings have no
+    /// peaks.
+    pub times: Option<f64>,
 }
 
 /// First and last frequency of a response.
@@ -142,4 +179,20 @@ pub enum FrequencyRange {
         /// Last multiple.
         to: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EngineOrder;
+
+    #[test]
+    fn a_speed_comes_back_from_its_frequency() {
+        for order in [1, 3, 7, 36] {
+            let order = EngineOrder(order);
+            for speed_rpm in [0.1, 3010.0, 4999.9, 12345.6789] {
+                assert_eq!(order.speed_rpm(order.frequency_hz(speed_rpm)), speed_rpm);
+            }
+        }
+        assert_eq!(EngineOrder(4).frequency_hz(3000.0), 200.0);
+    }
 }

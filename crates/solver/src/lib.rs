@@ -37,6 +37,7 @@
 //!     damping: DampingSpec::Ratio { ratio: 0.001, linear_mode: 1 },
 //!     static_state: StaticSpec::default(),
 //!     response: ResponseSpec { points: Some(11), ..ResponseSpec::new(range, resolution) },
+//!     engine_orders: Vec::new(),
 //! };
 //! // Nobody listens, and nothing is kept.
 //! let run = solve(&scene, None, Options::default(), &Session::new(&mut (), &mut ()))?;

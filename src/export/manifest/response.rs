@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, SecondMotion};
 use dovetail_solver::results::pairs::PairTable;
@@ -30,6 +31,15 @@ pub struct ResponseSummary {
     pub observation: Option<String>,
     pub peak_amplitude_m: Option<f64>,
     pub peak_frequency_hz: Option<f64>,
+    /// Engine order of a run-up.
+    #[serde(default)]
+    pub engine_order: Option<EngineOrder>,
+    /// First and last speed of a run-up.
+    #[serde(default)]
+    pub speed_rpm: Option<[f64; 2]>,
+    /// Speed at the peak of a run-up.
+    #[serde(default)]
+    pub peak_speed_rpm: Option<f64>,
     /// Row of response.csv, 0 = first.
     pub peak_row: Option<usize>,
     /// True if the largest amplitude is at an end of the range: the curve may rise further outside.
@@ -155,11 +165,13 @@ fn peak_summary(peak: &LocalPeak) -> PeakSummary {
     }
 }
 
-/// Main figures of a response. `observation` is the name of the first observation.
+/// Main figures of a response. `observation` is the name of the first observation, `along` the engine
+/// order of a run-up.
 pub fn response_summary(
     pairs: &PairTable,
     observation: Option<&str>,
     response: &Response,
+    along: Option<EngineOrder>,
 ) -> ResponseSummary {
     let top = peak(response, 0);
     let at_peak = top.map(|p| &response.orbits[p.index]);
@@ -202,6 +214,15 @@ pub fn response_summary(
         observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),
         peak_frequency_hz: top.map(|p| p.frequency_hz),
+        engine_order: along,
+        speed_rpm: along.and_then(|order| {
+            let ends = response.orbits.first().zip(response.orbits.last())?;
+            let ends: [&Orbit; 2] = ends.into();
+            Some(ends.map(|o| order.speed_rpm(o.frequency_hz)))
+        }),
+        peak_speed_rpm: along
+            .zip(top)
+            .map(|(order, p)| order.speed_rpm(p.frequency_hz)),
         peak_row: top.map(|p| p.index),
         peak_at_end_of_range: peak_is_at_an_end(response, 0),
         peak_rise: peak_rise(response, 0),

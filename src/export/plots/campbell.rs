@@ -18,6 +18,8 @@ const NAME_PX: u32 = TEXT_PX - 7;
 const HALF: i32 = at_px(9);
 /// Free space between a line and its name.
 const SPACE: i32 = at_px(6);
+/// Distances from a crossing at which the words of its peak may be placed, pixels.
+const PEAK_DISTANCES: [i32; 4] = [10, 20, 34, 50];
 const ORDERS: RGBColor = RGBColor(170, 170, 170);
 
 /// Modes of one kind over the speeds.
@@ -46,6 +48,8 @@ pub struct Operation {
     pub speed_rpm: f64,
     /// Frequency of each mode at this speed, Hz, and a text with the frequency in engine orders.
     pub modes: Vec<(f64, String)>,
+    /// Speed (rpm) and frequency (Hz) of crossings, each with the amplitude of its peak in words.
+    pub peaks: Vec<((f64, f64), String)>,
 }
 
 /// Draws the families and the engine orders `order * speed / 60`, with the speed of operation.
@@ -87,7 +91,7 @@ fn draw(
     let ends = [1.04 * above_zero(fastest), 1.08 * above_zero(highest)];
     let axes = [("speed (rpm)", ends[0]), ("frequency (Hz)", ends[1])];
     let axes = axes.map(|(title, end)| Axis::linear(title).spanning([0.0, end]));
-    let chart = Chart::new(canvas, heading, &legend, axes)?;
+    let mut chart = Chart::new(canvas, heading, &legend, axes)?;
     let at = |point: (f64, f64)| chart.at(point).unwrap_or_default();
     let orders = engine_orders(orders, above_zero(fastest), ends[1], at);
     let order_line = ORDERS.stroke_width(px(1));
@@ -95,8 +99,11 @@ fn draw(
         let line = vec![at((0.0, 0.0)), at(*end)];
         canvas.draw(&PathElement::new(line, order_line))?;
     }
+    // Of the names that stand before those of peaks.
+    let mut boxes = Vec::new();
     for EngineOrder { name, bounds, .. } in orders {
         let [left, right, above, below] = bounds;
+        boxes.push(bounds);
         let middle = ((left + right) / 2, (above + below) / 2);
         // On its own line or another one a name stands on white.
         let ground = [(left, above), (right, below)];
@@ -119,8 +126,39 @@ fn draw(
         let line = vec![at((speed, 0.0)), (x, above)];
         canvas.draw(&PathElement::new(line, INK.stroke_width(px(1))))?;
         let names = at_operation(operation, (x, above), |hz| at((speed, hz)).1);
-        for ([_, right, upper, lower], words) in names {
+        for (bounds, words) in names {
+            let [_, right, upper, lower] = bounds;
+            boxes.push(bounds);
             chart.text(&words, (right, (upper + lower) / 2), NAME_PX, HPos::Right)?;
+        }
+    }
+    boxes
+        .into_iter()
+        .for_each(|bounds| chart.taken.add_box(bounds));
+    draw_peaks(&mut chart, families, operation)
+}
+
+/// Draws a ring at each crossing that has a peak, with its words where they cover no mode.
+fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operation) -> Drawn {
+    if operation.peaks.is_empty() {
+        return Ok(());
+    }
+    for mode in families.iter().flat_map(|family| &family.modes) {
+        let places: Vec<_> = mode.iter().filter_map(|point| chart.at(*point)).collect();
+        chart.taken.add_line(&places);
+    }
+    for (point, words) in &operation.peaks {
+        let Some(at) = chart.at(*point) else {
+            continue;
+        };
+        chart.ring(at, INK)?;
+        let size = (width_of(words, NAME_PX), 2 * HALF);
+        if let Some([left, right, top, bottom]) = chart.beside(at, size, &PEAK_DISTANCES) {
+            // On the line of an engine order a name stands on white.
+            let ground = [(left, top), (right, bottom)];
+            chart.canvas.draw(&Rectangle::new(ground, WHITE.filled()))?;
+            let middle = ((left + right) / 2, (top + bottom) / 2);
+            chart.text(words, middle, NAME_PX, HPos::Center)?;
         }
     }
     Ok(())
@@ -280,6 +318,7 @@ mod tests {
                 (431.0, "431.0 Hz, EO 5.17".to_owned()),
                 (120.0, "120.0 Hz, EO 1.44".to_owned()),
             ],
+            ..Operation::default()
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campbell.svg");

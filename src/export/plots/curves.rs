@@ -12,6 +12,7 @@ use crate::export::ExportError;
 use crate::export::colours::CurveKind;
 use crate::export::curves::{Curve, Curves, PeakMark, Point};
 use crate::words::counted;
+use dovetail_solver::description::EngineOrder;
 
 /// Height of the letters at a peak, pixels.
 const PEAK_PX: u32 = TEXT_PX - 4;
@@ -59,16 +60,22 @@ impl Curve {
     }
 }
 
-/// Axis of the frequencies of all points.
+/// Axis of the frequencies of all points, or of their speeds in a run-up.
 fn frequencies(curves: &Curves) -> super::axis::DrawnAxis {
     let points = curves.curves.iter().flat_map(|c| &c.points);
-    let [low, high] = ends(points.map(|p| p.frequency_hz));
+    let [low, high] = ends(points.map(|p| curves.place(p.frequency_hz)));
     let ends = match (low < high, low <= high) {
         (true, _) => [low, high],
         (false, true) => [low - 1.0, low + 1.0],
         (false, false) => [0.0, 1.0],
     };
-    Axis::linear("frequency (Hz)").spanning(ends)
+    let title = match curves.along {
+        Some(EngineOrder(order)) => {
+            format!("speed (rpm); the frequency in Hz is {order}/60 of it (engine order {order})")
+        }
+        None => "frequency (Hz)".to_owned(),
+    };
+    Axis::linear(&title).spanning(ends)
 }
 
 fn values(curves: &Curves, scale: Scale) -> Axis {
@@ -146,14 +153,16 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
     let [bottom, top] = range;
     for curve in &curves.curves {
         for stretch in stretches(&curve.points, range) {
-            let places: Vec<_> = stretch.into_iter().filter_map(|p| chart.at(p)).collect();
+            let places = stretch.into_iter();
+            let places = places.map(|(hz, value)| (curves.place(hz), value));
+            let places: Vec<_> = places.filter_map(|p| chart.at(p)).collect();
             chart.line(&places, curve.stroke())?;
             chart.taken.add_line(&places);
         }
         for point in &curve.points {
             let height = point.value.filter(|v| (bottom..=top).contains(v));
             let ring = height.filter(|_| point.is_inaccurate());
-            if let Some(at) = ring.and_then(|v| chart.at((point.frequency_hz, v))) {
+            if let Some(at) = ring.and_then(|v| chart.at((curves.place(point.frequency_hz), v))) {
                 chart.ring(at, curve.colour())?;
             }
         }
@@ -163,13 +172,13 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
         .iter()
         .flat_map(|c| Point::lost(&c.points).map(move |p| (c, p)))
     {
-        if let Some(at) = chart.at((point.frequency_hz, bottom)) {
+        if let Some(at) = chart.at((curves.place(point.frequency_hz), bottom)) {
             chart.cross(at, curve.colour())?;
         }
     }
     let marked = |chart: &Chart, curve: &Curve| {
         let peak = curve.peak_below(top)?;
-        let at = chart.at((peak.frequency_hz, peak.amplitude_m))?;
+        let at = chart.at((curves.place(peak.frequency_hz), peak.amplitude_m))?;
         Some((at, peak.words(curves.highest), curve.colour()))
     };
     let curves = curves.curves.iter();
@@ -305,6 +314,7 @@ mod tests {
             frequency_hz: 1.5,
             amplitude_m: 20.0,
             digits: 3,
+            along: None,
         };
         let curves = Curves {
             quantity: String::new(),
@@ -313,6 +323,7 @@ mod tests {
                 curve("linear", CurveKind::Linear, vec![], Some(peak)),
                 curve("H = 3", CurveKind::Response, own, None),
             ],
+            along: None,
             highest: 1.0,
         };
         let legend = format!("{:?}", legend(&curves, 1.12));
@@ -340,6 +351,7 @@ mod tests {
                 quantity: String::new(),
                 unit: "m",
                 curves: vec![curve],
+                along: None,
                 highest: 0.0,
             });
             (axis.low, axis.high)

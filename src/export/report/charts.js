@@ -97,7 +97,14 @@ class Chart {
 
   draw() {
     this.plot?.destroy();
-    const { series, axes, data, rest, marked, ...more } = this.make();
+    const { series, axes, data, rest, marked, along, ...more } = this.make();
+    // Along an engine order the speed moves with the frequency.
+    const rpm = (hz) => Number(((60 * hz) / along).toPrecision(5));
+    const both = (_, values) => values.map((v) => (v == null ? "" : `${rpm(v)} rpm\n${Number(v.toPrecision(9))} Hz`));
+    const across = along
+      ? { label: `speed and frequency along engine order ${along}`, values: both, size: 64, space: 90 }
+      : { label: "frequency (Hz)" };
+    const place = (v) => `${along ? `${rpm(v)} rpm, ` : ""}${Number(v.toPrecision(6))} Hz`;
     const rule = { stroke: colourOf("--rule"), width: 1 };
     const plain = (_, values) => values.map((v) => (v == null ? "" : String(Number(v.toPrecision(9))).replace("-", "−")));
     const axis = (a) => ({
@@ -115,9 +122,9 @@ class Chart {
       ...more,
       hooks: { ready: [resting], setCursor: [resting], draw: [(plot) => drawMarks(plot, marked ?? [])] },
       scales: { x: { time: false }, ...more.scales },
-      axes: [axis({ label: "frequency (Hz)" }), ...axes.map((a) => axis({ size: 64, ...a }))],
+      axes: [axis(across), ...axes.map((a) => axis({ size: 64, ...a }))],
       series: [
-        { label: "frequency", class: "at", value: (_, v) => (v == null ? "–" : `${Number(v.toPrecision(6))} Hz`) },
+        { label: along ? "speed" : "frequency", class: "at", value: (_, v) => (v == null ? "–" : place(v)) },
         // Places are not rounded to whole pixels, which would make stairs of slopes.
         ...series.map((s) => ({ pxAlign: 0, ...s, class: s.label ? null : "unnamed" })),
       ],

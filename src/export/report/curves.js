@@ -42,7 +42,7 @@ function errorText(error) {
  */
 function curveChart(place, chosen, peak_hz, state = null) {
   return new Chart(place, () => {
-    const { quantity, unit, curves, ...more } = chosen(), own = curves.at(-1), { error } = own.points;
+    const { quantity, unit, curves, along, ...more } = chosen(), own = curves.at(-1), { error } = own.points;
     const scaling = state && (state.scale ?? bestScale({ curves, ...more }));
     const withFriction = curves.filter(({ kind }) => scaling !== "friction" || kind !== "linear");
     const sizes = withFriction.flatMap(({ points }) => points.y.map((v) => Math.abs(v ?? 0)));
@@ -76,7 +76,7 @@ function curveChart(place, chosen, peak_hz, state = null) {
     };
     const rest = data[0].indexOf(own.peak ? own.peak[0] : peak_hz);
     return {
-      data,
+      data, along,
       series: lines.map((l) => l.series),
       bands: bounds.flatMap((_, i) => (i % 2 ? [{ series: [i, i + 1], fill: colourOf("--band") }] : [])),
       scales: scaling ? { y: scaling === "logarithmic" ? { distr: 3 } : { range } } : {},

@@ -52,6 +52,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     missing_sections(checker, &raw);
     let response = raw.response.as_ref();
     let response = response.and_then(|r| response::response(checker, r));
+    response::turns(checker, &raw);
     let damping = raw.damping.as_ref();
     let damping = damping.and_then(|d| contacts::damping(checker, d, response.as_ref()));
     let subject = match &raw.reduced_model {
@@ -62,6 +63,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         None => assembly(checker, base_dir, &raw, response.as_ref())
             .map(|a| Subject::Assembly(Box::new(a))),
     };
+    let engine_orders = response::engine_orders(checker, &raw.engine_order);
     let table = raw.static_state.as_ref();
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
@@ -77,6 +79,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             overload: overload?,
         },
         response: response?,
+        engine_orders: engine_orders?,
     })
 }
 

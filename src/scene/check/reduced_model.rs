@@ -41,6 +41,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
         ("load", first(&raw.load)),
         ("excitation", first(&raw.excitation)),
         ("observe", first(&raw.observe)),
+        ("engine_order", first(&raw.engine_order)),
     ];
     for (section, span) in places!(raw; mesh, rotation).into_iter().chain(lists) {
         let Some(span) = span else { continue };
@@ -49,7 +50,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
                      holds the loads and the observed points, or the sections [mesh], [[body]], [rotation], \
-                     [[contact]], [[spring]], [[load]], [[excitation]] and [[observe]] without it",
+                     [[contact]], [[spring]], [[load]], [[excitation]], [[observe]] and [[engine_order]] without it",
         };
         let problem = checker
             .source

@@ -1,19 +1,23 @@
-//! Checks `[response]`.
+//! Checks `[response]` and `[[engine_order]]`.
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
-use crate::scene::entries::RawResponse;
+use crate::scene::entries::{RawEngineOrder, RawResponse, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Number;
-use dovetail_solver::description::{FrequencyRange, ResponseSpec};
+use dovetail_solver::description::{EngineOrder, ExcitedOrder, FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+
+/// Number of speeds of a run-up where none is given: each takes a reduction of its own.
+const RUN_UP_POINTS: usize = 40;
 
 pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<ResponseSpec> {
     let at = Table::of("response", raw.span(), None);
     let raw = raw.get_ref();
     let points = checker.optional_count(&at, "points", &raw.points, None);
-    let range = frequency_range(checker, &at, raw, points.flatten());
+    let along = along_engine_order(checker, &at, raw);
+    let range = frequency_range(checker, &at, raw, points.flatten(), along.flatten());
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
     let compare = checker.optional_count(&at, "compare_harmonics", &raw.compare_harmonics, most);
@@ -29,7 +33,12 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let threshold = checker.optional_number(&at, "slip_threshold_m", &raw.slip_threshold_m);
     Some(ResponseSpec {
         range: range?,
-        points: points?,
+        points: match (points?, along?) {
+            (None, Some(_)) if !matches!(range, Some(one) if is_one(one)) => Some(RUN_UP_POINTS),
+            (None, Some(_)) => Some(1),
+            (points, _) => points,
+        },
+        along_engine_order: along?,
         resolution: resolution?,
         compare_harmonics: compare?,
         eps: eps?,
@@ -116,28 +125,122 @@ fn adapted(
     Some(Resolution::Accuracy(accuracy))
 }
 
+/// Engine order of a run-up, which excludes keys that make sense at one speed alone.
+fn along_engine_order(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawResponse,
+) -> Option<Option<EngineOrder>> {
+    let key = "along_engine_order";
+    let Some(order) = &raw.along_engine_order else {
+        let remedy = "a range of speeds is that of a run-up: give the engine order of the excitation, \
+                      or the range as `frequency_hz`";
+        checker.all_lack(at, &places!(raw; speed_rpm), key, remedy)?;
+        return Some(None);
+    };
+    let given = (key, order.span());
+    let remedy = "a run-up has one response: leave out `compare_harmonics`, and look at the estimated \
+                  errors of `response.csv`";
+    checker.exclude(at, given.clone(), &places!(raw; compare_harmonics), remedy)?;
+    let remedy = "the first linear mode is another one at each speed: give the range of a run-up as \
+                  `speed_rpm`, or in hertz as `frequency_hz`";
+    let relative = places!(raw; times_first_linear_mode);
+    checker.exclude(at, given, &relative, remedy)?;
+    let order = checker.optional_count(at, key, &raw.along_engine_order, None)?;
+    Some(order.map(EngineOrder))
+}
+
+/// Checks that something turns, and not only at rest, where the response is along an engine order.
+pub fn turns(checker: &mut Checker, raw: &RawScene) {
+    let response = raw.response.as_ref().map(Spanned::get_ref);
+    let Some(order) = response.and_then(|r| r.along_engine_order.as_ref()) else {
+        return;
+    };
+    let at = Table::of("response", order.span(), None);
+    let Some(rotation) = &raw.rotation else {
+        let fault = Fault::Lacks {
+            path: at.key("along_engine_order"),
+            needs: "[rotation]".to_owned(),
+            remedy: if raw.reduced_model.is_some() {
+                "a reduced model is that of one speed: give the bodies and their meshes in its place, or \
+                 leave out `along_engine_order`"
+            } else {
+                "give a section [rotation] with the axis and the speed of the static state"
+            },
+        };
+        checker.fault(order.span(), fault);
+        return;
+    };
+    if let Some(speed) = &rotation.get_ref().speed_rpm
+        && speed.get_ref().0 == 0.0
+    {
+        let fault = Fault::OutOfRange {
+            path: "rotation.speed_rpm".to_owned(),
+            value: "0".to_owned(),
+            limits: "above 0 with response.along_engine_order: the static state and the modes are \
+                     those at this speed"
+                .to_owned(),
+        };
+        checker.fault(speed.span(), fault);
+    }
+}
+
+/// Engine orders of the Campbell diagram, of which no two are the same.
+pub fn engine_orders(
+    checker: &mut Checker,
+    raw: &[Spanned<RawEngineOrder>],
+) -> Option<Vec<ExcitedOrder>> {
+    let order = |checker: &mut Checker, at: &Table, raw: &RawEngineOrder| {
+        let order = checker.count(at, "order", &raw.order);
+        let times = checker.optional_number(at, "times", &raw.times);
+        Some(ExcitedOrder {
+            order: EngineOrder(order?),
+            times: times?,
+        })
+    };
+    let found = checker.items("engine_order", raw, |_| &None, order);
+    let orders = raw.iter().filter_map(|item| item.get_ref().order.as_ref());
+    let named = orders.map(|order| {
+        let path = "engine_order.order".to_owned();
+        (path, order.get_ref().0.to_string(), order.span())
+    });
+    checker.distinct(&named.collect::<Vec<_>>());
+    found
+}
+
+/// Returns `true` if a range is one frequency.
+fn is_one(range: FrequencyRange) -> bool {
+    match range {
+        FrequencyRange::Hz { from_hz, to_hz } => from_hz == to_hz,
+        FrequencyRange::OfFirstLinearMode { from, to } => from == to,
+    }
+}
+
 fn frequency_range(
     checker: &mut Checker,
     at: &Table,
     raw: &RawResponse,
     points: Option<usize>,
+    along: Option<EngineOrder>,
 ) -> Option<FrequencyRange> {
-    let (key, value) = match (&raw.frequency_hz, &raw.times_first_linear_mode) {
-        (Some(hz), None) => ("frequency_hz", hz),
-        (None, Some(times)) => ("times_first_linear_mode", times),
-        (Some(hz), Some(_)) => {
-            let times = places!(raw; times_first_linear_mode);
-            let remedy =
-                "keep `frequency_hz` (in Hz) or `times_first_linear_mode` (relative), not both";
-            checker.exclude(at, ("frequency_hz", hz.span()), &times, remedy)?;
-            return None;
-        }
-        (None, None) => {
-            let [hz, times] = ["frequency_hz", "times_first_linear_mode"];
-            checker.none_of(at, &[hz, times], times);
-            return None;
-        }
+    let all = [
+        ("frequency_hz", &raw.frequency_hz),
+        ("times_first_linear_mode", &raw.times_first_linear_mode),
+        ("speed_rpm", &raw.speed_rpm),
+    ];
+    let mut given = all.into_iter().filter_map(|(k, v)| Some((k, v.as_ref()?)));
+    let Some((key, value)) = given.next() else {
+        let other = match raw.along_engine_order {
+            Some(_) => "speed_rpm",
+            None => "times_first_linear_mode",
+        };
+        checker.none_of(at, &["frequency_hz", other], other);
+        return None;
     };
+    let others: Vec<_> = given.map(|(k, v)| (k, Some(v.span()))).collect();
+    let remedy = "keep one of `frequency_hz` (in Hz), `times_first_linear_mode` (relative) and, with \
+                  `along_engine_order`, `speed_rpm`";
+    checker.exclude(at, (key, value.span()), &others, remedy)?;
     let [from, to] = value.get_ref().0;
     let one_point = from == to && points.is_none_or(|points| points == 1);
     if from <= 0.0 || (from >= to && !one_point) {
@@ -145,12 +248,18 @@ fn frequency_range(
         checker.fault(value.span(), Fault::EmptyRange { path, from, to });
         return None;
     }
-    Some(if key == "frequency_hz" {
-        FrequencyRange::Hz {
+    Some(match (key, along) {
+        ("frequency_hz", _) => FrequencyRange::Hz {
             from_hz: from,
             to_hz: to,
+        },
+        ("speed_rpm", along) => {
+            let [from_hz, to_hz] = [from, to].map(|rpm| Some(along?.frequency_hz(rpm)));
+            FrequencyRange::Hz {
+                from_hz: from_hz?,
+                to_hz: to_hz?,
+            }
         }
-    } else {
-        FrequencyRange::OfFirstLinearMode { from, to }
+        _ => FrequencyRange::OfFirstLinearMode { from, to },
     })
 }

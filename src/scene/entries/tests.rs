@@ -33,7 +33,8 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         _ => "ratio = 0.001",
     };
     let range = match key {
-        "frequency_hz" => "frequency_hz = [1, 2]",
+        "frequency_hz" | "along_engine_order" => "frequency_hz = [1, 2]",
+        "speed_rpm" if section == "response" => "along_engine_order = 4\nspeed_rpm = [1, 2]",
         _ => "times_first_linear_mode = [0.9, 1.1]",
     };
     let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
@@ -60,7 +61,8 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\
              [[load]]\non = \"a2\"\n{load}\n\
              [[excitation]]\n{cause}\n\
-             [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]"
+             [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]\n\
+             [[engine_order]]\norder = 4"
         ),
     };
     let resolution = match key {

@@ -103,6 +103,24 @@ pub fn sweep(
     )
 }
 
+/// Solves the only frequency of `settings` as a sweep does, where the model changes from frequency to
+/// frequency. `last` is what the frequencies before it, which have the same pairs, leave to start
+/// from; `point` is the number of the frequency.
+pub fn solve_after(
+    last: &Last,
+    point: usize,
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Option<SolvedFrequency> {
+    let frequency_hz = *settings.frequencies_hz.first()?;
+    let solve = |run: &Run<'_>| run.point((point, frequency_hz), last, &mut Work::default());
+    let solved = in_run(problem, damping, static_state, settings, &[], tell, solve);
+    Some(solved)
+}
+
 /// Solves by a [`Run`], which lives as long as `solve`.
 pub(super) fn in_run<T>(
     problem: &Problem,
@@ -171,16 +189,16 @@ fn middle(frequencies_hz: &[f64]) -> f64 {
     ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
 }
 
-/// State of the sweep: the last converged frequency, and the level to begin the next on.
-#[derive(Default)]
-struct Last {
+/// State of a sweep: the last converged frequency, and the level to begin the next on.
+#[derive(Debug, Default)]
+pub struct Last {
     neighbour: Option<Neighbour>,
     level: usize,
 }
 
 impl Last {
     /// Moves on to a frequency that is solved.
-    fn follow(&mut self, solved: &SolvedFrequency) {
+    pub fn follow(&mut self, solved: &SolvedFrequency) {
         let SolvedFrequency { orbit, mean, .. } = solved;
         if orbit.outcome.holds() {
             let (last, u) = (self.neighbour.as_ref(), orbit.x.clone());

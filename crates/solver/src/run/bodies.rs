@@ -46,6 +46,21 @@ pub struct Bound {
     pub properties: Vec<MassProperties>,
 }
 
+impl Bound {
+    /// The same bodies and pairs at another speed of rotation; `None` where nothing rotates.
+    pub(super) fn at_speed(&self, speed_rad_s: f64) -> Option<Self> {
+        let (mut model, mut properties) = (self.model.clone(), self.properties.clone());
+        let rotation = model.rotation.as_mut()?;
+        let growth = (speed_rad_s / rotation.speed_rad_s).powi(2);
+        rotation.speed_rad_s = speed_rad_s;
+        let forces = properties
+            .iter_mut()
+            .flat_map(|p| p.centrifugal_force_n.iter_mut());
+        forces.flatten().for_each(|force_n| *force_n *= growth);
+        Some(Self { model, properties })
+    }
+}
+
 /// Assembly and its reduction.
 #[derive(Debug)]
 #[non_exhaustive]

@@ -149,6 +149,21 @@ pub enum Error {
     /// Frequencies over the speed are asked for, but the bodies do not rotate.
     #[error("frequencies over the speed were asked for, and there is no axis of rotation")]
     NoRotation,
+    /// A stage of a run-up failed at one of its speeds.
+    #[error("at {speed_rpm} rpm: {error}")]
+    AtSpeed {
+        /// Speed of rotation, rpm.
+        speed_rpm: f64,
+        /// Error of the stage.
+        error: Box<Error>,
+    },
+    /// A task that goes along the frequency at one speed is asked of a response along an engine
+    /// order.
+    #[error("the response goes along an engine order: {why}")]
+    AlongEngineOrder {
+        /// Why the task does not.
+        why: &'static str,
+    },
     /// There are too many steps in time.
     #[error("{periods} periods of {steps} steps are more than {most} steps")]
     TooManySteps {

@@ -1,7 +1,7 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
 //! [`solve`] is the run. Only this folder knows the sequence of the stages: a stage knows nothing
-//! of those after it. [`campbell()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
+//! of those after it. [`campbell()`], [`crossing_peaks()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
 //! another kind, one file each.
 //!
 //! Nothing is written or printed here. A [`Session`] reports everything to an [`Observer`] as it
@@ -13,9 +13,11 @@
 //! Where it belongs on the list and is left out, reductions are made that could have been taken
 //! from the store, but a wrong one is never taken.
 
+mod at;
 mod backbone;
 mod bodies;
 mod campbell;
+mod crossing_peaks;
 mod error;
 mod free_motion;
 mod kept;
@@ -25,6 +27,7 @@ mod prestress;
 mod reduced;
 mod reducing;
 mod response;
+mod run_up;
 mod session;
 mod statics;
 mod verify;
@@ -32,14 +35,17 @@ mod verify;
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
+pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
 pub use kept::{
     Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
 };
-pub use outcome::{Compared, PeakInputs, ResponseInputs, ResponseResult, Run, StaticResult};
+pub use outcome::{
+    Compared, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs, StaticResult,
+};
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Reduced, stuck_modes};
-pub use response::off_undamped_modes;
+pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
 pub use verify::{Verification, Verified, verify};
@@ -85,6 +91,24 @@ pub fn solve(
     if run.verdict().is_err() {
         return Ok(run);
     }
+    let response = match scene.response.along_engine_order {
+        None => along_frequency(scene, &run, session)?,
+        Some(order) => run_up::run_up(scene, order, &run, options.fields, session)?,
+    };
+    run.response = Some(response);
+    session.tell(&Event::Response(&run))?;
+    if let (Some(bodies), true) = (&run.reduced.bodies, options.held_modes) {
+        run.held_omega2 = omega2(&bodies.held_modes(session)?);
+    }
+    Ok(run)
+}
+
+/// Response of a scene over the frequency, about the static state of its run.
+fn along_frequency(
+    scene: &Scene,
+    run: &Run,
+    session: &Session<'_>,
+) -> Result<ResponseResult, Error> {
     let (reduced, state) = (&run.reduced, &run.statics.state);
     let linear_omega2 = reduced.linear_omega2(state);
     let damping = rayleigh(&scene.damping, linear_omega2)?;
@@ -127,19 +151,15 @@ pub fn solve(
         .collect();
     let bodies = reduced.bodies.as_ref();
     let farthest = bodies.and_then(|b| Sizes::of(b.model()).farthest_observed(&response));
-    run.response = Some(ResponseResult {
+    Ok(ResponseResult {
         slide,
         farthest,
         retained,
         modes_reach: reduced.modes_reach(&all),
         response,
         compared,
-    });
-    session.tell(&Event::Response(&run))?;
-    if let (Some(bodies), true) = (&run.reduced.bodies, options.held_modes) {
-        run.held_omega2 = omega2(&bodies.held_modes(session)?);
-    }
-    Ok(run)
+        run_up: None,
+    })
 }
 
 /// Computes the static state under the steady load: a run without a response.

@@ -1,10 +1,13 @@
 //! Results of a run: static state, response, and whether they are complete.
 
+use super::bodies::Bodies;
 use super::error::Error;
 use super::reduced::Reduced;
+use crate::description::{EngineOrder, Scene};
 use crate::dlft::branch::Guess;
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{Outcome, Response, StaticState};
+use crate::model::Model;
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
 use crate::results::recovery::NodalField;
@@ -86,6 +89,27 @@ pub struct ResponseResult {
     /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
     /// solution; `None` where no mode was left out, or where it is not known.
     pub modes_reach: Option<f64>,
+    /// What a response along an engine order has besides; `None` where the speed stays.
+    pub run_up: Option<RunUp>,
+}
+
+/// Response along an engine order.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct RunUp {
+    /// Engine order, which gives the speed of each frequency.
+    pub engine_order: EngineOrder,
+    /// Bodies at the speed of the peak of the first observed displacement, with their recovery;
+    /// `None` where no fields were asked for, or there is no peak.
+    pub at_peak: Option<Bodies>,
+}
+
+impl ResponseResult {
+    /// Bodies that the motion at the peak belongs to; `own` are those of the run.
+    pub fn bodies_at_peak<'a>(&'a self, own: Option<&'a Bodies>) -> Option<&'a Bodies> {
+        let run_up = self.run_up.as_ref();
+        run_up.and_then(|run_up| run_up.at_peak.as_ref()).or(own)
+    }
 }
 
 /// Response with another number of harmonics.
@@ -129,6 +153,16 @@ pub struct ResponseInputs<'a> {
     pub settings: &'a SweepSettings,
     /// Number of frequencies of the grid; `None` where the curve is followed.
     pub points: Option<usize>,
+}
+
+/// Inputs of a response along an engine order.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct RunUpInputs<'a> {
+    /// Model at the speed of the scene.
+    pub model: &'a Model,
+    /// Scene, whose damping, static state and response count besides the model.
+    pub scene: &'a Scene,
 }
 
 /// Inputs of a peak that is looked for.

@@ -5,27 +5,23 @@
 //! ([`peak_near`]), with a few solutions. The whole curve of the last value tells whether another
 //! resonance has taken over meanwhile; its peak is then followed back to where it is the lower one.
 
+use super::at::At;
 use super::bodies::Meshes;
 use super::error::Error;
 use super::outcome::{PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
-use super::response::{frequencies_hz, of_smooth_curve_hz, off_undamped_modes, settings};
+use super::response::of_smooth_curve_hz;
 use super::session::{Session, Stage, unless_ended};
-use super::statics;
-use crate::description::{Scene, Subject};
+use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::peaks::{inside, vertex};
 use crate::dlft::settings::Resolution;
-use crate::dlft::sweep::SweepSettings;
-use crate::dlft::{Orbit, StaticState, Told, demand};
-use crate::problem::Problem;
+use crate::dlft::{Orbit, Told};
 use crate::problem::dynamic_stiffness::ContactSystem;
-use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
 use dovetail_numerics::memory;
-use dovetail_numerics::spectrum::blocks;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -149,98 +145,10 @@ pub fn peaks<E: From<Error>>(
     })
 }
 
-/// Model at one value, about its static state.
-struct At {
-    value: f64,
-    scene: Scene,
-    reduced: Reduced,
-    state: StaticState,
-    damping: Rayleigh,
-    settings: SweepSettings,
-    /// Memory that its solution takes.
-    bytes: u64,
-}
-
 impl At {
-    /// Model of a scene. What is the same as at the value before is taken from there.
-    fn of(
-        (value, scene): (f64, Scene),
-        meshes: Option<&Meshes>,
-        before: Option<&At>,
-        session: &Session<'_>,
-    ) -> Result<Self, Error> {
-        let reduced = match before.and_then(|before| before.reduced_for(&scene)) {
-            Some(reduced) => reduced,
-            None => Reduced::of(&scene, meshes.cloned(), session)?,
-        };
-        if reduced.problem.laws.is_empty() {
-            let why = "peaks without friction are those of the linear response, which `run` has";
-            return Err(Error::AllBonded { why });
-        }
-        let statics = statics::static_options(&scene);
-        let before = before.filter(|before| {
-            before.reduced.problem.is_at_rest_like(&reduced.problem)
-                && statics::static_options(&before.scene) == statics
-        });
-        let state = match before {
-            Some(before) => before.state.clone(),
-            None => {
-                let found = super::statics(&scene, &reduced, false, session)?;
-                found.usable()?;
-                found.state
-            }
-        };
-        let omega2 = reduced.linear_omega2(&state);
-        let damping = rayleigh(&scene.damping, omega2)?;
-        let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
-        let resolution = scene.response.resolution;
-        let harmonics = resolution.most_harmonics();
-        off_undamped_modes(reduced.model(), &state, damping, &frequencies_hz, harmonics)?;
-        let ends = [frequencies_hz.first(), frequencies_hz.last()];
-        let ends = ends.into_iter().flatten().copied().collect();
-        let settings = settings(&scene.response, ends, resolution);
-        let (problem, blocks) = (&reduced.problem, blocks(harmonics));
-        let bytes = demand::bytes(problem, &settings);
-        memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
-        Ok(Self {
-            value,
-            scene,
-            reduced,
-            state,
-            damping,
-            settings,
-            bytes,
-        })
-    }
-
-    /// Reduced model of another scene that differs in nothing but the law and the force of a reduced
-    /// model that is read; `None` for others.
-    fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
-        let (Subject::ReducedModel(own), Subject::ReducedModel(other)) =
-            (&self.scene.subject, &scene.subject)
-        else {
-            return None;
-        };
-        let same = own.folder == other.folder
-            && own.law.gap_m == other.law.gap_m
-            && self.scene.response.stuck_modes == scene.response.stuck_modes;
-        let model = self.reduced.model();
-        same.then(|| Reduced {
-            pairs: self.reduced.pairs.clone(),
-            problem: Problem::of_excitations(
-                model.clone(),
-                other.law,
-                &self.reduced.of_folder,
-                other.force_n,
-            ),
-            bodies: None,
-            of_folder: self.reduced.of_folder.clone(),
-        })
-    }
-
     /// Peak near a motion, or that of the whole curve where none is given, or none found near it.
     /// It is not looked for again where the store has it.
-    fn find(
+    pub(super) fn find(
         &self,
         near: Option<&Guess>,
         observation: usize,
@@ -276,7 +184,7 @@ impl At {
     }
 
     /// Row of a peak that was found.
-    fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
+    pub(super) fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
         ShorterSides::of(&self.reduced.pairs).judge_orbit(&mut orbit);
         PeakAt {
             value: self.value,

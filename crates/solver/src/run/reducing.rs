@@ -33,13 +33,7 @@ impl Reduced {
                 let meshes = meshes.ok_or(Error::NoMesh)?;
                 let bound = Bound::of(assembly, &meshes, session)?;
                 drop(meshes);
-                let (bodies, problem) = Bodies::reduce(bound, stuck_modes(scene), scene, session)?;
-                Self {
-                    pairs: PairTable::of_model(bodies.model()),
-                    problem,
-                    bodies: Some(bodies),
-                    of_folder: Vec::new(),
-                }
+                Self::of_bound(bound, stuck_modes(scene), scene, session)?
             }
             Subject::ReducedModel(spec) => {
                 let _stage = session.stage(Stage::ReducedModel);
@@ -64,6 +58,25 @@ impl Reduced {
         };
         session.tell(&Event::Reduced(&reduced))?;
         Ok(reduced)
+    }
+
+    /// Reduces an assembly that is bound to its mesh, without telling it.
+    ///
+    /// # Errors
+    /// The errors of the finite elements, of the prestress and of the reduction.
+    pub(super) fn of_bound(
+        bound: Bound,
+        wanted: StuckModes,
+        scene: &Scene,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        let (bodies, problem) = Bodies::reduce(bound, wanted, scene, session)?;
+        Ok(Self {
+            pairs: PairTable::of_model(bodies.model()),
+            problem,
+            bodies: Some(bodies),
+            of_folder: Vec::new(),
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use super::error::Error;
 use super::outcome::ResponseInputs;
 use super::reduced::Reduced;
 use super::session::{Event, Session, Stage, unless_ended};
-use crate::description::{FrequencyRange, ResponseSpec};
+use crate::description::{FrequencyRange, ResponseSpec, Scene};
 use crate::dlft::accuracy::samples_for;
 use crate::dlft::branch::follow;
 use crate::dlft::demand;
@@ -23,6 +23,18 @@ use dovetail_numerics::memory;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Checks that the response of a scene is along the frequency, at one speed. `why` says what a task
+/// needs it for.
+///
+/// # Errors
+/// [`Error::AlongEngineOrder`].
+pub fn at_one_speed(scene: &Scene, why: &'static str) -> Result<(), Error> {
+    match scene.response.along_engine_order {
+        Some(_) => Err(Error::AlongEngineOrder { why }),
+        None => Ok(()),
+    }
+}
 
 /// Frequencies of the response, Hz, ascending: those of the grid, or the two ends of the range
 /// where the curve is followed.

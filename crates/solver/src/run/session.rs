@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::Bound;
 use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
-use super::outcome::{PeakInputs, ResponseInputs, Run, StaticResult};
+use super::outcome::{PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
 use super::reduced::Reduced;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
 use crate::model::Assembly;
@@ -244,6 +244,11 @@ pub trait Store: Send {
     fn solved(&mut self, _inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
         ControlFlow::Continue(Vec::new())
     }
+    /// Frequencies of a response along an engine order that an earlier run solved before it was
+    /// interrupted. [`ControlFlow::Break`] ends the run.
+    fn solved_along(&mut self, _inputs: &RunUpInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        ControlFlow::Continue(Vec::new())
+    }
     /// Key of a peak that is looked for; `None` where nothing is kept.
     fn peak_key(&mut self, _inputs: &PeakInputs<'_>) -> Option<Key> {
         None
@@ -344,6 +349,7 @@ impl<'o> Session<'o> {
             stage,
             title: title.to_owned(),
             unknowns: Mutex::default(),
+            took: Mutex::default(),
         }
     }
 
@@ -371,12 +377,18 @@ pub(super) struct StageGuard<'s, 'o> {
     stage: Stage,
     title: String,
     unknowns: Mutex<Vec<usize>>,
+    took: Mutex<Option<Duration>>,
 }
 
 impl StageGuard<'_, '_> {
     /// Records one more system that the stage solves, with so many unknowns.
     pub(super) fn solves(&self, unknowns: usize) {
         lock(&self.unknowns).push(unknowns);
+    }
+
+    /// Records the time that counts as that of the stage, where a part of it is told otherwise.
+    pub(super) fn took(&self, time: Duration) {
+        *lock(&self.took) = Some(time);
     }
 }
 
@@ -388,7 +400,7 @@ impl Drop for StageGuard<'_, '_> {
             stage: self.stage,
             title: std::mem::take(&mut self.title),
             from_store: false,
-            took: None,
+            took: *lock(&self.took),
             unknowns,
         }));
     }

@@ -6,7 +6,7 @@ use super::bodies::Meshes;
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, StaticResult};
 use super::reduced::Reduced;
-use super::response::{Responses, frequencies_hz as frequencies_of};
+use super::response::{Responses, at_one_speed, frequencies_hz as frequencies_of};
 use super::session::{Session, Stage};
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::stable;
@@ -93,6 +93,7 @@ pub fn verify(
     session: &Session<'_>,
 ) -> Result<Verified, Error> {
     asked.check()?;
+    at_one_speed(scene, "an integration in time needs one speed")?;
     let scene = &with_modes_of_harmonics(scene);
     let reduced = Reduced::of(scene, meshes, session)?;
     let problem = &reduced.problem;
@@ -217,6 +218,7 @@ fn orbits(
         farthest: None,
         retained: Vec::new(),
         modes_reach: None,
+        run_up: None,
     };
     Ok((found, chosen))
 }
@@ -327,6 +329,7 @@ mod tests {
                 },
                 static_state: StaticSpec::default(),
                 response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
+                engine_orders: Vec::new(),
             };
             scene.response.stuck_modes = asked;
             let found = with_modes_of_harmonics(&scene).response.stuck_modes;

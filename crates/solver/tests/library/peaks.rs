@@ -67,6 +67,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
             overload: 1.0,
         },
         response,
+        engine_orders: Vec::new(),
     }
 }
 

@@ -35,7 +35,9 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
                             @if let Some(error) = error.filter(|_| contents.has_pairs()) {
                                 (error_words(error)) "; "
                             }
-                            "at " (figure(frequency_hz, 6)) " Hz"
+                            "at "
+                            @if let Some(speed_rpm) = response.peak_speed_rpm { (figure(speed_rpm, 5)) " rpm, " }
+                            (figure(frequency_hz, 6)) " Hz"
                         },
                     ))
                     (against_linear(response, digits))

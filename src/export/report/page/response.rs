@@ -5,7 +5,8 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::table;
 use crate::export::manifest::ResponseSummary;
-use crate::words::{figure, or_dash, percent, quantity};
+use crate::words::{figure, or_dash, percent, quantity, short};
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::phasors;
 
@@ -28,6 +29,7 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
                 @if !summary.folds.is_empty() {
                     "Between two folds, where the curve is dashed, motions are unstable. "
                 }
+                @if let Some(words) = run_up(summary) { (words) " " }
                 "The legends read the values at the pointer, and else at the peak. "
                 "Drag over a stretch to zoom, double-click to see all."
             }
@@ -62,6 +64,16 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
             @if let Some(orbit) = contents.at_peak() { (harmonics(contents, orbit)) }
         }
     }
+}
+
+/// What a run-up is; `None` for other responses.
+fn run_up(summary: &ResponseSummary) -> Option<String> {
+    let EngineOrder(order) = summary.engine_order?;
+    let [from, to] = summary.speed_rpm?.map(short);
+    Some(format!(
+        "It is a run-up along engine order {order} from {from} to {to} rpm: the excitation has {order} cycles per revolution, and \
+         each speed has its own reduced model and static state. The linear curve is drawn through its values at these speeds."
+    ))
 }
 
 fn peaks(summary: &ResponseSummary) -> Markup {

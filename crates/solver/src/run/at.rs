@@ -1,0 +1,149 @@
+//! Model at one value of the scene about its static state, with the settings of its motions: what
+//! searches over a value of the scene, such as [`peaks()`](super::peaks()) and a run-up
+//! (`run_up.rs`), make at each of their values.
+
+use super::bodies::Meshes;
+use super::error::Error;
+use super::reduced::Reduced;
+use super::response::{at_one_speed, frequencies_hz, off_undamped_modes, settings};
+use super::session::Session;
+use super::statics;
+use crate::description::{FrequencyRange, Scene, Subject};
+use crate::dlft::sweep::SweepSettings;
+use crate::dlft::{StaticState, demand};
+use crate::problem::Problem;
+use crate::reduction::damping::{Rayleigh, rayleigh};
+use dovetail_numerics::memory;
+use dovetail_numerics::spectrum::blocks;
+
+/// Angular speed, as a scene has it.
+pub(super) fn rad_s(speed_rpm: f64) -> f64 {
+    speed_rpm * 2.0 * std::f64::consts::PI / 60.0
+}
+
+/// A scene at a speed of rotation, whose response is along the frequency from one to another, Hz.
+pub(super) fn scene_at(scene: &Scene, speed_rpm: f64, [from_hz, to_hz]: [f64; 2]) -> Scene {
+    let mut scene = scene.clone();
+    if let Subject::Assembly(assembly) = &mut scene.subject
+        && let Some(rotation) = &mut assembly.rotation
+    {
+        rotation.speed_rad_s = rad_s(speed_rpm);
+    }
+    scene.response.range = FrequencyRange::Hz { from_hz, to_hz };
+    scene.response.points = None;
+    scene.response.along_engine_order = None;
+    scene
+}
+
+/// Model at one value, about its static state.
+pub(super) struct At {
+    pub value: f64,
+    pub scene: Scene,
+    pub reduced: Reduced,
+    pub state: StaticState,
+    pub damping: Rayleigh,
+    /// Settings with the first and the last frequency of the scene.
+    pub settings: SweepSettings,
+    /// Memory that its solution takes.
+    pub bytes: u64,
+}
+
+impl At {
+    /// Model of a scene. What is the same as at the value before is taken from there.
+    ///
+    /// # Errors
+    /// [`Error::AllBonded`], [`Error::AlongEngineOrder`]; those of [`Reduced::of`] and of [`At::about`].
+    pub fn of(
+        (value, scene): (f64, Scene),
+        meshes: Option<&Meshes>,
+        before: Option<&At>,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        at_one_speed(&scene, "peaks are those over the frequency at one speed")?;
+        let reduced = match before.and_then(|before| before.reduced_for(&scene)) {
+            Some(reduced) => reduced,
+            None => Reduced::of(&scene, meshes.cloned(), session)?,
+        };
+        if reduced.problem.laws.is_empty() {
+            let why = "peaks without friction are those of the linear response, which `run` has";
+            return Err(Error::AllBonded { why });
+        }
+        Self::about((value, scene), reduced, before, session)
+    }
+
+    /// A reduced model of a scene about its static state, which is that of the value before where
+    /// both are at rest alike.
+    ///
+    /// # Errors
+    /// A static state that nothing can vibrate about; the errors of damping and frequencies;
+    /// [`Error::TooLittleMemory`].
+    pub fn about(
+        (value, scene): (f64, Scene),
+        reduced: Reduced,
+        before: Option<&At>,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        let statics = statics::static_options(&scene);
+        let before = before.filter(|before| {
+            before.reduced.problem.is_at_rest_like(&reduced.problem)
+                && statics::static_options(&before.scene) == statics
+        });
+        let state = match before {
+            Some(before) => before.state.clone(),
+            None => {
+                let found = super::statics(&scene, &reduced, false, session)?;
+                found.usable()?;
+                found.state
+            }
+        };
+        let omega2 = reduced.linear_omega2(&state);
+        let damping = rayleigh(&scene.damping, omega2)?;
+        let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
+        let resolution = scene.response.resolution;
+        let harmonics = resolution.most_harmonics();
+        off_undamped_modes(reduced.model(), &state, damping, &frequencies_hz, harmonics)?;
+        let ends = [frequencies_hz.first(), frequencies_hz.last()];
+        let ends = ends.into_iter().flatten().copied().collect();
+        let settings = settings(&scene.response, ends, resolution);
+        let (problem, blocks) = (&reduced.problem, blocks(harmonics));
+        let bytes = match problem.laws.is_empty() {
+            true => 0,
+            false => demand::bytes(problem, &settings),
+        };
+        memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+        Ok(Self {
+            value,
+            scene,
+            reduced,
+            state,
+            damping,
+            settings,
+            bytes,
+        })
+    }
+
+    /// Reduced model of another scene that differs in nothing but the law and the force of a reduced
+    /// model that is read; `None` for others.
+    fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
+        let (Subject::ReducedModel(own), Subject::ReducedModel(other)) =
+            (&self.scene.subject, &scene.subject)
+        else {
+            return None;
+        };
+        let same = own.folder == other.folder
+            && own.law.gap_m == other.law.gap_m
+            && self.scene.response.stuck_modes == scene.response.stuck_modes;
+        let model = self.reduced.model();
+        same.then(|| Reduced {
+            pairs: self.reduced.pairs.clone(),
+            problem: Problem::of_excitations(
+                model.clone(),
+                other.law,
+                &self.reduced.of_folder,
+                other.force_n,
+            ),
+            bodies: None,
+            of_folder: self.reduced.of_folder.clone(),
+        })
+    }
+}

@@ -1,0 +1,424 @@
+//! Response along an engine order: the speed of rotation and the frequency of the excitation move
+//! together, as in the run-up of a rig.
+//!
+//! Each speed has a reduction, a static state and a damping of its own: nothing is interpolated
+//! between speeds. What is solved there is the response of one frequency of an ordinary run
+//! ([`solve_after`]), which starts from the motions of the speeds before. Names, flanks and pairs
+//! are found once.
+
+use super::at::{At, rad_s, scene_at};
+use super::error::Error;
+use super::outcome::{ResponseResult, Run, RunUp, RunUpInputs};
+use super::reduced::{Reduced, stuck_modes};
+use super::response::frequencies_hz;
+use super::session::{Event, Observer, Session, Stage, StageEnd, unless_ended};
+use crate::description::{EngineOrder, Scene};
+use crate::dlft::orbit::{linear_orbit, linear_point};
+use crate::dlft::settings::Resolution;
+use crate::dlft::sweep::{Last, solve_after};
+use crate::dlft::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, Told};
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::results::far_slip::ShorterSides;
+use crate::results::quantities::peak;
+use crate::results::small::Sizes;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Response of a scene along an engine order. `run` has its model and its static state at its own
+/// speed. With `fields` the bodies at the speed of the peak can be recovered.
+///
+/// # Errors
+/// [`Error::NoMesh`] without bodies, [`Error::NoRotation`] where none of them turns;
+/// [`Error::AtSpeed`] with the error of a stage at one of the speeds, but for a static state that
+/// nothing can vibrate about: that is the outcome of the speed; [`Error::Stopped`].
+pub(super) fn run_up(
+    scene: &Scene,
+    engine_order: EngineOrder,
+    run: &Run,
+    fields: bool,
+    session: &Session<'_>,
+) -> Result<ResponseResult, Error> {
+    let frequencies_hz = &frequencies_hz(&scene.response, &[])?;
+    let mut ascent = Ascent {
+        scene,
+        engine_order,
+        run,
+        session,
+        stages: Stages::default(),
+    };
+    let ends = [frequencies_hz.first(), frequencies_hz.last()];
+    let [from, to] = ends.map(|f| f.map_or(0.0, |f| engine_order.speed_rpm(*f)));
+    let title = format!(
+        "run-up along engine order {} from {from} to {to} rpm",
+        engine_order.0
+    );
+    let mut response = {
+        let (stage, begun) = (
+            session.titled_stage(Stage::Response, &title),
+            Instant::now(),
+        );
+        session.tell(&Event::ResponseBegins {
+            reduced: &run.reduced,
+            frequencies_hz,
+            compared_harmonics: None,
+        })?;
+        let response = ascent.response(frequencies_hz)?;
+        // What the stages of the speeds take is told below.
+        stage.took(begun.elapsed().saturating_sub(ascent.stages.took()));
+        response
+    };
+    let at_peak = match peak(&response, 0).filter(|_| fields) {
+        None => None,
+        Some(top) => {
+            let reduced = ascent.reduced(top.frequency_hz)?;
+            if let Some(bodies) = &reduced.bodies {
+                ascent.silently(|session| bodies.recover(session))?;
+            }
+            reduced.bodies
+        }
+    };
+    ascent.stages.tell(session);
+    let bodies = run.reduced.bodies.as_ref();
+    let slide = ShorterSides::of(&run.reduced.pairs).judge_response(&mut response);
+    Ok(ResponseResult {
+        slide,
+        farthest: bodies.and_then(|b| Sizes::of(b.model()).farthest_observed(&response)),
+        retained: Vec::new(),
+        modes_reach: run.reduced.modes_reach(&[&response]),
+        response,
+        compared: None,
+        run_up: Some(RunUp {
+            engine_order,
+            at_peak,
+        }),
+    })
+}
+
+/// A scene whose speeds are gone through.
+struct Ascent<'a, 'o> {
+    scene: &'a Scene,
+    engine_order: EngineOrder,
+    /// Model and static state at the speed of the scene.
+    run: &'a Run,
+    session: &'a Session<'o>,
+    /// What the stages of all speeds took.
+    stages: Stages,
+}
+
+impl Ascent<'_, '_> {
+    /// Response at these frequencies, each at its speed, rising.
+    fn response(&mut self, frequencies_hz: &[f64]) -> Result<Response, Error> {
+        let (run, session) = (self.run, self.session);
+        let bodies = run.reduced.bodies.as_ref().ok_or(Error::NoMesh)?;
+        let solved = session.store().solved_along(&RunUpInputs {
+            model: bodies.model(),
+            scene: self.scene,
+        });
+        let earlier = unless_ended(solved)?;
+        let sides = ShorterSides::of(&run.reduced.pairs);
+        let steps = session.steps(frequencies_hz.len(), "speeds");
+        let mut last = Last::default();
+        let (mut orbits, mut linear) = (Vec::new(), Vec::new());
+        for (point, &frequency_hz) in frequencies_hz.iter().enumerate() {
+            session.goes_on()?;
+            let is_known = |s: &&SolvedFrequency| {
+                s.place() == (point, false) && s.orbit.frequency_hz == frequency_hz
+            };
+            let mut solved = match earlier.iter().find(is_known) {
+                Some(known) => known.clone(),
+                None => self.point(point, frequency_hz, &last)?,
+            };
+            session.goes_on()?;
+            sides.judge_orbit(&mut solved.orbit);
+            session.tell(&Event::Frequency(&solved))?;
+            steps.step();
+            if !solved.orbit.x.is_empty() {
+                last.follow(&solved);
+            }
+            orbits.push(solved.orbit);
+            linear.push(solved.linear);
+        }
+        Ok(Response {
+            linear_curve: linear.clone(),
+            linear,
+            branches: vec![Branch::swept(orbits.len())],
+            orbits,
+            second_motions: Vec::new(),
+            slip_threshold_m: (self.scene.response.slip_threshold_m).unwrap_or(f64::NAN),
+        })
+    }
+
+    /// Motion at one speed.
+    fn point(
+        &mut self,
+        point: usize,
+        frequency_hz: f64,
+        last: &Last,
+    ) -> Result<SolvedFrequency, Error> {
+        let at = match self.at(frequency_hz) {
+            Err(Error::AtSpeed { error, speed_rpm }) => match outcome(&error) {
+                Some(outcome) => return Ok(without_static_state(point, frequency_hz, outcome)),
+                None => return Err(Error::AtSpeed { error, speed_rpm }),
+            },
+            at => at?,
+        };
+        let problem = &at.reduced.problem;
+        if problem.laws.is_empty() {
+            let system = ContactSystem::new(problem, at.damping);
+            let harmonics = match self.scene.response.resolution {
+                Resolution::Fixed { harmonics, .. } => harmonics,
+                Resolution::Accuracy(_) => problem.highest_excited().max(1),
+            };
+            let orbit = linear_orbit(&system, harmonics, (point, frequency_hz));
+            return Ok(SolvedFrequency {
+                linear: linear_point(&system, harmonics, frequency_hz),
+                ..SolvedFrequency::alone(orbit)
+            });
+        }
+        let session = self.session;
+        let tell = |told: Told<'_>| match told {
+            Told::Tries(attempt) => {
+                let _ = session.tell(&Event::Tries(attempt));
+            }
+            Told::Next(stop) => session.stops(stop),
+            Told::Solved(_) => {}
+        };
+        let (damping, state, settings) = (at.damping, &at.state, &at.settings);
+        let solved = solve_after(last, point, problem, damping, state, settings, &tell);
+        solved.ok_or(Error::NoPeak)
+    }
+
+    /// Model at the speed of a frequency, about its static state: that of the response of this one
+    /// frequency.
+    fn at(&mut self, frequency_hz: f64) -> Result<At, Error> {
+        let reduced = self.reduced(frequency_hz)?;
+        let speed_rpm = self.engine_order.speed_rpm(frequency_hz);
+        let scene = scene_at(self.scene, speed_rpm, [frequency_hz; 2]);
+        let about = |session: &Session<'_>| At::about((speed_rpm, scene), reduced, None, session);
+        let made = self.silently(about);
+        made.map_err(|error| at_speed(speed_rpm, error))
+    }
+
+    /// Reduced model at the speed of a frequency.
+    fn reduced(&mut self, frequency_hz: f64) -> Result<Reduced, Error> {
+        let (run, scene) = (self.run, self.scene);
+        let speed_rpm = self.engine_order.speed_rpm(frequency_hz);
+        let bodies = run.reduced.bodies.as_ref().ok_or(Error::NoMesh)?;
+        let bound = bodies.bound.at_speed(rad_s(speed_rpm));
+        let bound = bound.ok_or(Error::NoRotation)?;
+        let wanted = stuck_modes(scene);
+        let made = self.silently(|session| Reduced::of_bound(bound, wanted, scene, session));
+        made.map_err(|error| at_speed(speed_rpm, error))
+    }
+
+    /// Does the work of a speed, of which nothing is told but what its stages take in all.
+    fn silently<T>(
+        &mut self,
+        work: impl FnOnce(&Session<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let mut store = self.session.store();
+        work(&Session::new(&mut self.stages, &mut **store))
+    }
+}
+
+fn at_speed(speed_rpm: f64, error: Error) -> Error {
+    match error {
+        Error::Stopped => Error::Stopped,
+        error => Error::AtSpeed {
+            speed_rpm,
+            error: Box::new(error),
+        },
+    }
+}
+
+/// Outcome of a speed at which there is no static state to vibrate about; `None` for other errors.
+fn outcome(error: &Error) -> Option<Outcome> {
+    match error {
+        Error::NothingHolds { .. } => Some(Outcome::NothingHolds),
+        Error::SlidesTooFar => Some(Outcome::SlidesTooFar),
+        Error::StaticState { outcome, .. } => Some(*outcome),
+        _ => None,
+    }
+}
+
+fn without_static_state(point: usize, frequency_hz: f64, outcome: Outcome) -> SolvedFrequency {
+    let orbit = Orbit {
+        point,
+        residual: f64::NAN,
+        ..Orbit::without_motion(frequency_hz, outcome)
+    };
+    SolvedFrequency {
+        linear: LinearPoint {
+            frequency_hz,
+            observed_amplitude_m: Vec::new(),
+        },
+        ..SolvedFrequency::alone(orbit)
+    }
+}
+
+/// Observer that adds up what the stages of all speeds take.
+#[derive(Default)]
+struct Stages {
+    under_way: Vec<Instant>,
+    ended: Vec<Ended>,
+}
+
+/// Stages of one kind.
+struct Ended {
+    stage: Stage,
+    took: Duration,
+    times: usize,
+    from_store: usize,
+    /// Unknowns of the one that ended last.
+    unknowns: Vec<usize>,
+}
+
+impl Observer for Stages {
+    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+        match event {
+            Event::StageBegins { .. } => self.under_way.push(Instant::now()),
+            Event::StageEnds(end) => {
+                let begun = self.under_way.pop();
+                let took = end.took.or(begun.map(|begun| begun.elapsed()));
+                self.add(end, took.unwrap_or_default());
+            }
+            _ => {}
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl Stages {
+    fn add(&mut self, end: &StageEnd, took: Duration) {
+        let own = self.ended.iter().position(|e| e.stage == end.stage);
+        let own = own.unwrap_or_else(|| {
+            self.ended.push(Ended {
+                stage: end.stage,
+                took: Duration::ZERO,
+                times: 0,
+                from_store: 0,
+                unknowns: Vec::new(),
+            });
+            self.ended.len() - 1
+        });
+        let own = &mut self.ended[own];
+        own.took += took;
+        own.times += 1;
+        own.from_store += usize::from(end.from_store);
+        own.unknowns.clone_from(&end.unknowns);
+    }
+
+    /// Time that all of them took.
+    fn took(&self) -> Duration {
+        self.ended.iter().map(|ended| ended.took).sum()
+    }
+
+    /// Tells a session what they took.
+    fn tell(&self, session: &Session<'_>) {
+        for ended in &self.ended {
+            let Ended {
+                stage,
+                times,
+                from_store,
+                ..
+            } = *ended;
+            let kept = match from_store {
+                0 => String::new(),
+                all if all == times => ", from the cache".to_owned(),
+                some => format!(", {some} from the cache"),
+            };
+            let count = match times {
+                1 => String::new(),
+                times => format!(", {times} times"),
+            };
+            let title = format!("{} along the run-up{count}{kept}", stage.title());
+            let _ = session.tell(&Event::StageBegins {
+                stage,
+                title: &title,
+            });
+            let _ = session.tell(&Event::StageEnds(&StageEnd {
+                stage,
+                title,
+                from_store: from_store == times,
+                took: Some(ended.took),
+                unknowns: ended.unknowns.clone(),
+            }));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Titles of the stages that end.
+    #[derive(Default)]
+    struct Titles(Vec<(String, bool)>);
+
+    impl Observer for Titles {
+        fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+            if let Event::StageEnds(end) = event {
+                self.0.push((end.title.clone(), end.from_store));
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn the_stages_of_all_speeds_are_told_as_one_of_each_kind() {
+        let mut stages = Stages::default();
+        for (stage, from_store) in [
+            (Stage::Reduction, false),
+            (Stage::StaticState, false),
+            (Stage::Reduction, true),
+            (Stage::Reduction, true),
+            (Stage::Recovery, true),
+        ] {
+            let title = "";
+            let _ = stages.on(&Event::StageBegins { stage, title });
+            let mut end = StageEnd::of_caller(stage, from_store);
+            end.took = Some(Duration::from_secs(2));
+            let _ = stages.on(&Event::StageEnds(&end));
+        }
+        assert_eq!(stages.took(), Duration::from_secs(10));
+        let mut titles = Titles::default();
+        stages.tell(&Session::new(&mut titles, &mut ()));
+        let expected = [
+            (
+                "reduction along the run-up, 3 times, 2 from the cache",
+                false,
+            ),
+            ("static state along the run-up", false),
+            ("recovery along the run-up, from the cache", true),
+        ];
+        assert_eq!(
+            titles.0,
+            expected.map(|(title, kept)| (title.to_owned(), kept))
+        );
+    }
+
+    /// A speed at which nothing presses the pairs together is a frequency without a motion, and the
+    /// next one does not start from it.
+    #[test]
+    fn a_speed_without_a_static_state_is_an_outcome_and_other_errors_end_the_run() {
+        let motions = Vec::new();
+        assert_eq!(
+            outcome(&Error::NothingHolds { motions }),
+            Some(Outcome::NothingHolds)
+        );
+        assert_eq!(outcome(&Error::SlidesTooFar), Some(Outcome::SlidesTooFar));
+        let stalled = Error::StaticState {
+            outcome: Outcome::Stagnated,
+            iterations: 1,
+            residual: 1.0,
+        };
+        assert_eq!(outcome(&stalled), Some(Outcome::Stagnated));
+        assert_eq!(outcome(&Error::NoLinearMode), None);
+        let solved = without_static_state(3, 50.0, Outcome::NothingHolds);
+        assert_eq!(
+            (solved.place(), solved.orbit.frequency_hz),
+            ((3, false), 50.0)
+        );
+        assert!(!solved.orbit.outcome.has_motion() && solved.orbit.x.is_empty());
+    }
+}
