@@ -4,8 +4,8 @@
     python3 benches/backbone.py [--range FROM:TO:N] [--amplitude FROM:TO] [--points N] [--set KEY=VALUE]...
 
 Prints a table for docs/verification.md: for each force the amplitude and the frequency of the peak by both. Between two rows of
-backbone.csv the logarithm of the amplitude is a line over that of the force. Both take the reduced model from the cache.
-Standard library only.
+backbone.csv the logarithm of the amplitude is a line over that of the force. Both take the reduced model from the cache. Below it
+stand, for each force of --response, the largest differences of the response from that of the backbone. Standard library only.
 """
 
 import argparse
@@ -36,7 +36,8 @@ def rows(command, out, settings, rest):
     if done.returncode not in (0, 3):
         raise SystemExit(done.stderr)
     seconds = time.perf_counter() - begin
-    with open(os.path.join(out, f"{command}.csv"), encoding="utf-8") as file:
+    table = "response" if command == "run" else command
+    with open(os.path.join(out, f"{table}.csv"), encoding="utf-8") as file:
         return list(csv.DictReader(file)), seconds
 
 
@@ -53,11 +54,34 @@ def at_force(backbone, force):
     return None
 
 
+def beside_response(backbone, curve):
+    """Largest relative differences of the amplitudes above a half and a fifth of the peak, below and above its frequency."""
+    tip = next(name for name in curve[0] if name.endswith("_amplitude_m"))
+    points = [(float(row["frequency_hz"]), float(row[tip])) for row in curve if row["outcome"] == "converged"]
+    peak_hz, peak_m = max(points, key=lambda point: point[1])
+    worst = {}
+    for name, above in [("response_below_hz", False), ("response_above_hz", True)]:
+        side = [(float(row[name]), float(row["amplitude_m"])) for row in backbone if row[name]]
+        for hz, amplitude in points:
+            between = [(p, q) for p, q in zip(side, side[1:]) if min(p[0], q[0]) <= hz <= max(p[0], q[0])]
+            if (hz > peak_hz) != above or not between or amplitude < 0.2 * peak_m:
+                continue
+            (low, high) = between[0]
+            share = (hz - low[0]) / (high[0] - low[0])
+            found = math.exp(math.log(low[1]) + share * math.log(high[1] / low[1]))
+            for share_of_peak in (0.5, 0.2):
+                if amplitude >= share_of_peak * peak_m:
+                    key = (share_of_peak, above)
+                    worst[key] = max(worst.get(key, (0.0, 0)), (abs(found / amplitude - 1.0), hz))
+    return worst
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--range", default="0.1:3:10")
     parser.add_argument("--amplitude", default="5e-4:7e-3")
     parser.add_argument("--points", default="60")
+    parser.add_argument("--response", nargs="*", default=["0.3", "1", "2"], help="forces, N, whose responses are compared")
     parser.add_argument("--set", action="append", default=[])
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -65,6 +89,13 @@ def main():
         of_backbone = ["--amplitude", asked.amplitude, "--points", asked.points]
         backbone, backbone_s = rows("backbone", os.path.join(folder, "backbone"), asked.set, of_backbone)
         peaks, peaks_s = rows("peaks", os.path.join(folder, "peaks"), asked.set, ["--over", f"{KEY}={asked.range}"])
+        responses = []
+        for force in asked.response:
+            sets = asked.set + [f"{KEY}={force}"]
+            own, _ = rows("backbone", os.path.join(folder, "of_force"), sets, of_backbone)
+            curve = ["response.times_first_linear_mode=[0.995, 1.005]", "response.points=400"]
+            response, _ = rows("run", os.path.join(folder, "run"), sets + curve, ["--no-fields"])
+            responses.append((force, beside_response(own, response)))
     print(origin.line() + "\n")
     print("| force, N | peak, mm | by the backbone, mm | difference | at, Hz | by the backbone, Hz | difference | in half widths |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
@@ -78,6 +109,11 @@ def main():
             f"| {force:.3f} | {1e3 * amplitude:.4f} | {1e3 * found[0]:.4f} | {100.0 * (found[0] / amplitude - 1.0):+.2f} % "
             f"| {frequency:.4f} | {found[1]:.4f} | {off:+.1e} | {off / found[2]:+.3f} |"
         )
+    print("\n| force, N | above half of the peak, below it in frequency | above it | above a fifth, below | above |")
+    print("| --- | --- | --- | --- | --- |")
+    for force, worst in responses:
+        words = [f"{100.0 * worst[key][0]:.2f} %" if (key := (share, above)) in worst else "–" for share in (0.5, 0.2) for above in (False, True)]
+        print(f"| {force} | {' | '.join(words)} |")
     print(f"\n{len(backbone)} amplitudes in {backbone_s:.1f} s, {len(peaks)} peaks in {peaks_s:.1f} s")
 
 

@@ -475,6 +475,12 @@ pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), Expor
     table.add("modal_amplitude_m_sqrt_kg", |row| row.point.modal_amplitude);
     table.add("excitation_scale", |row| row.point.excitation_scale);
     table.add("force_n", BackboneRow::resonant_force_n);
+    table.add("response_below_hz", |row| {
+        row.point.response_frequencies_hz()[0]
+    });
+    table.add("response_above_hz", |row| {
+        row.point.response_frequencies_hz()[1]
+    });
     table.add("friction_power_w", |row| row.point.orbit.friction_power_w);
     table.add("viscous_power_w", |row| row.point.orbit.viscous_power_w);
     table.add("power_defect", |row| row.point.power_defect());

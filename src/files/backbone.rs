@@ -18,8 +18,8 @@ pub struct BackboneFiles<'a> {
     pub rows: &'a [BackboneRow<'a>],
 }
 
-/// Draws frequency and damping over the amplitude, and the amplitude of the peak over the force.
-/// `file` gives the place of a picture.
+/// Draws frequency and damping over the amplitude, the response near the peak and, of a single force,
+/// the amplitude of the peak over it. `file` gives the place of a picture.
 pub fn draw(
     backbone: &BackboneFiles<'_>,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
@@ -61,6 +61,26 @@ pub fn draw(
         &[amplitude(), y],
         &[series("whole", &whole), series("of friction", &friction)],
     )?;
+    // Up to the peak on its left, and down on its right.
+    let of_side = |side: usize| {
+        let at = move |row: &BackboneRow<'_>| row.point.response_frequencies_hz()[side];
+        rows.iter()
+            .filter_map(move |row| Some((at(row)?, row.amplitude_m())))
+    };
+    let right: Vec<(f64, f64)> = of_side(1).collect();
+    let response: Vec<(f64, f64)> = of_side(0).chain(right.into_iter().rev()).collect();
+    if !response.is_empty() {
+        let frequencies_hz: Vec<f64> = response.iter().map(|point| point.0).collect();
+        let x = axis("frequency".to_owned(), "Hz", &frequencies_hz);
+        let y = axis(format!("amplitude of {observation}"), "m", &amplitudes_m);
+        let points = response.into_iter().map(|(hz, a)| (hz, Some(a)));
+        write_series(
+            &file("backbone_response")?,
+            &format!("Response of {observation} near its peak, from mode {mode}"),
+            &[x, y],
+            &[Series::new("from the backbone".to_owned(), points)],
+        )?;
+    }
     let forces: Vec<(f64, Option<f64>)> = (rows.iter())
         .filter_map(|row| Some((row.resonant_force_n()?, Some(row.amplitude_m()))))
         .collect();

@@ -81,7 +81,7 @@ impl BodyBuilder {
             Source::Elements(_) if group.elements.is_empty() => {
                 return Err(ModelError::SurfaceAlone {
                     body: spec.name.clone(),
-                    volume: volume.into_owned(),
+                    volume: spec.volume.clone(),
                 });
             }
             Source::Elements(material) => Unfinished::Elements(material.clone()),

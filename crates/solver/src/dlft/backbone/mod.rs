@@ -47,6 +47,22 @@ pub struct BackbonePoint {
 }
 
 impl BackbonePoint {
+    /// Frequencies, Hz, below and above its own, at which the excitation gives a motion of this
+    /// amplitude, if it has the shape, the frequency w and the damping ratio zeta of the backbone:
+    /// `W^2 = w^2 (1 - 2 zeta^2 -+ 2 zeta sqrt(1 / s^2 - 1 + zeta^2))`, where s times the excitation
+    /// has its resonance there. `None` where the excitation
+    /// has no such motion.
+    pub fn response_frequencies_hz(&self) -> [Option<f64>; 2] {
+        let (zeta, Some(scale)) = (self.damping_ratio, self.excitation_scale) else {
+            return [None; 2];
+        };
+        let spread = 1.0 / (scale * scale) - 1.0 + zeta * zeta;
+        [-1.0, 1.0].map(|side: f64| {
+            let squared = 1.0 - 2.0 * zeta * zeta + side * 2.0 * zeta * spread.sqrt();
+            (squared > 0.0).then(|| self.orbit.frequency_hz * squared.sqrt())
+        })
+    }
+
     /// Relative difference of the powers of friction and damping from the power that keeps the
     /// vibration up, zeta w^3 sum h^2 Y_h^H M Y_h. It vanishes with the residual.
     pub fn power_defect(&self) -> f64 {

@@ -4,6 +4,7 @@ use crate::dlft::branch::follow;
 use crate::dlft::eps::Eps;
 use crate::dlft::settings::{EpsChoice, Resolution};
 use crate::dlft::static_state::static_state;
+use crate::dlft::sweep::sweep;
 use crate::problem::HarmonicLoad;
 use crate::problem::dovetail72::{damping, dovetail72};
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -284,6 +285,25 @@ fn the_peak_of_a_force_is_where_the_backbone_has_it() {
         let hz = between(below.orbit.frequency_hz, above.orbit.frequency_hz);
         let off = hz / top.frequency_hz - 1.0;
         assert!(off.abs() < 1e-4, "{force_n}: {off:e}");
+        // The response on both sides of the peak, and none above it.
+        assert_eq!(above.response_frequencies_hz(), [None; 2]);
+        for point in &found.points[..2] {
+            let [low, high] = point.response_frequencies_hz().map(Option::unwrap);
+            assert!(low < top.frequency_hz && top.frequency_hz < high);
+            let own = SweepSettings {
+                frequencies_hz: vec![low, high],
+                ..settings.clone()
+            };
+            let response = sweep(&problem, damping, &state, &own, &[], &|_| ());
+            for orbit in &response.orbits {
+                let off = amplitude_m(orbit) / amplitude_m(&point.orbit) - 1.0;
+                assert!(
+                    off.abs() < 4e-3,
+                    "{force_n}, {}: {off:e}",
+                    orbit.frequency_hz
+                );
+            }
+        }
     }
 }
 
