@@ -93,7 +93,7 @@ def main():
         for force in asked.response:
             sets = asked.set + [f"{KEY}={force}"]
             own, _ = rows("backbone", os.path.join(folder, "of_force"), sets, of_backbone)
-            curve = ["response.times_first_linear_mode=[0.995, 1.005]", "response.points=400"]
+            curve = ["response.times_first_linear_mode=[0.98, 1.02]", "response.points=600"]
             response, _ = rows("run", os.path.join(folder, "run"), sets + curve, ["--no-fields"])
             responses.append((force, beside_response(own, response)))
     print(origin.line() + "\n")
