@@ -68,7 +68,8 @@ pub fn draw(
             .filter_map(move |row| Some((at(row)?, row.amplitude_m())))
     };
     let right: Vec<(f64, f64)> = of_side(1).collect();
-    let response: Vec<(f64, f64)> = of_side(0).chain(right.into_iter().rev()).collect();
+    let sides = of_side(0).chain(rows.windows(2).find_map(peak));
+    let response: Vec<(f64, f64)> = sides.chain(right.into_iter().rev()).collect();
     if !response.is_empty() {
         let frequencies_hz: Vec<f64> = response.iter().map(|point| point.0).collect();
         let x = axis("frequency".to_owned(), "Hz", &frequencies_hz);
@@ -97,4 +98,25 @@ pub fn draw(
         &[Series::new("peak".to_owned(), forces.into_iter())],
     )?;
     Ok(())
+}
+
+/// Frequency, Hz, and amplitude, m, at which the backbone has the excitation of the scene, where that
+/// lies between two motions: the logarithms of both are lines over that of the excitation.
+fn peak(two: &[BackboneRow<'_>]) -> Option<(f64, f64)> {
+    let [below, above] = two else {
+        return None;
+    };
+    let scales = [below, above].map(|row| row.point.excitation_scale);
+    let (low, high) = (scales[0]?.ln(), scales[1]?.ln());
+    if !(low <= 0.0 && 0.0 < high) {
+        return None;
+    }
+    let share = -low / (high - low);
+    let between = |value: fn(&BackboneRow<'_>) -> f64| {
+        value(below) * (value(above) / value(below)).powf(share)
+    };
+    Some((
+        between(|row| row.point.orbit.frequency_hz),
+        between(|row| row.amplitude_m()),
+    ))
 }
