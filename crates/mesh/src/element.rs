@@ -262,6 +262,11 @@ pub fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
     sorted
 }
 
+/// Corners of a facet, ascending and padded, by which facets on the same corners are alike.
+pub fn sorted_facet(nodes: &[u32]) -> [u32; 4] {
+    sorted_corners(&nodes[..facet_corners(nodes.len())])
+}
+
 /// Nodes and tags of elements (or of facets), element after element.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Connectivity {

@@ -13,7 +13,7 @@ use super::{
     AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges,
 };
 use crate::model::{BodySpec, MaterialSpec, RotationSpec};
-use dovetail_mesh::element::{facet_corners, sorted_corners};
+use dovetail_mesh::element::sorted_facet;
 use dovetail_mesh::quality::folds;
 use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
@@ -146,11 +146,9 @@ impl BodyBuilder {
         let mut facets: Vec<(u64, &[u32])> = Vec::new();
         if self.elements.is_empty() {
             let mut seen: HashSet<[u32; 4]> = HashSet::new();
-            let mut is_new =
-                |nodes: &[u32]| seen.insert(sorted_corners(&nodes[..facet_corners(nodes.len())]));
             let all = mesh.facets.iter().zip(mesh.facets.tags());
             let own = all.filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)));
-            let once = own.filter(|(nodes, _)| is_new(nodes));
+            let once = own.filter(|(nodes, _)| seen.insert(sorted_facet(nodes)));
             facets.extend(once.map(|(nodes, &tag)| (tag, nodes)));
         }
         Outside {

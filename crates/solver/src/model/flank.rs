@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
 use super::groups::{Face, Outside, faces};
-use dovetail_mesh::element::{facet_corners, sorted_corners};
+use dovetail_mesh::element::sorted_facet;
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{add_scaled, distance, dot, norm, scaled, sub, unit};
@@ -146,8 +146,7 @@ fn outer_faces(
     let mut seen = HashSet::with_capacity(group.elements.len());
     for &f in &group.elements {
         let nodes = mesh.facets.of(f as usize);
-        let corners: [u32; 4] = sorted_corners(&nodes[..facet_corners(nodes.len())]);
-        if !seen.insert(corners) {
+        if !seen.insert(sorted_facet(nodes)) {
             return Err(side.bad_facet(mesh.facets.tags()[f as usize], "is in the mesh twice"));
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::ModelError;
-use dovetail_mesh::element::{facet_corners, sorted_corners};
+use dovetail_mesh::element::{facet_corners, sorted_facet};
 use dovetail_mesh::{Group, Mesh};
 
 pub(super) fn kind(dimension: u8) -> &'static str {
@@ -103,14 +103,13 @@ pub(super) struct Outside<'a> {
 /// nodes they are the faces on the surface of the body all of whose nodes are in it. The surface of
 /// a body without elements is its facets, counter-clockwise seen from outside.
 pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Face> {
-    let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
     let of_nodes = group.dimension == 0;
     let is_in_set = |node: &u32| group.nodes.binary_search(node).is_ok();
     let mut all: Vec<Face> = Vec::new();
     let mut number: HashMap<[u32; 4], usize> = HashMap::new();
     for &f in &group.elements {
         number
-            .entry(key(mesh.facets.of(f as usize)))
+            .entry(sorted_facet(mesh.facets.of(f as usize)))
             .or_insert(all.len());
         all.push(Face {
             tag: mesh.facets.tags()[f as usize],
@@ -147,7 +146,7 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Fa
         }
     }
     for &(tag, nodes) in &outside.facets {
-        bounds(key(nodes), tag, &|| nodes.to_vec());
+        bounds(sorted_facet(nodes), tag, &|| nodes.to_vec());
     }
     if of_nodes {
         all.retain(|face| face.bounded == 1);

@@ -31,8 +31,8 @@ pub struct CrossingPeak {
 }
 
 /// Finds the peak at each crossing of a mode of the stuck assembly with an engine order of the scene
-/// that has an excitation and is one of `engine_orders`, ascending in speed. Each speed has its own reduced model and static
-/// state, with the prestress of the scene.
+/// that has an excitation and is one of `engine_orders`, ascending in speed. Each speed has its own
+/// reduced model and static state, with the prestress of the scene.
 ///
 /// # Errors
 /// [`Error::Stopped`] by the observer. Other errors are those of their crossings.

@@ -101,7 +101,7 @@ struct Ascent<'a, 'o> {
     /// Model and static state at the speed of the scene.
     run: &'a Run,
     session: &'a Session<'o>,
-    /// What the stages of all speeds took.
+    /// Time of the stages of all speeds.
     stages: Stages,
 }
 

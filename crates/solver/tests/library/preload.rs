@@ -1,4 +1,4 @@
-//! What the way of the load leaves in a joint: friction remembers an overload.
+//! Traction that an overload leaves in a joint: friction remembers it.
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
