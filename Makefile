@@ -71,6 +71,7 @@ calculix: setup
 	$(PYTHON) benches/calculix/quadrature.py meshes/dovetail.msh
 	$(PYTHON) benches/calculix/compare_elements.py
 	$(PYTHON) benches/calculix/compare_elements.py --rpm 20000
+	$(PYTHON) benches/calculix/stress.py
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:

@@ -47,7 +47,8 @@ def made(given, folder, element):
     mesh = folder / f"{element}.msh"
     words = ["gmsh", "-3", str(GEOMETRY), "-nt", "1", "-format", "msh41", "-bin", "-o", str(mesh)]
     n = given.divisions
-    for key, value in {"shape": shape, "order": order, "nx": 4 * n, "ny": 2 * n, "nz": 10 * n}.items():
+    sizes = {"shape": shape, "order": order, "nx": 4 * n, "ny": 2 * n, "nz": 10 * n}
+    for key, value in (sizes | getattr(given, "parameters", {})).items():
         words += ["-setnumber", key, str(value)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=given.time_limit)
     if done.returncode != 0 or not mesh.exists():

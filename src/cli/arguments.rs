@@ -142,7 +142,7 @@ pub(super) enum Command {
     Reduce(Reduce),
     /// Up to the static state under rotation, loads and press fits
     #[command(after_help = "Example:\n  dovetail static scene.toml --set rotation.speed_rpm=8000")]
-    Static(SceneFile),
+    Static(Static),
     /// Follow the peak over values of a key, or of two: the design curve
     #[command(after_help = PEAKS_HELP)]
     Peaks(PeaksArguments),
@@ -290,6 +290,16 @@ pub(super) enum Plot {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct Static {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Write the stress at the integration points, too (static_points.vtu)
+    #[arg(long)]
+    pub(super) stress_points: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct Run {
     #[command(flatten)]
     pub(super) file: SceneFile,
@@ -301,6 +311,10 @@ pub(super) struct Run {
     /// Write the motion at the peak as N frames of one period, too (peak.pvd)
     #[arg(long, value_name = "N", conflicts_with = "no_fields", value_parser = frames)]
     pub(super) frames: Option<usize>,
+
+    /// Write the stress at the integration points, too (static_points.vtu, peak_points.vtu)
+    #[arg(long, conflicts_with = "no_fields")]
+    pub(super) stress_points: bool,
 
     /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
     #[arg(long)]

@@ -101,7 +101,7 @@ impl Command {
     /// File of the scene of the command.
     pub(super) fn scene(&self) -> Option<&Path> {
         use super::arguments::{
-            BackboneArguments, Modes, PeaksArguments, Reduce, Run, VerifyArguments,
+            BackboneArguments, Modes, PeaksArguments, Reduce, Run, Static, VerifyArguments,
         };
         match self {
             Self::Run(Run { file, .. })
@@ -111,7 +111,7 @@ impl Command {
             | Self::Verify(VerifyArguments { file, .. })
             | Self::Reduce(Reduce { file, .. })
             | Self::Mesh(file)
-            | Self::Static(file)
+            | Self::Static(Static { file, .. })
             | Self::Check(file) => Some(&file.scene),
             Self::Study(_)
             | Self::New(_)

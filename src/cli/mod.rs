@@ -140,6 +140,11 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         scene_file: file.to_path_buf(),
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
+        stress_points: match &cli.command {
+            Command::Run(run) => run.stress_points,
+            Command::Static(of) => of.stress_points,
+            _ => false,
+        },
         further_plots: run.map_or_else(Vec::new, Run::further_plots),
     };
     let cache = Cache::new(cache_settings(shared)?.as_ref());

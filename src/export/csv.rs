@@ -1,10 +1,11 @@
-//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
-//! peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
+//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, stress.csv,
+//! modes.csv, peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::path::Path;
 
 use super::ExportError;
 use super::flank::{check_pairs, check_static};
+use super::manifest::{PlaceSummary, StressSummary};
 use super::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
@@ -18,6 +19,7 @@ use dovetail_solver::results::quantities::{
     CycleFields, StaticFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak,
     phasors, static_fields, sweep_fields,
 };
+use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
@@ -280,6 +282,32 @@ pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportE
     add_mode(&mut table, |f| (f.kind, f.body.as_deref(), f.mode));
     table.add("frequency_hz", |f| f.frequency_hz);
     table.write(path, rows)
+}
+
+/// Writes stress.csv: the places with the highest stress, in their order, then the highest of those
+/// that are singular, with the reason.
+pub fn write_stress(path: &Path, stress: &StressSummary) -> Result<(), ExportError> {
+    let mut table: Columns<'_, (usize, &PlaceSummary)> = Columns::default();
+    table.add("place", |(i, place)| {
+        place.singular.is_none().then_some(i + 1)
+    });
+    table.add("singular", |(_, place)| place.singular.map(Singular::words));
+    table.add("body", |(_, place)| place.body.clone());
+    table.add("node_tag", |(_, place)| place.node_tag as usize);
+    for (axis, name) in ["x_m", "y_m", "z_m"].into_iter().enumerate() {
+        table.add(name, move |(_, place)| place.position_m[axis]);
+    }
+    table.add("von_mises_mean_pa", |(_, place)| place.mean_pa);
+    table.add("von_mises_amplitude_pa", |(_, place)| place.amplitude_pa);
+    table.add("von_mises_largest_pa", |(_, place)| place.largest_pa);
+    table.add("utilisation", |(_, place)| place.utilisation);
+    let rows: Vec<_> = stress
+        .places
+        .iter()
+        .chain(&stress.singular)
+        .enumerate()
+        .collect();
+    table.write(path, &rows)
 }
 
 /// Adds the columns of a mode: its kind, its body and its number.

@@ -5,6 +5,7 @@
 mod mesh;
 mod response;
 mod static_state;
+mod stress;
 mod verification;
 
 pub(super) use self::mesh::BodySummary;
@@ -14,6 +15,7 @@ pub use self::mesh::{
 };
 pub use self::response::{ContactCounts, ResponseSummary, contact_counts, response_summary};
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
+pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};
 pub use self::verification::{VerificationSummary, verification_summary};
 
 use serde::{Deserialize, Serialize};
@@ -77,6 +79,9 @@ pub struct Summary {
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
     pub response: Option<ResponseSummary>,
+    /// Highest stress at the peak; `None` if no fields were asked for, or nothing has stress.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<StressSummary>,
     /// Warnings, the most important first.
     #[serde(default)]
     pub warnings: Vec<Warning>,

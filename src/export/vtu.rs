@@ -13,9 +13,12 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::{ExportError, write_file};
+use dovetail_solver::fem::stress::{point_stress, points_m};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::ModeShape;
 use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
+use dovetail_solver::results::stress::{Singular, StressCycle};
+use dovetail_solver::run::PeakStress;
 use dovetail_solver::spectrum::{cosine, sine};
 
 /// Fields of one body in the static state.
@@ -76,12 +79,19 @@ pub fn write_static(
 /// cos(k w t) C_k + sin(k w t) S_k`. For each component there are also `h<k>_amplitude_m` and
 /// `h<k>_phase_rad` of `A cos(k w t - phase)`, as in response.csv.
 ///
+/// Where there is stress, its tensors have the same harmonics: `mean_stress_pa`,
+/// `h<k>_stress_cos_pa` and `h<k>_stress_sin_pa`. `von_mises_mean_pa`, `von_mises_amplitude_pa` and
+/// `von_mises_largest_pa` are those of [`StressCycle`](dovetail_solver::results::stress::StressCycle),
+/// `utilisation` is that of the strength, zero without one, and `singular` is 1 at supports, 2 at
+/// edges of flanks, 3 at point loads, and 0 elsewhere.
+///
 /// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With
 /// rotation the mean includes the static displacement.
 pub fn write_motion(
     path: &Path,
     model: &Model,
     coefficients: &[Vec<NodalField>],
+    stress: Option<&PeakStress>,
 ) -> Result<(), ExportError> {
     check_motion(path, model, coefficients)?;
     let field = |i: usize| -> Vec<f64> {
@@ -100,6 +110,83 @@ pub fn write_motion(
         grid.point_array(&format!("h{k}_phase_rad"), 3, phase);
         grid.point_array(&format!("h{k}_cos_m"), 3, cosine);
         grid.point_array(&format!("h{k}_sin_m"), 3, sine);
+    }
+    if let Some(stress) = stress {
+        add_stress(&mut grid, stress, fields / 2);
+    }
+    grid.write(path)
+}
+
+/// Adds the arrays of the stress with this number of harmonics to those of the nodes.
+fn add_stress(grid: &mut Grid, stress: &PeakStress, harmonics: usize) {
+    let bodies = || stress.bodies.iter();
+    let tensor = |i: usize| -> Vec<f64> {
+        let nodes = bodies().flat_map(|body| &body.coefficients_pa[i]);
+        nodes.flatten().copied().collect()
+    };
+    grid.point_array("mean_stress_pa", 6, tensor(0));
+    for k in 1..=harmonics {
+        grid.point_array(&format!("h{k}_stress_cos_pa"), 6, tensor(cosine(k)));
+        grid.point_array(&format!("h{k}_stress_sin_pa"), 6, tensor(sine(k)));
+    }
+    let cycles = || bodies().flat_map(|body| &body.cycles);
+    let figures: [(&str, fn(&StressCycle) -> f64); 3] = [
+        ("von_mises_mean_pa", |cycle| cycle.mean_pa),
+        ("von_mises_amplitude_pa", |cycle| cycle.amplitude_pa),
+        ("von_mises_largest_pa", |cycle| cycle.largest_pa),
+    ];
+    for (name, figure) in figures {
+        grid.point_array(name, 1, cycles().map(figure).collect());
+    }
+    if stress.strengths.iter().any(Option::is_some) {
+        let all = bodies()
+            .zip(&stress.strengths)
+            .flat_map(|(body, strength)| {
+                let cycles = body.cycles.iter();
+                cycles.map(move |cycle| strength.map_or(0.0, |s| cycle.utilisation(s)))
+            });
+        grid.point_array("utilisation", 1, all.collect());
+    }
+    let code = |reason: &Option<Singular>| match reason {
+        None => 0,
+        Some(Singular::Support) => 1,
+        Some(Singular::FlankEdge) => 2,
+        Some(Singular::PointLoad) => 3,
+    };
+    let codes = stress.singular.iter().flatten().map(code);
+    grid.point_integers("singular", codes.collect());
+}
+
+/// Writes the integration points of all elements, with the stress of the fields of the bodies
+/// there: `names` and, for each, `fields` of the nodes of each body, m. Points have `body` and the
+/// tag of their element.
+pub fn write_stress_points(
+    path: &Path,
+    model: &Model,
+    fields: &[(String, Vec<&[[f64; 3]]>)],
+) -> Result<(), ExportError> {
+    let mut points = Vec::new();
+    let (mut bodies, mut tags) = (Vec::new(), Vec::new());
+    for (b, body) in model.bodies.iter().enumerate() {
+        for (e, of_element) in points_m(body).iter().enumerate() {
+            points.extend_from_slice(of_element.as_flattened());
+            bodies.resize(bodies.len() + of_element.len(), b as i32);
+            tags.resize(tags.len() + of_element.len(), body.elements.tags()[e]);
+        }
+    }
+    let count = bodies.len();
+    let mut grid = Grid::new(
+        points,
+        (0..count as u64).collect(),
+        (1..=count as u64).collect(),
+        vec![CellType::Vertex; count],
+    );
+    grid.arrays.point.push(array("element_tag", 1, tags));
+    grid.point_integers("body", bodies);
+    for (name, of_bodies) in fields {
+        let all = model.bodies.iter().zip(of_bodies);
+        let stress: Vec<[f64; 6]> = all.flat_map(|(body, u)| point_stress(body, u)).collect();
+        grid.point_array(name, 6, stress.into_flattened());
     }
     grid.write(path)
 }
@@ -320,6 +407,10 @@ impl Grid {
     pub(super) fn point_array(&mut self, name: &str, components: u32, values: Vec<f64>) {
         self.note_not_finite(name, components, &values);
         self.arrays.point.push(array(name, components, values));
+    }
+
+    fn point_integers(&mut self, name: &str, values: Vec<i32>) {
+        self.arrays.point.push(array(name, 1, values));
     }
 
     pub(super) fn cell_integers(&mut self, name: &str, values: Vec<i32>) {

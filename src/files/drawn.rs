@@ -5,15 +5,17 @@ use crate::error::RunError;
 use crate::export::curves::{Curves, Sweep};
 use crate::export::fields::{self, Separation};
 use crate::export::plots::{
-    Heading, Scale, write_curves, write_field_map, write_no_field, write_separation_map,
+    Haigh, Heading, Scale, write_curves, write_field_map, write_haigh, write_no_field,
+    write_separation_map,
 };
-use crate::export::{csv, flank, vtu};
+use crate::export::{csv, flank, manifest, vtu};
 use crate::words::capital;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::fem::stress;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
-use dovetail_solver::run::{Bodies, Reduced, StaticResult};
+use dovetail_solver::run::{Bodies, Reduced, StaticResult, peak_stress};
+use dovetail_solver::spectrum::{cosine, sine};
 
 impl Files {
     /// Draws the curves of each observation against frequency: amplitude, and the further pictures
@@ -48,12 +50,13 @@ impl Files {
     }
 
     /// Writes the maps of the flanks and, if fields are written, the fields on the flanks and the
-    /// motion of the bodies at the peak. Returns this motion.
+    /// motion and the stress of the bodies at the peak, which are kept.
     pub(super) fn write_response_on_mesh(
-        &self,
+        &mut self,
         bodies: &Bodies,
         response: &Response,
-    ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
+        stuck_modes: usize,
+    ) -> Result<(), RunError> {
         let (out, conditions) = (&self.out, self.in_motion.as_str());
         let model = bodies.model();
         let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
@@ -75,21 +78,40 @@ impl Files {
             }
         }
         let Some(orbit) = at_peak.filter(|_| self.fields) else {
-            return Ok(None);
+            return Ok(());
         };
         let Some(motion) = bodies.motion_m(orbit) else {
-            return Ok(None);
+            return Ok(());
         };
         if !model.pairs.is_empty() {
             flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
         }
-        vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
+        let strengths = self.strengths.clone();
+        let stress = peak_stress(bodies, (orbit, &motion), stuck_modes, strengths);
+        vtu::write_motion(&out.file("peak.vtu")?, model, &motion, stress.as_ref())?;
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);
             out.list(vtu::frame_files(frames))?;
             vtu::write_frames(folder, model, &motion, hz, frames)?;
         }
-        Ok(Some(motion))
+        if let Some(stress) = &stress {
+            if self.stress_points {
+                let fields = stress_fields(&motion);
+                vtu::write_stress_points(&out.file("peak_points.vtu")?, model, &fields)?;
+            }
+            let summary = manifest::stress_summary(model, stress);
+            csv::write_stress(&out.file("stress.csv")?, &summary)?;
+            let heading = Heading {
+                title: &format!("Haigh diagram, {:.3} Hz", orbit.frequency_hz),
+                conditions,
+            };
+            let path = out.file("plots/haigh.svg")?;
+            write_haigh(&path, heading, &Haigh::of(model, stress))?;
+            self.summary.stress = Some(summary);
+        }
+        self.motion = Some(motion);
+        self.stress = stress;
+        Ok(())
     }
 
     /// Writes the table of the static state, its map on the flanks and, if fields are written,
@@ -151,6 +173,24 @@ impl Files {
             von_mises_pa: von_mises,
         });
         vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
+        if self.stress_points {
+            let fields = [("stress_pa".to_owned(), displacements)];
+            vtu::write_stress_points(&out.file("static_points.vtu")?, model, &fields)?;
+        }
         Ok(())
     }
+}
+
+/// Names of the stress fields of a motion, `motion_m[b]` with 2H+1 fields, and the displacements
+/// that they belong to.
+fn stress_fields(motion_m: &[Vec<NodalField>]) -> Vec<(String, Vec<&[[f64; 3]]>)> {
+    let of = |i: usize| motion_m.iter().map(|fields| fields[i].as_slice()).collect();
+    let harmonics = motion_m.first().map_or(0, |fields| fields.len() / 2);
+    let moving = (1..=harmonics).flat_map(|k| {
+        let cosine = (format!("h{k}_stress_cos_pa"), of(cosine(k)));
+        [cosine, (format!("h{k}_stress_sin_pa"), of(sine(k)))]
+    });
+    std::iter::once(("mean_stress_pa".to_owned(), of(0)))
+        .chain(moving)
+        .collect()
 }

@@ -45,14 +45,14 @@ use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind};
+use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind, Strength};
 use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, Reduced, ResponseResult, Run,
-    StaticResult, Verification, Verified,
+    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, PeakStress, Reduced,
+    ResponseResult, Run, StaticResult, Verification, Verified,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -69,6 +69,8 @@ pub struct Output {
     /// Number of frames of a period of the motion at the peak, which are written with the fields;
     /// `None` for no frames.
     pub frames: Option<usize>,
+    /// True if the stress at the integration points is written with the fields.
+    pub stress_points: bool,
     /// Pictures in addition to those of every run.
     pub further_plots: Vec<FurtherPlot>,
 }
@@ -100,6 +102,10 @@ pub struct Files {
     fields: bool,
     /// Number of frames of the motion at the peak, if requested.
     frames: Option<usize>,
+    /// True if the stress at the integration points is requested.
+    stress_points: bool,
+    /// Strength of the material of each body of the scene.
+    strengths: Vec<Option<Strength>>,
     /// Pictures in addition to those of every run.
     further_plots: Vec<FurtherPlot>,
     /// Engine order of a run-up.
@@ -121,6 +127,8 @@ pub struct Files {
     rows: Vec<NaturalFrequency>,
     /// The 2H+1 nodal fields of each body at the peak, if fields are written.
     motion: Option<Vec<Vec<NodalField>>>,
+    /// Stress of each body at the peak, if fields are written.
+    stress: Option<PeakStress>,
 }
 
 impl Files {
@@ -158,6 +166,10 @@ impl Files {
             origin: MeshOrigin::default(),
             fields: output.fields,
             frames: output.frames,
+            stress_points: output.stress_points,
+            strengths: scene.assembly().map_or_else(Vec::new, |assembly| {
+                assembly.bodies.iter().map(|body| body.strength).collect()
+            }),
             further_plots: output.further_plots.clone(),
             along: scene.response.along_engine_order,
             at_rest: at_rest(scene),
@@ -170,6 +182,7 @@ impl Files {
             warnings: Vec::new(),
             rows: Vec::new(),
             motion: None,
+            stress: None,
         })
     }
 
@@ -405,6 +418,7 @@ impl Files {
             static_state: Some(&run.statics.state),
             sweep: run.response.as_ref().map(sweep),
             motion: self.motion.as_deref(),
+            stress: self.stress.as_ref(),
         };
         Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
     }
@@ -681,7 +695,8 @@ impl Files {
             flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;
         }
         if let Some(bodies) = found.bodies_at_peak(reduced.bodies.as_ref()) {
-            self.motion = self.write_response_on_mesh(bodies, response)?;
+            let stuck_modes = reduced.problem.reduced.stuck_modes;
+            self.write_response_on_mesh(bodies, response, stuck_modes)?;
         }
         Ok(())
     }

@@ -199,6 +199,13 @@ section! {
         density_kg_m3: Number("kg/m3", Limits::POSITIVE), "- or `material`, or `stiffness_file`",
             "density",
             "4430";
+        endurance_pa: Number("Pa", Limits::POSITIVE), "none: stress is not judged",
+            "amplitude of stress about no mean that the material endures, with `ultimate_pa`: the \
+             [places of the highest stress](how-to/stress.md) are ranked by it",
+            "450e6";
+        ultimate_pa: Number("Pa", Limits::POSITIVE), "none: stress is not judged",
+            "stress at which the material breaks, with `endurance_pa`",
+            "950e6";
         stiffness_file: Text("path of a matrix"), "none: finite elements",
             "the stiffness of the body from another program, in place of finite elements and a \
              material, with `mass_file`: a [format that is read](how-to/matrices.md)",

@@ -48,6 +48,7 @@ fn of_deck(deck: &str, volume: &str, fixed: &[&str], units: Units) -> (Body, [Cs
             fixed: fixed.iter().map(|s| (*s).to_owned()).collect(),
             fixed_along: Default::default(),
             fixed_interface_modes: None,
+            strength: None,
         }],
         ..Assembly::default()
     };

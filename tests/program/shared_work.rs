@@ -40,6 +40,7 @@ pub fn in_folder<'a>(
         scene_file,
         fields: true,
         frames: None,
+        stress_points: false,
         further_plots: Vec::new(),
     };
     let files = Files::open(scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();

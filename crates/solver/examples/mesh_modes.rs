@@ -60,6 +60,7 @@ fn assembly() -> Assembly {
         fixed: fixed.iter().map(ToString::to_string).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,
+        strength: None,
     };
     let contact = |side: &str| {
         let [first, second] = ["blade", "jaw"].map(|body| format!("{body}_flank_{side}"));

@@ -118,6 +118,7 @@ fn body(name: &str, fixed: &[&str]) -> BodySpec {
         fixed: fixed.iter().map(ToString::to_string).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,
+        strength: None,
     }
 }
 

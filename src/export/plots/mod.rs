@@ -12,6 +12,7 @@ mod campbell;
 mod chart;
 mod curves;
 mod flanks;
+mod haigh;
 mod heat_map;
 mod legend;
 mod names;
@@ -21,6 +22,7 @@ pub use axis::{Axis, Scale, ends};
 pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};
 pub use curves::write_curves;
 pub use flanks::{write_field_map, write_no_field, write_separation_map};
+pub use haigh::{Haigh, haigh_svg, write_haigh};
 pub use heat_map::{HeatMap, write_heat_map};
 pub use series::{Series, write_series};
 
@@ -71,6 +73,16 @@ fn write_svg(
     size: (u32, u32),
     draw: impl FnOnce(&Canvas) -> Drawn,
 ) -> Result<(), ExportError> {
+    let svg = svg_of(size, draw).map_err(|reason| ExportError::Draw {
+        path: path.to_path_buf(),
+        reason,
+    })?;
+    write_file(path, svg.as_bytes())
+}
+
+/// Draws on a white canvas of this size, in pixels. Returns the SVG, or the reason why it cannot be
+/// drawn.
+fn svg_of(size: (u32, u32), draw: impl FnOnce(&Canvas) -> Drawn) -> Result<String, String> {
     let mut svg = String::new();
     {
         let canvas =
@@ -80,12 +92,9 @@ fn write_svg(
             .map_err(Into::into)
             .and_then(|()| draw(&canvas))
             .and_then(|()| canvas.present().map_err(Into::into))
-            .map_err(|e| ExportError::Draw {
-                path: path.to_path_buf(),
-                reason: e.to_string(),
-            })?;
+            .map_err(|e| e.to_string())?;
     }
-    write_file(path, shown_in_pixels(&svg, size).as_bytes())
+    Ok(shown_in_pixels(&svg, size))
 }
 
 /// Shows the SVG in pixels: the viewBox remains that of the drawing, which is shown [`PX`] times

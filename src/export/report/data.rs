@@ -114,7 +114,9 @@ impl Data {
                 .map(|sweep| statuses(sweep.response, pairs, peak_hz)),
             loops: orbit.map_or_else(Vec::new, |orbit| loops(orbit, pairs, &panels)),
             flanks: panels,
-            skin: contents.model.map(|model| Skin::of(model, contents.motion)),
+            skin: contents
+                .model
+                .map(|model| Skin::of(model, contents.motion, contents.stress)),
         }
     }
 }

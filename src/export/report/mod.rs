@@ -28,6 +28,7 @@ use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::run::PeakStress;
 
 /// File name of the report.
 pub const REPORT: &str = "report.html";
@@ -49,6 +50,8 @@ pub struct Contents<'a> {
     pub sweep: Option<Sweep<'a>>,
     /// The 2H+1 nodal fields of each body at the peak of the first observation.
     pub motion: Option<&'a [Vec<NodalField>]>,
+    /// Stress of the bodies there.
+    pub stress: Option<&'a PeakStress>,
 }
 
 impl Contents<'_> {

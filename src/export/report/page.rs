@@ -3,12 +3,14 @@
 mod answer;
 mod computed;
 mod response;
+mod stress;
 
 use maud::{Markup, html};
 
 use self::answer::answer;
 use self::computed::computed;
 use self::response::{contacts_at_peak, response};
+use self::stress::stress;
 use super::data::Data;
 use super::frame::{self, Frame, frame, table, warnings};
 use super::{Contents, REPORT};
@@ -41,6 +43,7 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
         ("flanks", "Flanks", flanks(contents)),
         ("hysteresis", "Loops", loops(contents)),
         ("motion", "Motion", motion(contents)),
+        ("stress", "Stress", stress(contents)),
         ("static", "Static state", static_state(contents)),
         ("computed", "What was computed", computed(contents)),
         ("modes", "Frequencies", modes(contents)),

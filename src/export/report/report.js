@@ -136,7 +136,7 @@ function timesWords(times) {
   return times === 1 ? "displacements in their own size" : `displacements ${plain} times as large`;
 }
 
-/** The fields that the bodies can be coloured by: those of the flanks, then the displacement. */
+/** The fields that the bodies can be coloured by: those of the flanks, the displacement, then the stress. */
 function colourings(data, mesh, moves, range, each) {
   const count = mesh.points.length / 3, shown = [];
   if (data.statuses?.peak != null) {
@@ -151,6 +151,10 @@ function colourings(data, mesh, moves, range, each) {
     shown.push({ title: `flanks: ${title}`, unit, range, values: at, colours: RAMP });
   }
   if (moves) shown.push({ title: "displacement", unit: "m", range, values: each.map(range.at), colours: BODIES });
+  for (const { title, unit, largest, values } of data.skin.fields) {
+    const range = rangeOf([0, largest || 1]);
+    shown.push({ title, unit, range, values: numbers(values).map(range.at), colours: BODIES });
+  }
   return shown;
 }
 

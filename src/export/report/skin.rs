@@ -10,6 +10,8 @@ use super::packed::{Scaled, integers, scaled};
 use dovetail_mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::results::stress::StressCycle;
+use dovetail_solver::run::PeakStress;
 use dovetail_solver::space::{dot, scaled as scaled_by, sub, unit};
 use dovetail_solver::spectrum::{cosine, sine};
 
@@ -42,6 +44,17 @@ pub(super) struct Skin {
     /// Unit vector across the picture, orthogonal to `up`.
     along: [f64; 3],
     harmonics: Vec<Harmonic>,
+    fields: Vec<BodyField>,
+}
+
+/// Value of each node, which the bodies can be coloured by.
+#[derive(Debug, Serialize)]
+struct BodyField {
+    title: &'static str,
+    unit: &'static str,
+    /// Largest value; the scale of colours begins at zero.
+    largest: f64,
+    values: Scaled,
 }
 
 /// Displacement `cosine cos(k w t) + sine sin(k w t)` of each node, m.
@@ -54,7 +67,11 @@ struct Harmonic {
 
 impl Skin {
     /// Skin of a model. `motion[b]` holds the 2H+1 nodal fields of body b; `None` if nothing moves.
-    pub fn of(model: &Model, motion: Option<&[Vec<NodalField>]>) -> Self {
+    pub fn of(
+        model: &Model,
+        motion: Option<&[Vec<NodalField>]>,
+        stress: Option<&PeakStress>,
+    ) -> Self {
         let mut outer: Vec<Vec<Vec<u32>>> = model.bodies.iter().map(outer_faces).collect();
         let all = outer.iter().flatten().map(Vec::len).sum::<usize>();
         // A node in the middle of an edge belongs to two faces, a corner to some four or six.
@@ -121,6 +138,7 @@ impl Skin {
             up,
             along,
             harmonics: motion.map_or_else(Vec::new, |motion| harmonics(&nodes, motion)),
+            fields: stress.map_or_else(Vec::new, |stress| stress_fields(&nodes, stress)),
         }
     }
 }
@@ -179,6 +197,32 @@ fn around(face: &[u32]) -> impl Iterator<Item = u32> {
     let (corners, middles) = face.split_at(facet_corners(face.len()));
     let with_middle = |(i, &corner): (usize, &u32)| [Some(corner), middles.get(i).copied()];
     corners.iter().enumerate().flat_map(with_middle).flatten()
+}
+
+/// Amplitude and largest value of the equivalent stress, and the use of the strength, of these nodes.
+fn stress_fields(nodes: &[BodyNode], stress: &PeakStress) -> Vec<BodyField> {
+    let field = |title, unit, value: &dyn Fn(usize, &StressCycle) -> f64| {
+        let of = |at: &BodyNode| value(at.body, &stress.bodies[at.body].cycles[at.node as usize]);
+        let values: Vec<f64> = nodes.iter().map(of).collect();
+        BodyField {
+            title,
+            unit,
+            largest: values.iter().copied().fold(0.0, f64::max),
+            values: scaled(values.into_iter()),
+        }
+    };
+    let mut fields = vec![
+        field("amplitude of stress", "Pa", &|_, cycle| cycle.amplitude_pa),
+        field("largest equivalent stress", "Pa", &|_, cycle| {
+            cycle.largest_pa
+        }),
+    ];
+    if stress.strengths.iter().any(Option::is_some) {
+        fields.push(field("use of the strength", "", &|body, cycle| {
+            stress.strengths[body].map_or(0.0, |strength| cycle.utilisation(strength))
+        }));
+    }
+    fields
 }
 
 fn harmonics(nodes: &[BodyNode], motion: &[Vec<NodalField>]) -> Vec<Harmonic> {

@@ -15,7 +15,7 @@ use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{
     BodyMesh, BodySpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, Prestress,
-    RotationSpec,
+    RotationSpec, Strength,
 };
 
 /// Checks the bodies. `units` are those of `[mesh]`.
@@ -116,6 +116,12 @@ fn body(
         (volume, _) => checker.text(&at, "volume", volume),
     };
     let matrices = matrices(checker, &at, raw, (mesh.as_ref(), original), context);
+    let strength = match (places!(raw; endurance_pa, ultimate_pa), original) {
+        (given, Some(original)) if given.iter().all(|(_, span)| span.is_none()) => {
+            Some(original.strength)
+        }
+        _ => strength(checker, &at, raw),
+    };
     let key = "fixed_interface_modes";
     let modes = match (&raw.fixed_interface_modes, original) {
         (None, original) => Some(original.and_then(|o| o.fixed_interface_modes)),
@@ -142,7 +148,46 @@ fn body(
         fixed,
         fixed_along,
         fixed_interface_modes: modes?,
+        strength: strength?,
     })
+}
+
+/// Strength of the material, where it is given.
+fn strength(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Option<Strength>> {
+    let (endurance, ultimate) = match (&raw.endurance_pa, &raw.ultimate_pa) {
+        (None, None) => return Some(None),
+        (Some(endurance), Some(ultimate)) => (endurance, ultimate),
+        (Some(alone), None) => {
+            let remedy = "give both, or leave both out: the use of a strength needs the two";
+            checker.lacks(at, "endurance_pa", "ultimate_pa", alone.span(), remedy);
+            return None;
+        }
+        (None, Some(alone)) => {
+            let remedy = "give both, or leave both out: the use of a strength needs the two";
+            checker.lacks(at, "ultimate_pa", "endurance_pa", alone.span(), remedy);
+            return None;
+        }
+    };
+    if let Some(file) = &raw.stiffness_file {
+        let remedy = "leave the strength out: matrices of another program have no stress here, that \
+                      program has it";
+        let both = [endurance, ultimate].map(Spanned::span);
+        let keys = ["endurance_pa", "ultimate_pa"]
+            .into_iter()
+            .zip(both.map(Some));
+        checker.exclude(
+            at,
+            ("stiffness_file", file.span()),
+            &keys.collect::<Vec<_>>(),
+            remedy,
+        )?;
+    }
+    let endurance_pa = checker.number(at, "endurance_pa", &raw.endurance_pa)?;
+    let ultimate_pa = checker.number(at, "ultimate_pa", &raw.ultimate_pa)?;
+    Some(Some(Strength {
+        endurance_pa,
+        ultimate_pa,
+    }))
 }
 
 /// Mesh file of the body itself, or another body that it copies, and its placement.

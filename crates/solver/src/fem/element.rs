@@ -3,7 +3,7 @@
 use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
 use super::tables::{Table, Tables};
 use dovetail_mesh::element::ElementType;
-use dovetail_numerics::space::{distance, middle};
+use dovetail_numerics::space::{add_scaled, distance, middle};
 
 /// Largest number of nodes of an element.
 pub const MOST_NODES: usize = 20;
@@ -32,6 +32,13 @@ pub trait Element: Sync + Send {
 
     /// Stress at each node, Pa.
     fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]);
+
+    /// Positions of the integration points, m: those of the rule that is exact for the stiffness of
+    /// an element with straight edges.
+    fn points_m(&self, coords_m: &[[f64; 3]]) -> Vec<[f64; 3]>;
+
+    /// Stress at each of [`Element::points_m`], Pa.
+    fn point_stress(&self, deformed: &Deformed<'_>) -> Vec<[f64; 6]>;
 }
 
 /// Element under a displacement of its nodes.
@@ -95,6 +102,34 @@ impl<const N: usize> Isoparametric<N> {
             tables,
             reference_mass,
         }
+    }
+
+    /// Table at the integration points of an element with straight edges.
+    pub(super) fn points(&self) -> &Table<N> {
+        self.tables
+            .affine
+            .as_ref()
+            .unwrap_or(&self.tables.stiffness)
+    }
+
+    /// Stress at each point of a table.
+    fn stress_at_all(&self, deformed: &Deformed<'_>, table: &Table<N>) -> Vec<[f64; 6]> {
+        let coords = nodal(deformed.coords_m);
+        let displacement = nodal(deformed.displacement_m);
+        let centre = &self.tables.centre.gradients[0];
+        let (middle, in_middle) = map_gradients(coords, centre);
+        let at = |reference: &[[f64; 3]; N]| {
+            let (det, gradients) = map_gradients(coords, reference);
+            // A curved element may be pinched at a node, though valid at its quadrature points, and
+            // a pyramid is pinched at its apex.
+            let gradients = if det > PINCHED * middle {
+                gradients
+            } else {
+                in_middle
+            };
+            stress_at::<N>(&gradients, displacement, deformed.lame)
+        };
+        table.gradients.iter().map(at).collect()
     }
 
     /// Returns `true` if the Jacobian is known to be the same everywhere.
@@ -181,22 +216,28 @@ impl<const N: usize> Element for Isoparametric<N> {
     }
 
     fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]) {
-        let coords = nodal(deformed.coords_m);
-        let displacement = nodal(deformed.displacement_m);
-        let centre = &self.tables.centre.gradients[0];
-        let (middle, in_middle) = map_gradients(coords, centre);
-        for (reference, out) in self.tables.nodes.gradients.iter().zip(out) {
-            let (det, gradients) = map_gradients(coords, reference);
-            // A curved element may be pinched at a node, though valid at its quadrature points, and
-            // a pyramid is pinched at its apex.
-            let gradients = if det > PINCHED * middle {
-                gradients
-            } else {
-                in_middle
-            };
-            *out = stress_at::<N>(&gradients, displacement, deformed.lame);
-        }
+        out.copy_from_slice(&self.stress_at_all(deformed, &self.tables.nodes));
     }
+
+    fn points_m(&self, coords_m: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        points_m(self.points(), nodal(coords_m))
+    }
+
+    fn point_stress(&self, deformed: &Deformed<'_>) -> Vec<[f64; 6]> {
+        self.stress_at_all(deformed, self.points())
+    }
+}
+
+/// Positions of the points of a table, m.
+fn points_m<const N: usize>(table: &Table<N>, coords_m: &[[f64; 3]; N]) -> Vec<[f64; 3]> {
+    let at = |shapes: &[f64; N]| {
+        let mut point = [0.0; 3];
+        for (weight, x) in shapes.iter().zip(coords_m) {
+            add_scaled(&mut point, *weight, *x);
+        }
+        point
+    };
+    table.shapes.iter().map(at).collect()
 }
 
 /// Fraction of the Jacobian determinant in the middle below which an element is pinched.

@@ -126,6 +126,23 @@ impl IncompatibleHexahedron {
         let (_, g) = self.gradients(coords_m, reference, internal);
         stress_at(&g, displacement_m, lame)
     }
+
+    /// Stress at each point of a table, where the internal functions have the reference gradients
+    /// `internal`.
+    fn stress_at_all(
+        &self,
+        deformed: &Deformed<'_>,
+        table: &Table<N>,
+        internal: &Internal,
+    ) -> Vec<[f64; 6]> {
+        let (coords, u) = self.whole_displacement(deformed);
+        let points = table.gradients.iter().zip(internal);
+        points
+            .map(|(reference, internal)| {
+                self.stress(coords, &u, reference, internal, deformed.lame)
+            })
+            .collect()
+    }
 }
 
 impl Default for IncompatibleHexahedron {
@@ -192,11 +209,15 @@ impl Element for IncompatibleHexahedron {
     }
 
     fn nodal_stress(&self, deformed: &Deformed<'_>, out: &mut [[f64; 6]]) {
-        let (coords, u) = self.whole_displacement(deformed);
-        let lame = deformed.lame;
-        let gradients = &self.compatible.tables.nodes.gradients;
-        for ((reference, internal), out) in gradients.iter().zip(&self.at_nodes).zip(out) {
-            *out = self.stress(coords, &u, reference, internal, lame);
-        }
+        let table = &self.compatible.tables.nodes;
+        out.copy_from_slice(&self.stress_at_all(deformed, table, &self.at_nodes));
+    }
+
+    fn points_m(&self, coords_m: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        self.compatible.points_m(coords_m)
+    }
+
+    fn point_stress(&self, deformed: &Deformed<'_>) -> Vec<[f64; 6]> {
+        self.stress_at_all(deformed, self.compatible.points(), &self.at_points)
     }
 }

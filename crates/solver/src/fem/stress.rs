@@ -53,6 +53,32 @@ pub fn nodal_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
     sums
 }
 
+/// Positions of the integration points of each element of a body, m. Empty where its matrices come
+/// from another program.
+pub fn points_m(body: &Body) -> Vec<Vec<[f64; 3]>> {
+    if body.material().is_none() {
+        return Vec::new();
+    }
+    let elements = 0..body.elements.len();
+    let of = |e: usize| integrals(body, e).points_m(&values(body, e, &body.nodes_m));
+    elements.map(of).collect()
+}
+
+/// Stress at each of [`points_m`], Pa, element by element, from the displacement of every node of
+/// the body.
+pub fn point_stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {
+    let Some(material) = body.material() else {
+        return Vec::new();
+    };
+    let lame = Lame::from(material);
+    let of = |e: usize| {
+        let [coords, u] = [&body.nodes_m[..], displacement_m].map(|field| values(body, e, field));
+        integrals(body, e).point_stress(&Deformed::new(&coords, &u, lame))
+    };
+    let elements = (0..body.elements.len()).into_par_iter();
+    elements.map(of).collect::<Vec<_>>().concat()
+}
+
 /// Von Mises equivalent stress, Pa.
 pub fn von_mises(s: [f64; 6]) -> f64 {
     let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);

@@ -51,6 +51,17 @@ pub struct BodySpec {
     pub fixed_along: [Vec<String>; 3],
     /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
     pub fixed_interface_modes: Option<usize>,
+    /// Strength of its material; `None` where it is not known.
+    pub strength: Option<Strength>,
+}
+
+/// Strength of a material under stress that oscillates about a mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strength {
+    /// Largest amplitude about no mean that the material endures, Pa.
+    pub endurance_pa: f64,
+    /// Stress at which it breaks without oscillation, Pa.
+    pub ultimate_pa: f64,
 }
 
 /// Source of the elements of a body. A body with a mesh of its own refers to the groups of that

@@ -45,7 +45,7 @@ pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, MatrixFile,
     MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec, Side,
-    SpringSpec, SurfaceFields,
+    SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
 pub use error::ModelError;

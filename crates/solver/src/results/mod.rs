@@ -14,3 +14,4 @@ pub mod recovery;
 pub mod rigid_motion;
 pub mod signals;
 pub mod small;
+pub mod stress;

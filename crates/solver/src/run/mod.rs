@@ -30,6 +30,7 @@ mod response;
 mod run_up;
 mod session;
 mod statics;
+mod stress;
 mod verify;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
@@ -48,6 +49,7 @@ pub use reduced::{Reduced, stuck_modes};
 pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
+pub use stress::{PLACES, PeakStress, peak_stress};
 pub use verify::{Verification, Verified, verify};
 
 use crate::description::{Scene, Subject};

@@ -30,6 +30,7 @@ mod reduction;
 mod reference_dovetail72;
 mod rigid_slider;
 mod rubbing_beam;
+mod stress;
 mod time_integration;
 mod transitions;
 mod two_motions;

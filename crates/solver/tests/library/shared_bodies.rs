@@ -31,6 +31,7 @@ pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
         fixed: fixed.iter().map(|s| s.to_string()).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,
+        strength: None,
     }
 }
 
