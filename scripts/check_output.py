@@ -458,6 +458,9 @@ def check_peak(root, grids, good, converged, pairs, summary):
         same("summary.json: peak amplitude against response.csv",
              summary["response"]["peak_amplitude_m"], amplitude[best])
     check_motion(grids["peak.vtu"], good[best], summary, observation)
+    check_stress(root, grids["peak.vtu"])
+    if pairs:
+        check_fretting(grids["flank_peak.vtu"])
     if (root / "peak.pvd").exists():
         check_frames(grids["peak.vtu"], read_pvd(root / "peak.pvd", root, grids), frequency)
 
@@ -505,6 +508,53 @@ def check_motion(grid, row, summary, name):
          relative=1e-3)
     facts.append(f"{grid.name}: {len(found)} harmonics of {name} as in response.csv; "
                  f"largest in the period {largest:.6e} m, amplitude {amplitude:.6e} m")
+
+
+def von_mises(stress):
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(normal / 2 + 3 * (xy**2 + yz**2 + xz**2))
+
+
+def check_stress(root, grid):
+    """Mean, amplitude and largest equivalent stress from the tensors; stress.csv against the nodes."""
+    if not grid.grid.GetPointData().HasArray("mean_stress_pa"):
+        return
+    table = read_table(root / "stress.csv")
+    numbers, names = node_numbers(grid), sorted({r["body"] for r in table})
+    mean, k, moving = grid.point("mean_stress_pa"), 1, []
+    while grid.grid.GetPointData().HasArray(f"h{k}_stress_cos_pa"):
+        moving.append((grid.point(f"h{k}_stress_cos_pa"), grid.point(f"h{k}_stress_sin_pa")))
+        k += 1
+    amplitude = grid.point("von_mises_amplitude_pa")
+    nodes = np.unique(np.append(np.arange(0, len(mean), max(1, len(mean) // 100)), np.argmax(amplitude)))
+    phases = 2 * math.pi * np.arange(240) / 240
+    swing = sum(np.cos(k * phases)[:, None, None] * c[nodes] + np.sin(k * phases)[:, None, None] * s[nodes]
+                for k, (c, s) in enumerate(moving, 1))
+    ranges = [von_mises(swing[:, None, i] - swing[None, :, i]).max() for i in range(len(nodes))]
+    scale = amplitude.max() + np.abs(mean).max()
+    same(f"{grid.name}: von_mises_amplitude_pa against the tensors", amplitude[nodes], np.array(ranges) / 2,
+         absolute=2e-4 * scale)
+    same(f"{grid.name}: von_mises_largest_pa against the tensors", grid.point("von_mises_largest_pa")[nodes],
+         von_mises(mean[nodes] + swing).max(axis=0), absolute=2e-4 * scale)
+    signed = np.sign(mean[:, :3].sum(axis=1)) * von_mises(mean)
+    same(f"{grid.name}: von_mises_mean_pa against the tensors", grid.point("von_mises_mean_pa"), signed,
+         absolute=1e-9 * scale)
+    for row in table:
+        at = [numbers[b, int(row["node_tag"])] for b in sorted({b for b, _ in numbers})
+              if (b, int(row["node_tag"])) in numbers]
+        found = min(abs(amplitude[i] / float(row["von_mises_amplitude_pa"]) - 1) for i in at)
+        if found > 1e-12:
+            problem(f"stress.csv: node {row['node_tag']} of {row['body']} has another amplitude in {grid.name}")
+    facts.append(f"{grid.name}: stress of {len(nodes)} nodes as from its tensors; {len(table)} places in stress.csv, "
+                 f"bodies {', '.join(names)}")
+
+
+def check_fretting(grid):
+    """Ruiz' parameter of wear from its factors."""
+    slid = grid.pairs("slid_m")
+    wear, stress = grid.pairs("ruiz_wear_pa_m"), grid.pairs("friction_stress_max_pa")
+    same(f"{grid.name}: ruiz_wear_pa_m against its factors", wear, stress * slid / 2)
 
 
 def check_frames(peak, frames, frequency):

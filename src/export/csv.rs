@@ -1,5 +1,5 @@
-//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, stress.csv,
-//! modes.csv, peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
+//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, forces.csv,
+//! stress.csv, modes.csv, peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::path::Path;
 
@@ -19,8 +19,10 @@ use dovetail_solver::results::quantities::{
     CycleFields, StaticFields, cycle_fields, linear_amplitude, loss_factor, modal_mass_kg, peak,
     phasors, static_fields, sweep_fields,
 };
+use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks};
+use dovetail_solver::spectrum::{cosine, sine};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -282,6 +284,59 @@ pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportE
     add_mode(&mut table, |f| (f.kind, f.body.as_deref(), f.mode));
     table.add("frequency_hz", |f| f.frequency_hz);
     table.write(path, rows)
+}
+
+/// Writes forces.csv: force and moment by which the second flank of each contact pushes the first,
+/// one row for each component, with the point that moments are about. `mean`, `h<k>_cos` and
+/// `h<k>_sin` are its harmonics, `least` and `largest` its ends over the period, in N or N m.
+pub fn write_forces(
+    path: &Path,
+    contacts: &[String],
+    resultants: &[Resultant],
+) -> Result<(), ExportError> {
+    struct Row<'a> {
+        contact: &'a str,
+        about_m: [f64; 3],
+        component: String,
+        coefficients: Vec<f64>,
+        ends: [f64; 2],
+    }
+    let both = contacts.iter().zip(resultants);
+    let rows = both.flat_map(|(contact, of)| {
+        let kinds = [("force", "n", &of.force_n), ("moment", "nm", &of.moment_nm)];
+        kinds.into_iter().flat_map(move |(kind, unit, values)| {
+            let axes = ["x", "y", "z"].into_iter().enumerate();
+            axes.map(move |(k, axis)| {
+                let coefficients: Vec<f64> = values.iter().map(|v| v[k]).collect();
+                Row {
+                    contact: contact.as_str(),
+                    about_m: of.about_m,
+                    component: format!("{kind}_{axis}_{unit}"),
+                    ends: ends_of(&coefficients),
+                    coefficients,
+                }
+            })
+        })
+    });
+    let rows: Vec<Row<'_>> = rows.collect();
+    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    table.add("contact", |row| row.contact.to_owned());
+    for (axis, name) in ["about_x_m", "about_y_m", "about_z_m"]
+        .into_iter()
+        .enumerate()
+    {
+        table.add(name, move |row| row.about_m[axis]);
+    }
+    table.add("component", |row| row.component.clone());
+    table.add("mean", |row| row.coefficients[0]);
+    let harmonics = rows.first().map_or(0, |row| row.coefficients.len() / 2);
+    for k in 1..=harmonics {
+        table.add(format!("h{k}_cos"), move |row| row.coefficients[cosine(k)]);
+        table.add(format!("h{k}_sin"), move |row| row.coefficients[sine(k)]);
+    }
+    table.add("least", |row| row.ends[0]);
+    table.add("largest", |row| row.ends[1]);
+    table.write(path, &rows)
 }
 
 /// Writes stress.csv: the places with the highest stress, in their order, then the highest of those

@@ -9,6 +9,7 @@ use super::ExportError;
 use super::vtu::{Grid, check_length, write_pvd};
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::{ContactPair, Model};
+use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::quantities::{
     StaticFields, cycle_fields, static_fields, sweep_fields,
 };
@@ -134,14 +135,35 @@ impl FlankSeries {
 
 /// Writes flank_peak.vtu: the flanks in the motion of this orbit with the fields of
 /// [`FlankSeries`], and `separates` (0 or 1): whether a pair separates at any converged frequency
-/// (the paper's Figure 5).
+/// (the paper's Figure 5). The figures of [`Fretting`] are `slip_range_m`,
+/// `friction_stress_max_pa`, `ruiz_wear_pa_m` and, with stress, `surface_tension_max_pa` and
+/// `ruiz_fatigue_pa2_m`.
 pub fn write_flank_peak(
     path: &Path,
     model: &Model,
     orbit: &Orbit,
     response: &Response,
+    fretting: &[Fretting],
 ) -> Result<(), ExportError> {
     let mut flanks = Flanks::of(model).in_motion(path, &model.pairs, orbit)?;
+    check_pairs(
+        path,
+        "figures of fretting",
+        fretting.len(),
+        model.pairs.len(),
+    )?;
+    let mut add = |name: &str, of: &dyn Fn(&Fretting) -> f64| {
+        flanks.field(name, 1, fretting.iter().map(of).collect());
+    };
+    add("slip_range_m", &|f| f.slip_range_m);
+    add("friction_stress_max_pa", &|f| f.friction_stress_pa);
+    add("ruiz_wear_pa_m", &Fretting::wear_parameter_pa_m);
+    if fretting.iter().all(|f| f.tension_pa.is_some()) {
+        add("surface_tension_max_pa", &|f| f.tension_pa.unwrap_or(0.0));
+        add("ruiz_fatigue_pa2_m", &|f| {
+            f.fatigue_parameter_pa2_m().unwrap_or(0.0)
+        });
+    }
     let separates = sweep_fields(response, model.pairs.len()).separates;
     flanks.integers("separates", |pair| i32::from(separates[pair]));
     flanks.grid.write(path)

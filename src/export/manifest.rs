@@ -13,7 +13,10 @@ pub use self::mesh::{
     MeshOrigin, MeshSummary, ObservationSummary, mesh_summary, observation_summaries,
     probe_summaries,
 };
-pub use self::response::{ContactCounts, ResponseSummary, contact_counts, response_summary};
+pub use self::response::{
+    ContactCounts, FrettingSummary, ResponseSummary, contact_counts, fretting_summary,
+    response_summary,
+};
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};
 pub use self::verification::{VerificationSummary, verification_summary};

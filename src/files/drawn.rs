@@ -12,8 +12,10 @@ use crate::export::{csv, flank, manifest, vtu};
 use crate::words::capital;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::fem::stress;
+use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::results::resultants::contact_resultants;
 use dovetail_solver::run::{Bodies, Reduced, StaticResult, peak_stress};
 use dovetail_solver::spectrum::{cosine, sine};
 
@@ -65,6 +67,9 @@ impl Files {
             let separation = Separation::of(response, model.pairs.len());
             write_separation_map(&path, model, conditions, &separation)?;
             if let Some(orbit) = at_peak {
+                let resultants = contact_resultants(model, orbit);
+                let path = out.file("forces.csv")?;
+                csv::write_forces(&path, &model.contact_names, &resultants)?;
                 let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
                 for (file, field) in [("friction_energy", energy), ("slip", slid)] {
                     let title = capital(field.title);
@@ -83,11 +88,17 @@ impl Files {
         let Some(motion) = bodies.motion_m(orbit) else {
             return Ok(());
         };
-        if !model.pairs.is_empty() {
-            flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
-        }
         let strengths = self.strengths.clone();
         let stress = peak_stress(bodies, (orbit, &motion), stuck_modes, strengths);
+        if !model.pairs.is_empty() {
+            let of_bodies = stress.as_ref().map(|stress| stress.bodies.as_slice());
+            let fretting = fretting(model, orbit, of_bodies);
+            let path = out.file("flank_peak.vtu")?;
+            flank::write_flank_peak(&path, model, orbit, response, &fretting)?;
+            if let Some(response) = &mut self.summary.response {
+                response.peak_fretting = Some(manifest::fretting_summary(&fretting));
+            }
+        }
         vtu::write_motion(&out.file("peak.vtu")?, model, &motion, stress.as_ref())?;
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);

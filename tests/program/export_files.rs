@@ -21,6 +21,7 @@ use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyPrestress, Rotation};
+use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{linear_peak, peak, sweep_fields};
@@ -134,7 +135,15 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     write_flanks(&out, run);
     let top = peak(response, 0).unwrap();
     let orbit = &response.orbits[top.index];
-    flank::write_flank_peak(&out.join("flank_peak.vtu"), model, orbit, response).unwrap();
+    let fretting = fretting(model, orbit, None);
+    flank::write_flank_peak(
+        &out.join("flank_peak.vtu"),
+        model,
+        orbit,
+        response,
+        &fretting,
+    )
+    .unwrap();
     // `motion` belongs to a gain of 1: scale it to the orbit at the peak.
     let gain = response.orbits[top.index].observed[0][1]
         / observed(&model.observations[0], &run.motion)[1];
@@ -517,7 +526,8 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
     let [at_rest, swept] = ["flank_static.vtu", "flank_peak.vtu"].map(|f| out.join(f));
     flank::write_flank_static(&at_rest, &run.model, &run.static_state).unwrap();
     let orbit = &run.response.orbits[peak(&run.response, 0).unwrap().index];
-    flank::write_flank_peak(&swept, &run.model, orbit, &run.response).unwrap();
+    let fretting = fretting(&run.model, orbit, None);
+    flank::write_flank_peak(&swept, &run.model, orbit, &run.response, &fretting).unwrap();
     let separates = sweep_fields(&run.response, pairs).separates;
     let [at_rest, swept] = [&at_rest, &swept].map(|path| read(path));
     let owners = values(&at_rest.data.cell, "pair");

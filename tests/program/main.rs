@@ -53,6 +53,7 @@ mod several_bodies;
 mod small_displacements;
 mod springs;
 mod stacked_blocks;
+mod stress;
 mod study;
 mod tidy;
 mod tutorial;

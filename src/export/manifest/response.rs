@@ -6,6 +6,7 @@ use super::finite;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, SecondMotion};
+use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     LocalPeak, cycle_fields, energy_balance_error, friction_power_w, largest_estimated_error,
@@ -78,6 +79,9 @@ pub struct ResponseSummary {
     pub peak_largest_friction_energy_j_m2: Option<f64>,
     /// Distance slid in a period at the peak, the largest over the pairs.
     pub peak_largest_slid_m: Option<f64>,
+    /// Largest figures of fretting over the pairs at the peak; `None` if no fields were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_fretting: Option<FrettingSummary>,
     /// Number of pairs, closed in the static state, that separate at any converged frequency.
     pub pairs_that_open: usize,
     /// Share of these pairs in the area of the flanks; `None` if the area of a pair is unknown.
@@ -99,6 +103,33 @@ impl ResponseSummary {
             closing: self.peak_closing_pairs?,
             open: self.peak_open_pairs?,
         })
+    }
+}
+
+/// Largest figures of fretting over the pairs, each of its own pair.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrettingSummary {
+    /// Range of the slip to and fro: half of the distance slid in a period.
+    pub slip_range_m: f64,
+    /// Friction force over area.
+    pub friction_stress_pa: f64,
+    /// Ruiz' parameter of wear: friction stress times slip.
+    pub wear_parameter_pa_m: f64,
+    /// Ruiz' parameter of fretting fatigue: that times the tension along the slip; `None` without
+    /// stress.
+    pub fatigue_parameter_pa2_m: Option<f64>,
+}
+
+/// Largest figures of the pairs.
+pub fn fretting_summary(pairs: &[Fretting]) -> FrettingSummary {
+    let largest = |of: &dyn Fn(&Fretting) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
+    let fatigue = pairs.iter().map(Fretting::fatigue_parameter_pa2_m);
+    let fatigue: Option<Vec<f64>> = fatigue.collect();
+    FrettingSummary {
+        slip_range_m: largest(&|f| f.slip_range_m),
+        friction_stress_pa: largest(&|f| f.friction_stress_pa),
+        wear_parameter_pa_m: largest(&Fretting::wear_parameter_pa_m),
+        fatigue_parameter_pa2_m: fatigue.map(|all| all.into_iter().fold(0.0, f64::max)),
     }
 }
 
@@ -243,6 +274,7 @@ pub fn response_summary(
         peak_largest_friction_energy_j_m2: largest_energy
             .map(|energy| if friction_works { energy } else { 0.0 }),
         peak_largest_slid_m: cycles.and_then(|c| largest_of_pairs(&c.slid_m)),
+        peak_fretting: None,
         pairs_that_open: separates.iter().filter(|separates| **separates).count(),
         area_share_that_opens: opening_share(pairs, &separates),
         worst_energy_balance_error: with_motion(response)

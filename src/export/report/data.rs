@@ -1,7 +1,5 @@
 //! Data for the scripts of a report, as JSON.
 
-use std::f64::consts::TAU;
-
 use serde::Serialize;
 
 use super::Contents;
@@ -185,20 +183,12 @@ fn place_of(panels: &[Panel], pair: usize) -> Option<String> {
 }
 
 fn hysteresis(orbit: &Orbit, pair: usize, letter: char, title: String) -> Loop {
+    let signals = pair_signals(orbit, pair, INSTANTS);
+    let [cos, sin] = signals.main_direction();
     let PairSignals {
         displacement_m: [_, x1, x2],
         force_n: [_, f1, f2],
-    } = pair_signals(orbit, pair, INSTANTS);
-    // The longest axis of the path.
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let (m1, m2) = (mean(&x1), mean(&x2));
-    let moment = |a: &[f64], ma: f64, b: &[f64], mb: f64| -> f64 {
-        let pairs = a.iter().zip(b);
-        pairs.map(|(a, b)| (a - ma) * (b - mb)).sum()
-    };
-    let (s11, s22) = (moment(&x1, m1, &x1, m1), moment(&x2, m2, &x2, m2));
-    let angle = 0.5 * (2.0 * moment(&x1, m1, &x2, m2)).atan2(s11 - s22);
-    let (sin, cos) = angle.rem_euclid(TAU).sin_cos();
+    } = signals;
     let along = |a: &[f64], b: &[f64]| -> Vec<f64> {
         let both = a.iter().zip(b);
         let mut out: Vec<f64> = both.map(|(a, b)| seven_digits(cos * a + sin * b)).collect();

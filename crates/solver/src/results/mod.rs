@@ -7,10 +7,12 @@
 //! those of [`crate::contact`], units are SI and stand at the end of each name.
 
 pub mod far_slip;
+pub mod fretting;
 pub mod modes;
 pub mod pairs;
 pub mod quantities;
 pub mod recovery;
+pub mod resultants;
 pub mod rigid_motion;
 pub mod signals;
 pub mod small;

@@ -1,5 +1,7 @@
 //! Displacement and force of a pair over a period.
 
+use std::f64::consts::TAU;
+
 use crate::dlft::Orbit;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::Spectrum;
@@ -12,6 +14,24 @@ pub struct PairSignals {
     pub displacement_m: [Vec<f64>; 3],
     /// Contact force, N, one entry per instant.
     pub force_n: [Vec<f64>; 3],
+}
+
+impl PairSignals {
+    /// Direction in the tangent plane in which the pair moves most, along t1 and t2: the longest
+    /// axis of its path.
+    pub fn main_direction(&self) -> [f64; 2] {
+        let [_, x1, x2] = &self.displacement_m;
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let (m1, m2) = (mean(x1), mean(x2));
+        let moment = |a: &[f64], ma: f64, b: &[f64], mb: f64| -> f64 {
+            let pairs = a.iter().zip(b);
+            pairs.map(|(a, b)| (a - ma) * (b - mb)).sum()
+        };
+        let (s11, s22) = (moment(x1, m1, x1, m1), moment(x2, m2, x2, m2));
+        let angle = 0.5 * (2.0 * moment(x1, m1, x2, m2)).atan2(s11 - s22);
+        let (sin, cos) = angle.rem_euclid(TAU).sin_cos();
+        [cos, sin]
+    }
 }
 
 /// Signals of a pair of an orbit at `instants` or more evenly spaced instants, without the end of

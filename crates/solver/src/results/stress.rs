@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::recovery::NodalField;
 use crate::fem::stress::{nodal_stress, von_mises};
 use crate::model::{AppliedLoad, Body, BodyNode, Model, NodeMotion, SpringSupport, Strength};
-use crate::spectrum::{cosine, sine};
+use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_mesh::element::facet_corners;
 
 /// Stress of each node, Pa: xx, yy, zz, xy, yz, xz.

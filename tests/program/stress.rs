@@ -1,0 +1,175 @@
+//! Stress at the peak of a run, forces of the contacts and figures of fretting: their files, what
+//! they say, and what the scene may ask.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{SMALL, ended, has, on_scene, told};
+use crate::shared_runs::{Row, number, rows, summary};
+
+/// Settings of the paper's scene for a quick response of one harmonic on its smallest mesh.
+const QUICK: [&str; 6] = [
+    SMALL,
+    "response.compare_harmonics=",
+    "response.harmonics=1",
+    "response.samples=64",
+    "response.points=3",
+    "response.times_first_linear_mode=[0.998, 1.0]",
+];
+const STRENGTH: [&str; 2] = ["body.*.endurance_pa=450e6", "body.*.ultimate_pa=950e6"];
+
+fn run(out: &Path, set: &[&str]) -> Command {
+    on_scene("run", "scenes/paper.toml", out, &[&QUICK[..], set].concat())
+}
+
+fn table(out: &Path, file: &str) -> Vec<Row> {
+    rows(&out.join(file))
+}
+
+/// Without prestress nothing but the contacts holds the blade against the centrifugal load: the mean
+/// forces of both contacts on it are together the mass times the square of the speed times the
+/// distance of its centre from the axis.
+#[test]
+fn mean_forces_of_the_contacts_hold_the_blade_against_its_centrifugal_load() {
+    let out = Folder::new("stress_forces");
+    // So weak that friction holds it, too.
+    let set = ["rotation.prestress=none", "excitation.*.force_n=0.05"];
+    ended(run(&out, &set), 0);
+    let forces = table(&out, "forces.csv");
+    let summary = summary(&out);
+    let blade = &summary["mesh"]["bodies"][0];
+    assert_eq!(blade["name"], "blade");
+    let mass_kg = blade["mass_kg"].as_f64().unwrap();
+    let centre = |axis: usize| blade["centre_m"][axis].as_f64().unwrap();
+    let omega2 = (5000.0 * std::f64::consts::PI / 30.0_f64).powi(2);
+    // The axis is x, through the origin.
+    let largest = mass_kg * omega2 * centre(2);
+    for (axis, load_n) in [
+        ("x", 0.0),
+        ("y", mass_kg * omega2 * centre(1)),
+        ("z", largest),
+    ] {
+        let of_axis = format!("force_{axis}_n");
+        let own = forces.iter().filter(|row| row["component"] == of_axis);
+        let means: Vec<f64> = own.map(|row| number(row, "mean")).collect();
+        assert_eq!(means.len(), 2, "one of each contact");
+        let off = means.iter().sum::<f64>() + load_n;
+        assert!(off.abs() < 1e-6 * largest, "{axis}: {means:?} {load_n}");
+    }
+    for row in &forces {
+        let (mean, least, most) = (
+            number(row, "mean"),
+            number(row, "least"),
+            number(row, "largest"),
+        );
+        assert!(least <= mean && mean <= most, "{row:?}");
+        let amplitude = number(row, "h1_cos").hypot(number(row, "h1_sin"));
+        assert!(
+            (most - least - 2.0 * amplitude).abs() <= 1e-3 * amplitude + 1e-12,
+            "{row:?}"
+        );
+    }
+}
+
+/// With a strength places are ranked by its use, which is Goodman's of the columns beside it;
+/// without one by amplitude.
+#[test]
+fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
+    for set in [&STRENGTH[..], &[]] {
+        let out = Folder::new("stress_places");
+        ended(run(&out, set), 0);
+        let places = table(&out, "stress.csv");
+        let ranked: Vec<&Row> = places
+            .iter()
+            .filter(|row| row["singular"].is_empty())
+            .collect();
+        assert!((3..=10).contains(&ranked.len()), "{}", ranked.len());
+        let figure = |row: &Row| match set {
+            [] => number(row, "von_mises_amplitude_pa"),
+            _ => number(row, "utilisation"),
+        };
+        assert!(ranked.is_sorted_by(|a, b| figure(a) >= figure(b)));
+        for row in &places {
+            let (mean, amplitude) = (
+                number(row, "von_mises_mean_pa"),
+                number(row, "von_mises_amplitude_pa"),
+            );
+            if set.is_empty() {
+                assert_eq!(row["utilisation"], "");
+            } else {
+                let goodman = amplitude / 450e6 + mean.max(0.0) / 950e6;
+                assert!((number(row, "utilisation") - goodman).abs() < 1e-12);
+            }
+            assert!(number(row, "von_mises_largest_pa") <= mean.abs() + amplitude * (1.0 + 1e-6));
+        }
+        let reasons: Vec<&str> = places.iter().map(|row| row["singular"].as_str()).collect();
+        for reason in ["at a support", "at the edge of a flank"] {
+            assert!(reasons.contains(&reason), "{reason}: {reasons:?}");
+        }
+        let summary = summary(&out);
+        let by = if set.is_empty() {
+            "amplitude"
+        } else {
+            "utilisation"
+        };
+        assert_eq!(summary["stress"]["ranked_by"], by);
+        assert!(summary["stress"]["modes_share"].as_f64().unwrap() < 0.2);
+        // Friction takes at most its largest stress times the distance slid, to and fro.
+        let response = &summary["response"];
+        let fretting = |figure: &str| response["peak_fretting"][figure].as_f64().unwrap();
+        let energy_j_m2 = response["peak_largest_friction_energy_j_m2"]
+            .as_f64()
+            .unwrap();
+        let bound_j_m2 = 2.0 * fretting("wear_parameter_pa_m");
+        assert!(
+            (0.1..1.01).contains(&(energy_j_m2 / bound_j_m2)),
+            "{energy_j_m2} {bound_j_m2}"
+        );
+        assert!(fretting("fatigue_parameter_pa2_m") > 0.0);
+        let page = out.text("report.html");
+        has(&page, "id=\"stress\"");
+        has(
+            &page,
+            if set.is_empty() {
+                "endurance_pa"
+            } else {
+                "Goodman"
+            },
+        );
+        assert!(out.text("plots/haigh.svg").contains("Haigh diagram"));
+    }
+}
+
+#[test]
+fn points_of_integration_are_written_on_request_alone() {
+    let out = Folder::new("stress_points");
+    let files = || ["static_points.vtu", "peak_points.vtu"].map(|file| out.join(file).exists());
+    ended(run(&out, &[]), 0);
+    assert_eq!(files(), [false, false]);
+    ended(run(&out, &[]).args(["--stress-points", "--force"]), 0);
+    assert_eq!(files(), [true, true]);
+    has(&out.text("peak_points.vtu"), "h1_stress_cos_pa");
+    let refused = told(run(&out, &[]).args(["--stress-points", "--no-fields"]), 2);
+    has(&refused, "--no-fields");
+    ended(run(&out, &[]).args(["--no-fields", "--force"]), 0);
+    assert!(!out.join("stress.csv").exists());
+    assert!(summary(&out)["stress"].is_null());
+}
+
+#[test]
+fn half_a_strength_is_an_error_with_a_remedy() {
+    let out = Folder::new("stress_errors");
+    for (given, missing) in [
+        ("endurance_pa", "ultimate_pa"),
+        ("ultimate_pa", "endurance_pa"),
+    ] {
+        let set = format!("body.blade.{given}=450e6");
+        let text = told(run(&out, &[&set]), 2);
+        has(&text, &format!("body.blade.{given}"));
+        has(&text, missing);
+        has(&text, "give both");
+    }
+    let text = told(run(&out, &["body.blade.endurance_pa=0", STRENGTH[1]]), 2);
+    has(&text, "endurance_pa");
+}
