@@ -130,14 +130,12 @@ fn add_stress(grid: &mut Grid, stress: &PeakStress, harmonics: usize) {
         grid.point_array(&format!("h{k}_stress_sin_pa"), 6, tensor(sine(k)));
     }
     let cycles = || bodies().flat_map(|body| &body.cycles);
-    let figures: [(&str, fn(&StressCycle) -> f64); 3] = [
-        ("von_mises_mean_pa", |cycle| cycle.mean_pa),
-        ("von_mises_amplitude_pa", |cycle| cycle.amplitude_pa),
-        ("von_mises_largest_pa", |cycle| cycle.largest_pa),
-    ];
-    for (name, figure) in figures {
+    let mut add = |name: &str, figure: fn(&StressCycle) -> f64| {
         grid.point_array(name, 1, cycles().map(figure).collect());
-    }
+    };
+    add("von_mises_mean_pa", |cycle| cycle.mean_pa);
+    add("von_mises_amplitude_pa", |cycle| cycle.amplitude_pa);
+    add("von_mises_largest_pa", |cycle| cycle.largest_pa);
     if stress.strengths.iter().any(Option::is_some) {
         let all = bodies()
             .zip(&stress.strengths)

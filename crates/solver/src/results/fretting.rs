@@ -6,7 +6,7 @@
 //! slip for wear, and that times the tension of the surface along the slip for cracks.
 
 use super::signals::pair_signals;
-use super::stress::BodyStress;
+use super::stress::{BodyStress, of_node};
 use crate::dlft::{Orbit, PairCycle};
 use crate::model::{BodyNode, ContactPair, Model};
 use dovetail_numerics::fourier::Fourier;
@@ -78,7 +78,10 @@ fn tension_pa(stress: &BodyStress, node: u32, d: [f64; 3]) -> f64 {
         let normal = s[0] * d[0] * d[0] + s[1] * d[1] * d[1] + s[2] * d[2] * d[2];
         normal + 2.0 * (s[3] * d[0] * d[1] + s[4] * d[1] * d[2] + s[5] * d[0] * d[2])
     };
-    let coefficients: Vec<f64> = stress.of_node(node as usize).iter().map(along).collect();
+    let coefficients: Vec<f64> = of_node(&stress.coefficients_pa, node as usize)
+        .iter()
+        .map(along)
+        .collect();
     let harmonics = coefficients.len() / 2;
     let fourier = Fourier::new(harmonics, INSTANTS.max(4 * (harmonics + 1)));
     let mut signal = vec![0.0; fourier.samples()];

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use super::recovery::NodalField;
 use crate::fem::stress::{nodal_stress, von_mises};
 use crate::model::{AppliedLoad, Body, BodyNode, Model, NodeMotion, SpringSupport, Strength};
-use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_mesh::element::facet_corners;
 
 /// Stress of each node, Pa: xx, yy, zz, xy, yz, xz.
@@ -148,34 +147,31 @@ fn climb<const N: usize>(value: impl Fn([f64; N]) -> f64, mut at: [f64; N], step
 /// Stress of each body whose nodes have the motion `motion_m[b]`: 2H+1 fields, mean, cosine 1,
 /// sine 1, ... Bodies whose matrices come from another program have no stress, which is zero.
 pub fn dynamic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<BodyStress> {
+    let bodies = harmonic_stress(model, motion_m).into_iter();
+    let with_cycles = |coefficients_pa: Vec<NodalStress>| {
+        let nodes = coefficients_pa.first().map_or(0, Vec::len);
+        let cycle = |node: usize| StressCycle::of(&of_node(&coefficients_pa, node));
+        BodyStress {
+            cycles: (0..nodes).into_par_iter().map(cycle).collect(),
+            coefficients_pa,
+        }
+    };
+    bodies.map(with_cycles).collect()
+}
+
+/// The 2H+1 fields of the stress of each body, Pa, from those of the motion of its nodes.
+pub fn harmonic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<Vec<NodalStress>> {
     let bodies = model.bodies.iter().zip(motion_m);
     let of_body = |(body, fields): (&Body, &Vec<NodalField>)| {
         let fields = fields.par_iter();
-        let coefficients_pa: Vec<_> = fields.map(|field| nodal_stress(body, field)).collect();
-        let nodes = (0..body.nodes_m.len()).into_par_iter();
-        let cycle = |node: usize| {
-            let of_node: Vec<[f64; 6]> = coefficients_pa.iter().map(|field| field[node]).collect();
-            StressCycle::of(&of_node)
-        };
-        BodyStress {
-            cycles: nodes.map(cycle).collect(),
-            coefficients_pa,
-        }
+        fields.map(|field| nodal_stress(body, field)).collect()
     };
     bodies.map(of_body).collect()
 }
 
-impl BodyStress {
-    /// Stress of a node over the period, Pa: mean, cosine 1, sine 1, ...
-    pub fn of_node(&self, node: usize) -> Vec<[f64; 6]> {
-        let fields = self.coefficients_pa.iter();
-        fields.map(|field| field[node]).collect()
-    }
-
-    /// Cosine and sine of harmonic `k` of each node, Pa.
-    pub fn harmonic_pa(&self, k: usize) -> [&NodalStress; 2] {
-        [cosine(k), sine(k)].map(|i| &self.coefficients_pa[i])
-    }
+/// Stress of a node over the period, Pa, from the fields of all: mean, cosine 1, sine 1, ...
+pub fn of_node(coefficients_pa: &[NodalStress], node: usize) -> Vec<[f64; 6]> {
+    coefficients_pa.iter().map(|field| field[node]).collect()
 }
 
 /// Reason why the stress of a place is a number of the mesh: in theory it grows without bound as

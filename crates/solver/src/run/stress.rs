@@ -5,8 +5,8 @@ use crate::dlft::Orbit;
 use crate::model::{Body, Strength};
 use crate::results::recovery::NodalField;
 use crate::results::stress::{
-    BodyStress, HighestStress, Singular, StressCycle, dynamic_stress, highest_stress,
-    ranked_by_utilisation, singular_nodes,
+    BodyStress, HighestStress, Singular, StressCycle, dynamic_stress, harmonic_stress,
+    highest_stress, of_node, ranked_by_utilisation, singular_nodes,
 };
 
 /// Number of places that are ranked.
@@ -50,11 +50,11 @@ pub fn peak_stress(
     let largest = amplitudes.reduce(f64::max).filter(|largest| *largest > 0.0);
     let modes_share = largest.and_then(|largest| {
         let lower = bodies.motion_m(&without_upper_modes(orbit, stuck_modes))?;
-        let lower = dynamic_stress(model, &lower);
+        let lower = harmonic_stress(model, &lower);
         let changes = highest.places.iter().map(|place| {
-            let other = lower[place.at.body].cycles[place.at.node as usize];
-            let StressCycle { amplitude_pa, .. } = place.cycle;
-            (other.amplitude_pa - amplitude_pa).abs() / largest
+            let other = of_node(&lower[place.at.body], place.at.node as usize);
+            let other = StressCycle::of(&other).amplitude_pa;
+            (other - place.cycle.amplitude_pa).abs() / largest
         });
         changes.reduce(f64::max)
     });
