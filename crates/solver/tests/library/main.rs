@@ -33,3 +33,4 @@ mod rubbing_beam;
 mod time_integration;
 mod transitions;
 mod two_motions;
+mod wear;
