@@ -94,7 +94,7 @@ pub fn static_state_after(
 }
 
 /// State of [`static_state_after`], with a linear reference whose pairs all stick.
-pub(crate) fn settled_after(
+pub(super) fn settled_after(
     problem: &Problem,
     (x, lambda): (&[f64], &[f64]),
     options: NewtonOptions,

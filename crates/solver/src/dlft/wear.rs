@@ -7,7 +7,11 @@
 //! spring there whose penetration is that depth ([`crate::contact::penalty`]). A pair that would lose
 //! its pressure within a fraction of the step then loses it without oscillations. The number of
 //! steps is doubled until the depths no longer change.
+//!
+//! A pair that slides in the vibration does not hold its place along the contact: each cycle takes it
+//! to where the mean of the vibration is. At rest it keeps its mean friction on a soft spring.
 
+use super::StaticState;
 use super::static_state::settled_after;
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
@@ -16,6 +20,8 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 
 /// Most steps of a block.
 const MOST_STEPS: usize = 64;
+/// Spring along the contact of a pair that slides, as a fraction of its own stiffness.
+const SOFT: f64 = 1e-3;
 
 /// Wear of a pair in one cycle, as a line over its compression at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +33,8 @@ pub struct WearRate {
     /// Compression that the depth is proportional to, N: that at rest, or the mean of the vibration
     /// where that is larger, as of a pair that touches only now and then.
     pub scale_n: f64,
+    /// True if the pair slides or opens in the vibration.
+    pub slides: bool,
 }
 
 impl WearRate {
@@ -60,6 +68,33 @@ pub struct WornBlock {
     pub lambda: Vec<f64>,
     /// Number of its steps.
     pub steps: usize,
+}
+
+/// State at rest that a vibration leaves whose mean has the displacements and forces `mean`, n each.
+/// `slides` has the pairs that slide or open in it. Its linear reference is that of pairs that stick.
+/// The laws of the problem are the same afterwards.
+pub fn at_rest_after(
+    problem: &mut Problem,
+    mean: (&[f64], &[f64]),
+    slides: &[bool],
+    options: NewtonOptions,
+) -> StaticState {
+    let own = problem.laws.clone();
+    let soft = soft_n_m(problem);
+    for (pair, law) in problem.laws.iter_mut().enumerate() {
+        law.stiffness = softened(law.stiffness, 0.0, slides[pair].then_some(soft[pair]));
+    }
+    let state = settled_after(problem, mean, options);
+    problem.laws = own;
+    state
+}
+
+/// Stiffness of the spring along the contact that a pair has where it slides, N/m.
+fn soft_n_m(problem: &Problem) -> Vec<f64> {
+    let own = problem.reduced.diagonal_stiffness();
+    own.chunks_exact(3)
+        .map(|own| SOFT * own[1].max(own[2]))
+        .collect()
 }
 
 /// Wears the pairs over a number of cycles, from a state at rest of the problem with the displacements
@@ -96,6 +131,37 @@ pub fn wear_block(
     found
 }
 
+/// What is left of errors of the depths at the end of a block of cycles, m: a pair that is deeper by
+/// `missed_m` loses pressure, and wears less in so many cycles. `end` has the displacements and forces
+/// at rest at the end, n each, with the clearances that the problem has. `None` where no equilibrium
+/// is found. The laws of the problem are the same afterwards.
+pub fn left_of_errors(
+    problem: &mut Problem,
+    (x, lambda): (&[f64], &[f64]),
+    rates: &[WearRate],
+    cycles: f64,
+    missed_m: &[f64],
+    options: NewtonOptions,
+) -> Option<Vec<f64>> {
+    let own = problem.laws.clone();
+    let soft = soft_n_m(problem);
+    let compression = |lambda: &[f64], pair: usize| (-lambda[3 * pair]).max(0.0);
+    for (pair, (law, rate)) in problem.laws.iter_mut().zip(rates).enumerate() {
+        let compliance_m_n = cycles * rate.per_n();
+        law.gap_m += missed_m[pair] - compliance_m_n * compression(lambda, pair);
+        let along = rate.slides.then_some(soft[pair]);
+        law.stiffness = softened(law.stiffness, compliance_m_n, along);
+    }
+    let state = settled_after(problem, (x, lambda), options);
+    problem.laws = own;
+    let left = |(pair, rate): (usize, &WearRate)| {
+        let gained_n = compression(&state.lambda, pair) - compression(lambda, pair);
+        missed_m[pair] + cycles * rate.per_n() * gained_n
+    };
+    let converged = state.outcome.is_converged();
+    converged.then(|| rates.iter().enumerate().map(left).collect())
+}
+
 /// Largest of some depths, m; 0 of none.
 pub fn largest(depth_m: &[f64]) -> f64 {
     depth_m.iter().copied().fold(0.0, f64::max)
@@ -118,13 +184,15 @@ fn in_steps(
         steps,
     };
     let cycles = cycles / steps as f64;
+    let soft = soft_n_m(problem);
     for _ in 0..steps {
-        let pairs = rates.iter().zip(&mut block.depth_m);
-        for ((law, own), (rate, depth_m)) in problem.laws.iter_mut().zip(own).zip(pairs) {
+        let pairs = rates.iter().zip(&mut block.depth_m).zip(&soft);
+        for ((law, own), ((rate, depth_m), soft)) in problem.laws.iter_mut().zip(own).zip(pairs) {
             *depth_m += cycles * rate.unpressed_m();
+            let along = rate.slides.then_some(*soft);
             *law = PairLaw {
                 gap_m: own.gap_m + *depth_m,
-                stiffness: softened(own.stiffness, cycles * rate.per_n()),
+                stiffness: softened(own.stiffness, cycles * rate.per_n(), along),
                 ..*own
             };
         }
@@ -141,16 +209,22 @@ fn in_steps(
     Some(block)
 }
 
-/// Springs of a pair in series with one along the normal of this compliance, m/N.
-fn softened(own: Option<PairStiffness>, compliance_m_n: f64) -> Option<PairStiffness> {
-    match own {
-        None if compliance_m_n == 0.0 => None,
-        None => Some(PairStiffness::new(1.0 / compliance_m_n, f64::INFINITY)),
-        Some(springs) => Some(PairStiffness::new(
-            1.0 / (1.0 / springs.normal_n_m + compliance_m_n),
-            springs.tangential_n_m,
-        )),
+/// Springs of a pair in series with one along the normal of this compliance, m/N, and on another one
+/// along the contact, N/m, where one is given.
+fn softened(
+    own: Option<PairStiffness>,
+    compliance_m_n: f64,
+    along_n_m: Option<f64>,
+) -> Option<PairStiffness> {
+    if compliance_m_n == 0.0 && along_n_m.is_none() {
+        return own;
     }
+    let rigid = PairStiffness::new(f64::INFINITY, f64::INFINITY);
+    let own = own.unwrap_or(rigid);
+    Some(PairStiffness::new(
+        1.0 / (1.0 / own.normal_n_m + compliance_m_n),
+        own.tangential_n_m.min(along_n_m.unwrap_or(f64::INFINITY)),
+    ))
 }
 
 #[cfg(test)]
@@ -215,6 +289,7 @@ mod tests {
                 depth_m: a[pair] * at_rest_n,
                 at_rest_n,
                 scale_n: at_rest_n,
+                slides: true,
             }
         });
         let compliance = 1.0 / SPRINGS[0] + 1.0 / SPRINGS[1];
@@ -251,6 +326,7 @@ mod tests {
             depth_m: 2.0,
             at_rest_n: 1.0,
             scale_n: 4.0,
+            slides: true,
         };
         assert_eq!(rate.with_m(1.0), 2.0);
         assert_eq!(rate.with_m(0.0), 1.5);

@@ -144,7 +144,7 @@ pub enum Error {
     NoAreas,
     /// Blocks of few cycles do not reach the accuracy that is asked for, or lead to no motion.
     #[error(
-        "at {cycles:.6} cycles not even a block of {block:.3} cycles is as accurate as asked for{}",
+        "at {cycles:.4e} cycles not even a block of {block:.1e} cycles is as accurate as asked for{}",
         why.as_ref().map_or(String::new(), |why| format!(": {why}"))
     )]
     WearStalls {

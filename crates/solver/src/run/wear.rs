@@ -4,8 +4,9 @@
 //! vibration at its beginning, and is pressed as the worn depths let it be ([`wear_block`]). At the
 //! end the vibration is solved for again, about the static state of the worn contacts, which follows
 //! from the mean of the vibration before. The rate of wear there differs from the one that the block
-//! ended with, and the error of the block is half of that difference times its cycles. A block whose
-//! error is larger than asked for is taken again with fewer cycles.
+//! ended with. Half of that difference times its cycles is what the depths miss, and what the
+//! pressures leave of it is the error of the block ([`left_of_errors`]). A block whose error is
+//! larger than asked for is taken again with fewer cycles.
 //!
 //! Worn depth is clearance: nothing but the laws of the pairs changes, and the reduced model stays.
 
@@ -19,9 +20,9 @@ use super::session::{Event, Session, Stage};
 use super::statics::newton as static_newton;
 use crate::description::{MissionPart, Scene};
 use crate::dlft::branch::Guess;
-use crate::dlft::static_state::{settled_after, static_state_after};
-use crate::dlft::wear::{WearRate, largest, wear_block};
-use crate::dlft::{Orbit, Outcome, StaticState};
+use crate::dlft::static_state::static_state_after;
+use crate::dlft::wear::{WearRate, at_rest_after, largest, left_of_errors, wear_block};
+use crate::dlft::{CycleStatus, Orbit, Outcome, StaticState};
 use crate::problem::HarmonicLoad;
 use crate::reduction::Load;
 use crate::results::far_slip::ShorterSides;
@@ -37,6 +38,10 @@ const GROWTH: [f64; 2] = [0.2, 4.0];
 const LEAST_BLOCK: f64 = 1e-9;
 /// Pairs with less than this fraction of the largest compression do not choose the first block.
 const PRESSED: f64 = 0.01;
+/// Vibrations of the unworn contacts after which they count as shaken down.
+const MOST_SHAKES: usize = 20;
+/// Share of the accuracy asked for within which the wear in a cycle stays then.
+const OF_SHAKING: f64 = 0.25;
 /// Parts in which the progress is told.
 const PROGRESS: usize = 100;
 
@@ -181,7 +186,12 @@ pub fn wear(
     session: &Session<'_>,
 ) -> Result<Wear, Error> {
     at_one_speed(scene, "contacts wear at one speed")?;
-    let at = At::of((0.0, scene.clone()), meshes.as_ref(), None, session)?;
+    let at = At::of((0.0, scene.clone()), meshes.as_ref(), None, session).map_err(|e| match e {
+        Error::AllBonded { .. } => Error::AllBonded {
+            why: "nothing then slides, and nothing wears",
+        },
+        error => error,
+    })?;
     let laws = &at.reduced.problem.laws;
     if laws.iter().all(|law| law.wear_m2_n == 0.0) {
         return Err(Error::NoWear);
@@ -208,12 +218,12 @@ pub fn wear(
         solved: &solved,
         at,
     };
-    let mut here = wearing.vibrate(None)?;
+    let mut here = wearing.shaken_down()?;
     let unworn = vec![0.0; wearing.area_m2.len()];
     let mut blocks = vec![here.block(unworn)];
-    wearing.tell(&blocks)?;
     let last = question.cycles.last().copied().unwrap_or(0.0);
     let steps = session.steps(PROGRESS, "percent");
+    wearing.tell(&blocks)?;
     let (mut told, mut rejected, mut ended) = (0, 0, None);
     let mut next = wearing.first_block(&here.rates).min(last);
     'all: for end in question.cycles {
@@ -240,11 +250,11 @@ pub fn wear(
                         block.cycles = *end;
                     }
                     let done = (PROGRESS as f64 * block.cycles / last) as usize;
-                    (told..done).for_each(|_| steps.step());
-                    told = done.max(told);
                     blocks.push(block);
                     here = there;
                     wearing.tell(&blocks)?;
+                    (told..done).for_each(|_| steps.step());
+                    told = done.max(told);
                 }
                 refused => {
                     rejected += 1;
@@ -351,6 +361,30 @@ impl Wearing<'_, '_> {
         }
     }
 
+    /// Vibrations that the unworn contacts have shaken down to. Each vibration begins from what the one
+    /// before has left, until the wear in a cycle stays.
+    fn shaken_down(&mut self) -> Result<Vibration, Error> {
+        let mut here = self.vibrate(None)?;
+        for _ in 0..MOST_SHAKES {
+            let (x, lambda) = (&here.rest.x, &here.rest.lambda);
+            let next = self.vibrate(Some((x, lambda, &here.motions)))?;
+            let most_m = next
+                .rates
+                .iter()
+                .map(|rate| rate.depth_m)
+                .fold(0.0, f64::max);
+            let both = here.rates.iter().zip(&next.rates);
+            let change_m = both
+                .map(|(a, b)| (a.depth_m - b.depth_m).abs())
+                .fold(0.0, f64::max);
+            here = next;
+            if change_m <= OF_SHAKING * self.tolerance * most_m {
+                break;
+            }
+        }
+        Ok(here)
+    }
+
     /// Vibrations about the contacts as they are. `after` has the displacements and forces of the
     /// pairs at rest before, n each, and the vibrations near which these are; `None` where the
     /// contacts are at rest in the state of the model, and nothing is known of the vibrations.
@@ -391,17 +425,23 @@ impl Wearing<'_, '_> {
             motions.push(orbit);
         }
         let (x, lambda) = before.unwrap_or_default();
-        let rest = settled_after(&self.at.reduced.problem, (&x, &lambda), newton);
+        let slides = |pair: usize| {
+            let mut cycles = motions.iter().map(|orbit| &orbit.cycles[pair]);
+            cycles.any(|cycle| cycle.status != CycleStatus::Stuck)
+        };
+        let slides: Vec<bool> = (0..self.area_m2.len()).map(slides).collect();
+        let problem = &mut self.at.reduced.problem;
+        let rest = at_rest_after(problem, (&x, &lambda), &slides, newton);
         found(&rest)?;
         Ok(Vibration {
-            rates: self.rates(&motions, &rest),
+            rates: self.rates(&motions, &rest, &slides),
             motions,
             rest,
         })
     }
 
     /// Wear of each pair in a cycle of the mission.
-    fn rates(&self, motions: &[Orbit], rest: &StaticState) -> Vec<WearRate> {
+    fn rates(&self, motions: &[Orbit], rest: &StaticState, slides: &[bool]) -> Vec<WearRate> {
         let laws = &self.at.reduced.problem.laws;
         let over_mission = |of: &dyn Fn(&Orbit) -> f64| -> f64 {
             let parts = self.mission.iter().zip(motions);
@@ -420,6 +460,7 @@ impl Wearing<'_, '_> {
                     depth_m: law.wear_m2_n * rubbed_nm / area_m2,
                     at_rest_n,
                     scale_n: at_rest_n.max(mean_n),
+                    slides: slides[pair],
                 }
             })
             .collect()
@@ -456,16 +497,28 @@ impl Wearing<'_, '_> {
         let depth_m: Vec<f64> = depth_m.map(|(before, worn)| before + worn).collect();
         self.open(&depth_m);
         let there = self.vibrate(Some((&worn.x, &worn.lambda, &here.motions)))?;
-        let ends = here.rates.iter().zip(&there.rates);
-        let missed_m = ends
-            .zip(compressions_n(&worn.lambda))
-            .map(|((from, to), at_rest_n)| {
-                0.5 * cycles * (to.depth_m - from.with_m(at_rest_n)).abs()
-            });
-        let missed_m = missed_m.fold(0.0, f64::max);
-        let error = match largest(&worn.depth_m).max(missed_m) {
+        let ends = here
+            .rates
+            .iter()
+            .zip(&there.rates)
+            .zip(compressions_n(&worn.lambda));
+        let missed = |((from, to), at_rest_n): ((&WearRate, &WearRate), f64)| {
+            0.5 * cycles * (to.depth_m - from.with_m(at_rest_n))
+        };
+        let missed_m: Vec<f64> = ends.map(missed).collect();
+        let (problem, end) = (
+            &mut self.at.reduced.problem,
+            (&worn.x[..], &worn.lambda[..]),
+        );
+        let left_m = left_of_errors(problem, end, &here.rates, cycles, &missed_m, newton);
+        let left_m = left_m
+            .unwrap_or(missed_m)
+            .into_iter()
+            .map(f64::abs)
+            .fold(0.0, f64::max);
+        let error = match largest(&worn.depth_m).max(left_m) {
             0.0 => 0.0,
-            most_m => missed_m / most_m,
+            most_m => left_m / most_m,
         };
         let durations = [&here.motions, &there.motions];
         let [first, last] = durations.map(|motions| seconds_per_cycle(&self.mission, motions));
