@@ -13,10 +13,10 @@ use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, P
 use crate::export::manifest::StageSummary;
 use crate::listener::{Listener, News};
 use crate::warning::{Warning, Weight, by_weight};
-use crate::words::{counted, cycle_counts, quantity};
+use crate::words::{counted, cycle_counts, figure, quantity, rounded, short};
 use dovetail_mesh::text;
 use dovetail_solver::dlft::{Attempt, Orbit, SolvedFrequency};
-use dovetail_solver::run::{Event, Stage};
+use dovetail_solver::run::{Event, Stage, WearCourse};
 
 /// Least time between two lines of a loop without a terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
@@ -225,6 +225,7 @@ impl Console {
         match event {
             Event::ResponseBegins { .. } => self.failed = 0,
             Event::Frequency(solved) => self.frequency(solved),
+            Event::Worn(course) => self.worn(course),
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
             Event::LoopAdvances(steps) => self.loop_advances(*steps),
             Event::LoopEnds => self.loop_ends(),
@@ -300,6 +301,31 @@ impl Console {
         if self.verbosity == Verbosity::Verbose {
             self.line(&format!("  {news}; residuals {}", residuals(orbit)));
         }
+        self.loop_news(news);
+    }
+
+    fn worn(&mut self, course: &WearCourse<'_>) {
+        let Some(block) = course.blocks.last() else {
+            return;
+        };
+        let largest_m = block.depth_m.iter().copied().fold(0.0, f64::max);
+        let hz = block
+            .motions
+            .iter()
+            .map(|orbit| figure(orbit.frequency_hz, 6));
+        let news = format!(
+            "{} cycles: worn to {}, {} Hz",
+            short(rounded(block.cycles, 4)),
+            quantity(largest_m, "m", 3),
+            hz.collect::<Vec<_>>().join(", ")
+        );
+        if self.verbosity == Verbosity::Verbose {
+            self.line(&format!("  {news}"));
+        }
+        self.loop_news(news);
+    }
+
+    fn loop_news(&mut self, news: String) {
         if let Some(turn) = self.loops.last_mut() {
             if let Some(bar) = &turn.bar {
                 bar.set_message(news.clone());

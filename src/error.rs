@@ -66,6 +66,16 @@ pub enum RunError {
     )]
     BackboneEnds { missing: usize, amplitudes: usize },
 
+    /// `dovetail wear` ended before its last cycle.
+    #[error("the contacts were worn over {reached} of {cycles} cycles")]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "the warning says why: a larger --tolerance, a wider response.frequency_hz or more response.max_newton_iterations may help"
+        )
+    )]
+    WearEnds { reached: String, cycles: String },
+
     /// `dovetail mesh` for a scene with a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
     #[diagnostic(help(
@@ -220,6 +230,13 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         run::Error::NoBackbone => {
             "begin at a smaller amplitude (--amplitude FROM:TO), or allow more response.max_newton_iterations"
         }
+        run::Error::NoWear => {
+            "give a [[contact]] that is not bonded its coefficient `wear_m2_n`, such as 1e-14, or \
+             the [reduced_model]"
+        }
+        run::Error::NoAreas => {
+            "give model.json of the reduced model `areas_m2`; `dovetail reduce` writes it"
+        }
         run::Error::NoRotation => {
             "give the scene a section [rotation] with an axis and any speed_rpm; --rpm takes the place of the speed"
         }
@@ -286,7 +303,9 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
-            Self::NoPeaks { .. } | Self::BackboneEnds { .. } => ExitStatus::NotConverged,
+            Self::NoPeaks { .. } | Self::BackboneEnds { .. } | Self::WearEnds { .. } => {
+                ExitStatus::NotConverged
+            }
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
@@ -316,6 +335,8 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::AlongEngineOrder { .. }
         | Error::NoSuchMode { .. }
         | Error::NotInMode { .. }
+        | Error::NoWear
+        | Error::NoAreas
         | Error::NoRotation => ExitStatus::BadInput,
         Error::Superelement(error) => of_folder(error),
         Error::NotConverged { .. } => ExitStatus::NotConverged,

@@ -10,7 +10,8 @@ use super::error::Error;
 use super::new::Template;
 use crate::cache::{CacheSettings, gibibytes};
 use crate::commands::{
-    AMPLITUDES, AmplitudeRange, AskedBackbone, KeyRange, MOST_AMPLITUDES, PeakQuestion, SpeedRange,
+    AMPLITUDES, AmplitudeRange, AskedBackbone, AskedWear, KeyRange, MOST_AMPLITUDES, PeakQuestion,
+    SpeedRange, TOLERANCE, TOLERANCES,
 };
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
@@ -25,7 +26,7 @@ Exit codes:
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
   3  done, but some frequencies or cases of a study did not converge
-  130  ended by Ctrl-C or SIGTERM; `run` and `peaks` go on with --resume";
+  130  ended by Ctrl-C or SIGTERM; `run`, `peaks` and `wear` go on with --resume";
 
 const RUN_HELP: &str = "\
 Keys of the scene are set with --set KEY=VALUE, as if the file said so:
@@ -56,6 +57,15 @@ peak at an amplitude, and its range of frequencies how many stuck modes to take.
 
 Example:
   dovetail backbone scene.toml --mode 1 --amplitude 1e-6:1e-3 --points 30";
+
+const WEAR_HELP: &str = "\
+A [[contact]] wears that has a coefficient `wear_m2_n`. Its worn depth opens its
+clearance (Archard). Without --at-frequency all [[mission]] of the scene wear it
+in turn, or the peak alone where the scene has none.
+
+Examples:
+  dovetail wear scene.toml --cycles 1e8
+  dovetail wear scene.toml --cycles 1e6,1e7,1e8 --at-frequency 420";
 
 /// Vibration of parts in contact: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
@@ -149,6 +159,9 @@ pub(super) enum Command {
     /// Frequency and damping of a mode over its amplitude
     #[command(after_help = BACKBONE_HELP)]
     Backbone(BackboneArguments),
+    /// Wear of the contacts over the cycles, and the vibration that it leaves
+    #[command(after_help = WEAR_HELP)]
+    Wear(WearArguments),
     /// Compare the response with a time integration at a few frequencies
     #[command(after_help = "Example:\n  dovetail verify scene.toml --at 450.1,451")]
     Verify(VerifyArguments),
@@ -430,6 +443,48 @@ impl BackboneArguments {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct WearArguments {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Number of cycles; with commas, those at which a state is asked for, ascending
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = positive, required = true)]
+    cycles: Vec<f64>,
+
+    /// Frequency of all cycles [default: the mission of the scene, or the peak]
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    at_frequency: Option<f64>,
+
+    /// Largest error of the depths of a block, as a fraction of the largest of them
+    #[arg(long, value_name = "E", default_value_t = TOLERANCE, value_parser = wear_tolerance)]
+    tolerance: f64,
+
+    /// Name of the observed displacement whose peak is followed [default: the first one]
+    #[arg(long, value_name = "NAME")]
+    observe: Option<String>,
+
+    /// Go on with a computation that was broken off: its vibrations are not solved for again
+    #[arg(long)]
+    resume: bool,
+}
+
+impl WearArguments {
+    pub(super) fn asked(&self) -> Result<AskedWear, Error> {
+        if let Some(two) = self.cycles.windows(2).find(|two| two[0] >= two[1]) {
+            let [from, to] = [two[0], two[1]];
+            return Err(Error::CyclesDescend { from, to });
+        }
+        Ok(AskedWear {
+            cycles: self.cycles.clone(),
+            frequency_hz: self.at_frequency,
+            tolerance: self.tolerance,
+            observation: self.observe.clone(),
+            resume: self.resume,
+        })
+    }
+}
+
+#[derive(Debug, Args)]
 pub(super) struct VerifyArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
@@ -491,6 +546,14 @@ fn periods(text: &str) -> Result<usize, String> {
 
 fn engine_order(text: &str) -> Result<usize, String> {
     whole(text, 1..=1000)
+}
+
+fn wear_tolerance(text: &str) -> Result<f64, String> {
+    let [least, most] = TOLERANCES;
+    match text.parse::<f64>() {
+        Ok(v) if (least..=most).contains(&v) => Ok(v),
+        _ => Err(format!("a number from {least} to {most} is expected")),
+    }
 }
 
 fn amplitudes(text: &str) -> Result<usize, String> {

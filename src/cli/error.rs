@@ -33,6 +33,11 @@ pub enum Error {
     #[diagnostic(help("give one key or two; `dovetail study` varies any number of keys"))]
     KeyRanges { given: usize },
 
+    /// Numbers of cycles of `dovetail wear` that do not ascend.
+    #[error("the cycles must ascend, and {from} to {to} do not")]
+    #[diagnostic(help("give --cycles the end alone, or the numbers on the way before it"))]
+    CyclesDescend { from: f64, to: f64 },
+
     /// Invalid name of a new scene.
     #[error("`{name}` cannot be the name of a scene")]
     #[diagnostic(help(
@@ -96,6 +101,7 @@ impl Error {
             Self::Scene(_)
             | Self::Environment(_)
             | Self::KeyRanges { .. }
+            | Self::CyclesDescend { .. }
             | Self::NewName { .. }
             | Self::NewExists { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),

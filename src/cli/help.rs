@@ -102,12 +102,14 @@ impl Command {
     pub(super) fn scene(&self) -> Option<&Path> {
         use super::arguments::{
             BackboneArguments, Modes, PeaksArguments, Reduce, Run, Static, VerifyArguments,
+            WearArguments,
         };
         match self {
             Self::Run(Run { file, .. })
             | Self::Modes(Modes { file, .. })
             | Self::Peaks(PeaksArguments { file, .. })
             | Self::Backbone(BackboneArguments { file, .. })
+            | Self::Wear(WearArguments { file, .. })
             | Self::Verify(VerifyArguments { file, .. })
             | Self::Reduce(Reduce { file, .. })
             | Self::Mesh(file)

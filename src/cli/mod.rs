@@ -112,6 +112,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         | Command::Static(_)
         | Command::Peaks(_)
         | Command::Backbone(_)
+        | Command::Wear(_)
         | Command::Verify(_)
         | Command::Check(_) => Ok(()),
     }
@@ -314,6 +315,12 @@ fn with_files(
         }
         Command::Backbone(arguments) => {
             let (table, verdict) = work.backbone(&arguments.asked())?;
+            finish(&verdict)?;
+            print(&table)?;
+            Ok(verdict?)
+        }
+        Command::Wear(arguments) => {
+            let (table, verdict) = work.wear(&arguments.asked()?)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)

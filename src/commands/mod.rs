@@ -1,8 +1,8 @@
 //! Commands about a scene. Each but [`check`] is a method of [`Work`], which gets the meshes
 //! (`meshing`), computes with the library and hands the results to [`crate::files`].
 //!
-//! `campbell`, `peaks`, `backbone` and `verify` have the ranges and tables of four commands. `pieces` is no
-//! command: it tells the workflow of a study which meshes and reduced models its cases share. Its
+//! `campbell`, `peaks`, `backbone`, `wear` and `verify` have the ranges and tables of five commands.
+//! `pieces` is no command: it tells the workflow of a study which meshes and reduced models its cases share. Its
 //! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
 //!
 //! A command prints nothing: it returns its result, or a table as text, and hands remarks to the
@@ -16,6 +16,7 @@ mod meshing;
 mod peaks;
 pub mod pieces;
 mod verify;
+mod wear;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,6 +28,7 @@ use self::campbell::Diagram;
 pub use self::campbell::{SpeedRange, SpeedRangeError};
 use self::meshing::MadeIn;
 pub use self::peaks::{KeyRange, KeyRangeError, PeakQuestion};
+pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::cache::{Cache, RunStore};
 use crate::error::RunError;
 use crate::files::SharedFiles;

@@ -1,5 +1,6 @@
 //! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, forces.csv,
-//! stress.csv, modes.csv, peaks.csv, backbone.csv, verify.csv. Each table is one list of columns ([`super::table`]).
+//! stress.csv, modes.csv, peaks.csv, backbone.csv, wear.csv, wear_pairs.csv, verify.csv. Each table
+//! is one list of columns ([`super::table`]).
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ use dovetail_solver::results::quantities::{
 };
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
-use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks};
+use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks, WearBlock, WearCourse};
 use dovetail_solver::spectrum::{cosine, sine};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
@@ -576,6 +577,69 @@ pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), Expor
     table.add("harmonics", |row| row.point.orbit.harmonics);
     table.add("estimated_error", |row| row.point.estimated_error);
     table.write(path, rows)
+}
+
+/// Writes wear.csv: one row for the beginning and one for each block. A mission of several parts has
+/// the columns of their vibrations with `part<n>_` before them.
+pub fn write_wear(path: &Path, course: &WearCourse<'_>) -> Result<(), ExportError> {
+    let mut table: Columns<'_, &WearBlock> = Columns::default();
+    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    table.add("cycles", |block| block.cycles);
+    table.add("seconds", |block| block.seconds);
+    table.add("largest_depth_m", move |block| largest(&block.depth_m));
+    table.add("mean_depth_m", |block| course.mean_depth_m(block));
+    table.add("volume_m3", |block| course.volume_m3(block));
+    table.add("volume_per_cycle_m3", |block| course.volume_rate_m3(block));
+    table.add("friction_power_w", |block| course.friction_power_w(block));
+    table.add("compression_n", |block| block.at_rest_n.iter().sum::<f64>());
+    table.add("largest_pressure_pa", |block| {
+        let pairs = block.at_rest_n.iter().zip(course.area_m2);
+        pairs.map(|(force, area)| force / area).fold(0.0, f64::max)
+    });
+    for part in 0..course.mission.len() {
+        let named = |name: &str| match course.mission {
+            [_] => name.to_owned(),
+            _ => format!("part{}_{name}", part + 1),
+        };
+        table.add(named("frequency_hz"), move |b| b.motions[part].frequency_hz);
+        table.add(named("amplitude_m"), move |b| {
+            b.motions[part].observed_amplitude_m[course.observation]
+        });
+        table.add(named("outcome"), move |b| {
+            b.motions[part].outcome.to_string()
+        });
+        table.add(named("slipping_pairs"), move |b| {
+            b.motions[part].counts().slipping
+        });
+        table.add(named("opening_pairs"), move |b| {
+            b.motions[part].counts().opening
+        });
+        table.add(named("largest_slid_m"), move |b| {
+            let slid = b.motions[part].cycles.iter().map(|cycle| cycle.slid_m);
+            slid.fold(0.0, f64::max)
+        });
+        table.add(named("estimated_error"), move |b| {
+            b.motions[part].amplitude_error(course.observation)
+        });
+    }
+    table.add("block_error", |block| block.error);
+    table.add("block_steps", |block| block.steps);
+    table.write(path, &course.blocks.iter().collect::<Vec<_>>())
+}
+
+/// Writes wear_pairs.csv: each pair with its depth, the depth that it wears in a cycle, and its
+/// static pressure, after the last block.
+pub fn write_wear_pairs(
+    path: &Path,
+    pairs: &PairTable,
+    area_m2: &[f64],
+    block: &WearBlock,
+) -> Result<(), ExportError> {
+    let mut table = of_pairs(pairs);
+    table.add("worn_depth_m", |i| block.depth_m[*i]);
+    table.add("depth_per_cycle_m", |i| block.rate_m[*i]);
+    table.add("static_pressure_pa", |i| block.at_rest_n[*i] / area_m2[*i]);
+    table.write(path, &numbers(pairs.rows.len()))
 }
 
 /// Reads columns of numbers by their names: the rows of the table, with `None` for a cell without a

@@ -13,6 +13,7 @@ use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::quantities::{
     StaticFields, cycle_fields, static_fields, sweep_fields,
 };
+use dovetail_solver::run::WearBlock;
 
 /// Writes flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and
 /// the normal of each pair. If the static state did not converge, the flanks are written without
@@ -130,6 +131,64 @@ impl FlankSeries {
             orbits.len() - entries.len()
         );
         write_pvd(path, &entries, &comment)
+    }
+}
+
+/// The worn flanks over the cycles: wear.pvd with wear/wear_0000.vtu and so on, one for the beginning
+/// and one for each block. The timestep is the number of cycles. Fields of each pair: worn depth,
+/// depth that it wears in a cycle, static pressure, and those of [`FlankSeries`] in the first
+/// vibration of the mission.
+#[derive(Debug)]
+pub struct WornFlanks {
+    still: Flanks,
+    pairs: Vec<ContactPair>,
+    /// Cycles and file name of each state that is written.
+    written: Vec<(f64, String)>,
+}
+
+impl WornFlanks {
+    /// Series for the flanks of this model; nothing is written yet.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            still: Flanks::of(model),
+            pairs: model.pairs.clone(),
+            written: Vec::new(),
+        }
+    }
+
+    /// Name of the file of the state after so many blocks.
+    pub fn file(blocks: usize) -> String {
+        format!("wear/wear_{blocks:04}.vtu")
+    }
+
+    /// Writes the file of the next state.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&mut self, folder: &Path, block: &WearBlock) -> Result<(), ExportError> {
+        let file = Self::file(self.written.len());
+        let path = folder.join(&file);
+        check_pairs(&path, "worn depth", block.depth_m.len(), self.pairs.len())?;
+        let mut flanks = match block.motions.first() {
+            Some(orbit) => self.still.in_motion(&path, &self.pairs, orbit)?,
+            None => self.still.clone(),
+        };
+        let pressed = block.at_rest_n.iter().zip(&self.pairs);
+        let pressures = pressed.map(|(force, pair)| force / pair.area_m2).collect();
+        flanks.field("worn_depth_m", 1, block.depth_m.clone());
+        flanks.field("depth_per_cycle_m", 1, block.rate_m.clone());
+        flanks.field("static_pressure_pa", 1, pressures);
+        flanks.grid.write(&path)?;
+        self.written.push((block.cycles, file));
+        Ok(())
+    }
+
+    /// Writes the collection of the files so far, beside their folder.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_collection(&self, path: &Path) -> Result<(), ExportError> {
+        write_pvd(path, &self.written, "timestep = cycles")
     }
 }
 

@@ -7,6 +7,7 @@ mod response;
 mod static_state;
 mod stress;
 mod verification;
+mod wear;
 
 pub(super) use self::mesh::BodySummary;
 pub use self::mesh::{
@@ -20,6 +21,7 @@ pub use self::response::{
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};
 pub use self::verification::{VerificationSummary, verification_summary};
+pub use self::wear::{WearSummary, wear_summary};
 
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +93,9 @@ pub struct Summary {
     /// Figures of `dovetail verify`; `None` for other commands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
+    /// Figures of `dovetail wear`; `None` for other commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<WearSummary>,
     pub observations: Vec<ObservationSummary>,
     /// Fields at points in space that were mapped to surfaces; empty if no excitation has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -109,6 +114,7 @@ impl Summary {
         Self {
             blade_frequency_hz: beside.blade_frequency_hz.or(own.blade_frequency_hz),
             verification: beside.verification.or(own.verification),
+            wear: beside.wear.or(own.wear),
             ..own
         }
     }

@@ -5,8 +5,8 @@
 //! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
 //! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
-//! titles, `peaks` the pictures of `dovetail peaks`, `backbone` those of `dovetail backbone`, and
-//! `summary` the content of summary.json.
+//! titles, `peaks` the pictures of `dovetail peaks`, `backbone` and `wear` those of `dovetail
+//! backbone` and `dovetail wear`, and `summary` the content of summary.json.
 //!
 //! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.
@@ -18,6 +18,7 @@ mod peaks;
 mod shared;
 mod solving;
 mod summary;
+mod wear;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -34,10 +35,10 @@ use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::export::csv::PeakRow;
 use crate::export::curves::Sweep;
-use crate::export::flank::FlankSeries;
+use crate::export::flank::{FlankSeries, WornFlanks};
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{OtherScene, OutputFolder};
-use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL};
+use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
 use crate::export::manifest::{self, MeshOrigin, RunState, Summary};
 use crate::export::plots::{CampbellFamily, EngineOrders, Heading, Operation, write_campbell};
 use crate::export::{ExportError, create_folder, csv, report, vtu};
@@ -52,7 +53,7 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
     Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, PeakStress, Reduced,
-    ResponseResult, Run, StaticResult, Verification, Verified,
+    ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -117,8 +118,11 @@ pub struct Files {
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
-    /// Journal of the peaks that were found, of `dovetail peaks`.
-    peaks_journal: Option<Journal>,
+    /// Journal of the motions that a search has found, of `dovetail peaks` and `dovetail wear`, and
+    /// what they are called.
+    search: Option<(Journal, &'static str)>,
+    /// Worn flanks, if fields are written.
+    worn: Option<WornFlanks>,
     /// Responses that have begun, the scene's own first.
     solving: Vec<Solving>,
     /// Warnings so far.
@@ -177,7 +181,8 @@ impl Files {
             begun: Instant::now(),
             beginning,
             journal,
-            peaks_journal: None,
+            search: None,
+            worn: None,
             solving: Vec::new(),
             warnings: Vec::new(),
             rows: Vec::new(),
@@ -270,11 +275,28 @@ impl Files {
     /// # Errors
     /// A journal that is none, or that another process has open; a file that cannot be written.
     pub fn begin_peaks(&mut self, resume: bool) -> Result<usize, RunError> {
-        let mut journal = Journal::open(&self.out.file(PEAKS_JOURNAL)?)?;
+        self.begin_search((PEAKS_JOURNAL, "peaks"), resume)
+    }
+
+    /// Begins to wear the contacts. Returns the number of vibrations that are not solved for again,
+    /// which is 0 unless an interrupted computation is to be resumed.
+    ///
+    /// # Errors
+    /// Those of [`Files::begin_peaks`].
+    pub fn begin_wear(&mut self, resume: bool) -> Result<usize, RunError> {
+        self.begin_search((WEAR_JOURNAL, "vibrations"), resume)
+    }
+
+    fn begin_search(
+        &mut self,
+        (file, motions): (&str, &'static str),
+        resume: bool,
+    ) -> Result<usize, RunError> {
+        let mut journal = Journal::open(&self.out.file(file)?)?;
         if !resume {
             journal.clear()?;
         }
-        Ok(self.peaks_journal.insert(journal).count())
+        Ok(self.search.insert((journal, motions)).0.count())
     }
 
     /// Peak with these inputs that was found before the search was interrupted.
@@ -282,7 +304,7 @@ impl Files {
     /// # Errors
     /// A journal that cannot be read.
     pub fn kept_peak(&mut self, inputs: &Inputs) -> Result<Option<Orbit>, RunError> {
-        let Some(journal) = &mut self.peaks_journal else {
+        let Some((journal, _)) = &mut self.search else {
             return Ok(None);
         };
         let found = journal.solved(inputs)?.pop();
@@ -294,7 +316,7 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep_peak(&mut self, inputs: &Inputs, peak: &Orbit) -> Result<(), RunError> {
-        let Some(journal) = &mut self.peaks_journal else {
+        let Some((journal, _)) = &mut self.search else {
             return Ok(());
         };
         journal.append(inputs, &SolvedFrequency::alone(peak.clone()))?;
@@ -322,6 +344,36 @@ impl Files {
     pub fn backbone(&self, backbone: &BackboneFiles<'_>) -> Result<(), RunError> {
         csv::write_backbone(&self.out.file("backbone.csv")?, backbone.rows)?;
         backbone::draw(backbone, |file| self.out.file(&format!("plots/{file}.svg")))
+    }
+
+    /// Writes what the contacts have become, and draws amplitude, frequency and depth over the cycles.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn wear(&mut self, course: &WearCourse<'_>) -> Result<(), RunError> {
+        if let Some(last) = course.blocks.last() {
+            let path = self.out.file("wear_pairs.csv")?;
+            csv::write_wear_pairs(&path, &course.reduced.pairs, course.area_m2, last)?;
+        }
+        wear::draw(course, &self.in_motion, |file| {
+            self.out.file(&format!("plots/{file}.svg"))
+        })
+    }
+
+    /// Writes wear.csv so far and, if fields are written, the flanks after the last block.
+    fn worn(&mut self, course: &WearCourse<'_>) -> Result<(), RunError> {
+        csv::write_wear(&self.out.file("wear.csv")?, course)?;
+        self.summary.wear = manifest::wear_summary(course);
+        let bodies = course.reduced.bodies.as_ref().filter(|_| self.fields);
+        let (Some(bodies), Some(last)) = (bodies, course.blocks.last()) else {
+            return Ok(());
+        };
+        let flanks = self
+            .worn
+            .get_or_insert_with(|| WornFlanks::new(bodies.model()));
+        self.out.list([WornFlanks::file(course.blocks.len() - 1)])?;
+        flanks.write(self.out.path(), last)?;
+        Ok(flanks.write_collection(&self.out.file(wear::WORN)?)?)
     }
 
     /// Writes verify.csv.
@@ -375,7 +427,7 @@ impl Files {
             self.journal.clear()?;
         }
         self.remove_empty_journal()?;
-        if let Some(journal) = &self.peaks_journal {
+        if let Some((journal, _)) = &self.search {
             journal.remove()?;
         }
         let (state, why) = ended(verdict);
@@ -471,8 +523,8 @@ impl Files {
     /// A file that cannot be written.
     pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
         let folder = self.out.path().display().to_string();
-        if let Some(journal) = &self.peaks_journal {
-            let why = format!("{signal} after {} peaks", journal.count());
+        if let Some((journal, motions)) = &self.search {
+            let why = format!("{signal} after {} {motions}", journal.count());
             self.remove_empty_journal()?;
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
             return Ok(format!(
@@ -583,6 +635,7 @@ impl Files {
                 Some(found) => self.response(&run.reduced, found),
                 None => Ok(()),
             },
+            Event::Worn(course) => self.worn(course),
             _ => Ok(()),
         }
     }

@@ -44,7 +44,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 14] = [
+const SECTIONS: [Section; 15] = [
     TOP,
     REDUCED_MODEL,
     MESH,
@@ -59,6 +59,7 @@ const SECTIONS: [Section; 14] = [
     STATIC,
     RESPONSE,
     ENGINE_ORDER,
+    MISSION,
 ];
 
 section! {
@@ -88,6 +89,8 @@ section! {
         pub response: Located<RawResponse>,
         #[serde(default)]
         pub engine_order: Vec<Spanned<RawEngineOrder>>,
+        #[serde(default)]
+        pub mission: Vec<Spanned<RawMission>>,
     }
 }
 
@@ -110,6 +113,9 @@ section! {
         gap_m: Number("m", Limits::NOT_NEGATIVE), "0",
             "initial clearance of every pair",
             "0.0";
+        wear_m2_n: Number("m2/N", Limits::NOT_NEGATIVE), "0",
+            "coefficient of wear of every pair, for [`dovetail wear`](how-to/wear.md)",
+            "1e-14";
         force_n: Number("N", Limits::NOT_NEGATIVE), "-",
             "amplitude of the excitation in all",
             "1.0";
@@ -299,8 +305,8 @@ section! {
             "\"second\"";
         law: Choice(&["unilateral_coulomb", "bonded"]), "`\"unilateral_coulomb\"`",
             "`\"unilateral_coulomb\"`: compression only, dry friction; `\"bonded\"`: both sides \
-             move as one, and `friction` (then not required), the stiffnesses, `gap_m` and the \
-             crown are not used",
+             move as one, and `friction` (then not required), the stiffnesses, `gap_m`, \
+             `wear_m2_n` and the crown are not used",
             "\"bonded\"";
         friction: Number("", Limits::NOT_NEGATIVE), "- (`\"bonded\"`: none)",
             "Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as 1000, with \
@@ -324,6 +330,10 @@ section! {
             "initial clearance, added to that of `gap`; negative where the sides interfere (a \
              press fit), which is applied with the steady load",
             "0.0";
+        wear_m2_n: Number("m2/N", Limits::NOT_NEGATIVE), "0",
+            "coefficient of wear of both sides together, for [`dovetail wear`](how-to/wear.md): \
+             worn volume per normal force and distance slid",
+            "1e-14";
         search_distance_m: Number("m", Limits::POSITIVE), "half of the longest edge of both facets",
             "facets farther apart than this along their normals are not opposite each other",
             "0.5e-3";
@@ -571,6 +581,22 @@ section! {
              ](how-to/engine_orders.md#the-peak-at-each-crossing): the amplitudes of all \
              `[[excitation]]` are multiplied by this number",
             "2.5";
+    }
+}
+
+section! {
+    MISSION: RawMission, "mission", List, "none or more",
+        "a vibration that `dovetail wear` wears the contacts by, in turn with the others",
+        "[[mission]]\nshare = 0.9\nfrequency_hz = 420.0" {
+        share: Number("", Limits::POSITIVE), "1",
+            "cycles in it, relative to the shares of the others",
+            "0.9";
+        frequency_hz: Number("Hz", Limits::POSITIVE), "none: at the peak, wherever it moves",
+            "the frequency of the vibration",
+            "420.0";
+        force_scale: Number("", Limits::POSITIVE), "1",
+            "factor on the amplitudes of all excitations",
+            "0.5";
     }
 }
 

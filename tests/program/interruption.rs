@@ -188,6 +188,47 @@ fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
     assert!(!journal.exists());
 }
 
+/// A vibration of one harmonic takes some 5 kB of the journal.
+#[test]
+fn wear_goes_on_to_the_bytes_of_an_unbroken_one() {
+    let wear = |out: &Path, words: &[&str]| {
+        let set = [
+            SMALL,
+            "response.compare_harmonics=",
+            "response.harmonics=1",
+            "contact.*.wear_m2_n=1e-14",
+        ];
+        let mut program = on_scene("wear", "scenes/paper.toml", out, &set);
+        program.args(["--cycles", "1e6", "--tolerance", "0.02"]);
+        program.args(words);
+        program
+    };
+    let whole = Folder::new("wear-unbroken");
+    ended(wear(&whole, &[]), 0);
+    let out = Folder::new("wear-broken");
+    let journal = out.join("wear.journal");
+    let broken = started(wear(&out, &[]), &journal, 20_000);
+    send("-INT", &broken);
+    let output = broken.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
+    assert_eq!(manifest(&out).state, RunState::Interrupted);
+    let before = numbers(&out.join("wear.csv"), "cycles").len();
+    assert!(journal.exists() && !out.join("wear_pairs.csv").exists());
+    let resumed = told(wear(&out, &["--resume"]), 0);
+    has(&resumed, "vibrations were found before");
+    assert!(before < numbers(&out.join("wear.csv"), "cycles").len());
+    for file in [
+        "wear.csv",
+        "wear_pairs.csv",
+        "wear.pvd",
+        "wear/wear_0003.vtu",
+    ] {
+        assert_eq!(out.text(file), whole.text(file), "{file}");
+    }
+    assert!(!journal.exists());
+}
+
 /// The speeds that were solved are not reduced again.
 #[test]
 fn a_run_up_goes_on_to_the_bytes_of_an_unbroken_one() {

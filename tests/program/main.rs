@@ -58,4 +58,5 @@ mod study;
 mod tidy;
 mod tutorial;
 mod way_in;
+mod wear;
 mod words_of_a_run;

@@ -81,9 +81,8 @@ pub fn law_of(
         }
     };
     Ok(PairLaw {
-        friction,
-        gap_m,
         stiffness,
+        ..PairLaw::rigid(friction, gap_m)
     })
 }
 

@@ -69,6 +69,7 @@ fn scene(assembly: Assembly) -> Scene {
         static_state: StaticSpec::default(),
         response: ResponseSpec::new(range, resolution),
         engine_orders: Vec::new(),
+        mission: Vec::new(),
     }
 }
 

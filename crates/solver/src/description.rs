@@ -25,6 +25,8 @@ pub struct Scene {
     /// Engine orders whose crossings with modes are found over the speed; empty for those that a
     /// caller asks for.
     pub engine_orders: Vec<ExcitedOrder>,
+    /// Vibrations that wear the contacts in turn; empty for the peak alone.
+    pub mission: Vec<MissionPart>,
 }
 
 impl Scene {
@@ -33,6 +35,28 @@ impl Scene {
         match &self.subject {
             Subject::Assembly(assembly) => Some(assembly),
             Subject::ReducedModel(_) => None,
+        }
+    }
+}
+
+/// Vibration that the parts of an assembly spend a share of their cycles in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MissionPart {
+    /// Cycles in it, relative to those of the other parts.
+    pub share: f64,
+    /// Frequency, Hz; `None`: that of the peak.
+    pub frequency_hz: Option<f64>,
+    /// Factor on the amplitudes of all excitations.
+    pub force_scale: f64,
+}
+
+impl MissionPart {
+    /// All cycles at one frequency, Hz, or at the peak.
+    pub const fn only(frequency_hz: Option<f64>) -> Self {
+        Self {
+            share: 1.0,
+            frequency_hz,
+            force_scale: 1.0,
         }
     }
 }

@@ -38,6 +38,7 @@
 //!     static_state: StaticSpec::default(),
 //!     response: ResponseSpec { points: Some(11), ..ResponseSpec::new(range, resolution) },
 //!     engine_orders: Vec::new(),
+//!     mission: Vec::new(),
 //! };
 //! // Nobody listens, and nothing is kept.
 //! let run = solve(&scene, None, Options::default(), &Session::new(&mut (), &mut ()))?;

@@ -64,6 +64,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             .map(|a| Subject::Assembly(Box::new(a))),
     };
     let engine_orders = response::engine_orders(checker, &raw.engine_order);
+    let mission = response::mission(checker, &raw.mission);
     let table = raw.static_state.as_ref();
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
@@ -80,6 +81,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         },
         response: response?,
         engine_orders: engine_orders?,
+        mission: mission?,
     })
 }
 

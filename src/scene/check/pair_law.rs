@@ -9,6 +9,7 @@ use dovetail_solver::contact::penalty::PairStiffness;
 pub struct LawKeys<'a> {
     pub friction: &'a Located<Number>,
     pub gap_m: &'a Located<Number>,
+    pub wear_m2_n: &'a Located<Number>,
     /// Normal and tangential springs, with their names.
     pub springs: [(&'static str, &'a Located<Number>); 2],
 }
@@ -19,6 +20,7 @@ macro_rules! law_keys {
         $crate::scene::check::pair_law::LawKeys {
             friction: &$table.friction,
             gap_m: &$table.gap_m,
+            wear_m2_n: &$table.wear_m2_n,
             springs: [
                 (stringify!($normal), &$table.$normal),
                 (stringify!($tangential), &$table.$tangential),
@@ -37,10 +39,12 @@ impl LawKeys<'_> {
         };
         let gap_m = checker.number(at, "gap_m", self.gap_m);
         let stiffness = stiffness(checker, at, self.springs);
+        let wear_m2_n = checker.number(at, "wear_m2_n", self.wear_m2_n);
         Some(PairLaw {
             friction: friction?,
             gap_m: gap_m?,
             stiffness: stiffness?,
+            wear_m2_n: wear_m2_n?,
         })
     }
 }
@@ -76,6 +80,7 @@ pub fn reduced_model_lines(law: PairLaw) -> String {
         friction,
         gap_m,
         stiffness,
+        wear_m2_n,
     } = law;
     let springs = stiffness.map(|springs| {
         format!(
@@ -84,5 +89,9 @@ pub fn reduced_model_lines(law: PairLaw) -> String {
         )
     });
     let springs = springs.unwrap_or_default();
-    format!("friction = {friction:?}\n{springs}gap_m = {gap_m:?}\n")
+    let wear = match wear_m2_n {
+        0.0 => String::new(),
+        _ => format!("wear_m2_n = {wear_m2_n:?}\n"),
+    };
+    format!("friction = {friction:?}\n{springs}gap_m = {gap_m:?}\n{wear}")
 }

@@ -1,12 +1,14 @@
-//! Checks `[response]` and `[[engine_order]]`.
+//! Checks `[response]`, `[[engine_order]]` and `[[mission]]`.
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
-use crate::scene::entries::{RawEngineOrder, RawResponse, RawScene};
+use crate::scene::entries::{RawEngineOrder, RawMission, RawResponse, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Number;
-use dovetail_solver::description::{EngineOrder, ExcitedOrder, FrequencyRange, ResponseSpec};
+use dovetail_solver::description::{
+    EngineOrder, ExcitedOrder, FrequencyRange, MissionPart, ResponseSpec,
+};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 
 /// Number of speeds of a run-up where none is given: each takes a reduction of its own.
@@ -206,6 +208,21 @@ pub fn engine_orders(
     });
     checker.distinct(&named.collect::<Vec<_>>());
     found
+}
+
+/// Vibrations that wear the contacts.
+pub fn mission(checker: &mut Checker, raw: &[Spanned<RawMission>]) -> Option<Vec<MissionPart>> {
+    let part = |checker: &mut Checker, at: &Table, raw: &RawMission| {
+        let share = checker.number(at, "share", &raw.share);
+        let frequency_hz = checker.optional_number(at, "frequency_hz", &raw.frequency_hz);
+        let force_scale = checker.number(at, "force_scale", &raw.force_scale);
+        Some(MissionPart {
+            share: share?,
+            frequency_hz: frequency_hz?,
+            force_scale: force_scale?,
+        })
+    };
+    checker.items("mission", raw, |_| &None, part)
 }
 
 /// Returns `true` if a range is one frequency.

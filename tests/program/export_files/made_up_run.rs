@@ -368,6 +368,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
                 PairCycle {
                     status: CycleStatus::of(p == 0, open_fraction, slid > 1e-7),
                     slid_m: slid,
+                    rubbed_nm: mean * slid,
                     open_fraction,
                     compression_mean_n: mean,
                     compression_min_n: (mean - swing).max(0.0),

@@ -40,6 +40,9 @@ pub struct PairLaw {
     pub gap_m: f64,
     /// Springs of the pair; `None`: rigid contact.
     pub stiffness: Option<PairStiffness>,
+    /// Coefficient of wear of both sides together, m2/N: volume per normal force and distance slid
+    /// (Archard). The law itself does not depend on it.
+    pub wear_m2_n: f64,
 }
 
 impl PairLaw {
@@ -48,12 +51,13 @@ impl PairLaw {
     /// 1e-5), but friction is known only to the coefficient times the rounding of the normal force.
     pub const MOST_FRICTION: f64 = 1e3;
 
-    /// Rigid contact.
+    /// Rigid contact that does not wear.
     pub const fn rigid(friction: f64, gap_m: f64) -> Self {
         Self {
             friction,
             gap_m,
             stiffness: None,
+            wear_m2_n: 0.0,
         }
     }
 

@@ -35,6 +35,9 @@ pub struct PairEnd {
     pub open_samples: usize,
     /// Length of the path of lambda_x over the last period, N (distance slid = this / eps_T).
     pub slid_n: f64,
+    /// Integral of the compression |lambda_N| along that path, N2 (force times distance slid = this
+    /// / eps_T).
+    pub rubbed_n2: f64,
     history: History,
 }
 
@@ -96,6 +99,7 @@ fn evaluate_pair(
         always_stuck: input.rounding.is_none(),
         open_samples: 0,
         slid_n: 0.0,
+        rubbed_n2: 0.0,
         history: History::FromStart(1),
     };
     if let Some(rounding) = input.rounding {
@@ -186,7 +190,9 @@ fn one_period(
 ) -> (bool, Memory) {
     let (mut slips, mut memory) = (false, Memory::Whole);
     let between = input.periods == Periods::UntilPeriodic;
-    (end.open_samples, end.slid_n) = (0, 0.0);
+    (end.open_samples, end.slid_n, end.rubbed_n2) = (0, 0.0, 0.0);
+    let compression = |prediction_n: f64| (-prediction_n).max(0.0);
+    let mut before_n = compression(signals.prediction(samples - 1, input.law.shift_n)[0]);
     for n in 0..samples {
         if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
             let window = signals.window(n, input.law.shift_n);
@@ -194,6 +200,9 @@ fn one_period(
             for visit in passed.visits.iter().flatten() {
                 slips |= visit.contact != Contact::Stick;
                 end.slid_n += visit.slid_n;
+                let now_n = compression(visit.trial[0]);
+                end.rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
+                before_n = now_n;
                 memory = memory.after(visit, &input.law);
             }
             *state = passed.state;
@@ -204,11 +213,16 @@ fn one_period(
         let predicted = signals.prediction(n, input.law.shift_n);
         let now = input.law.evaluate(predicted, *state);
         signals.write(n, now.state.contact, now.force);
+        let now_n = compression(predicted[0]);
+        let mean_n = 0.5 * (before_n + now_n);
+        before_n = now_n;
         match now.state.contact {
             Contact::Stick => {}
             Contact::Slip => {
                 slips = true;
-                end.slid_n += now.state.distance_n(state);
+                let slid_n = now.state.distance_n(state);
+                end.slid_n += slid_n;
+                end.rubbed_n2 += mean_n * slid_n;
                 memory = memory.after_slip(input.law.slip_tangent(now.trial));
             }
             Contact::Open => {

@@ -450,6 +450,11 @@ impl<'a> Balance<'a> {
         self.law(pair).slid_m(end.slid_n)
     }
 
+    /// Compression of a pair times the distance that it slides, integral over a period, N m.
+    pub fn rubbed_nm(&self, pair: usize, end: &PairEnd) -> f64 {
+        self.law(pair).slid_m(end.rubbed_n2)
+    }
+
     /// Returns `true` if a pair slides farther than the threshold in a period.
     pub fn slips(&self, pair: usize, end: &PairEnd) -> bool {
         self.slid_m(pair, end) > self.setting.slip_threshold_m

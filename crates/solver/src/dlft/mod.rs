@@ -19,7 +19,8 @@
 //!   friction does not hold and `gross_slip` for bodies that slide as a whole. `accuracy` chooses
 //!   the harmonics, `eps` the parameter.
 //! - `sweep` goes through the frequencies, from the state of `static_state` on. `branch` follows
-//!   the curve instead. `backbone` follows a mode over its amplitude.
+//!   the curve instead. `backbone` follows a mode over its amplitude. `wear` wears the pairs between
+//!   two vibrations.
 //! - `orbit`, `pair_status`, `linear_curve` and `peaks` turn solutions into results. `settings` are
 //!   the choices of a user, `demand` is the memory that they take.
 //!
@@ -246,6 +247,9 @@ pub struct PairCycle {
     pub status: CycleStatus,
     /// Distance slid in a period, m.
     pub slid_m: f64,
+    /// Compression times distance slid, integral over a period, N m: what Archard's law is about.
+    /// With friction it is the energy that friction takes over its coefficient.
+    pub rubbed_nm: f64,
     /// Fraction of the period spent open.
     pub open_fraction: f64,
     /// Mean compression -lambda_N over the period, N.
@@ -518,6 +522,7 @@ pub mod settings;
 pub mod static_state;
 pub mod sweep;
 mod two_level;
+pub mod wear;
 
 pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};
 

@@ -414,6 +414,7 @@ fn pair_cycle(
     PairCycle {
         status: CycleStatus::of(open_at_rest, open_fraction, balance.slips(pair, end)),
         slid_m,
+        rubbed_nm: balance.rubbed_nm(pair, end),
         open_fraction,
         compression_mean_n: 0.0 - evaluation.lambda[3 * pair],
         compression_min_n: compressions.iter().copied().fold(f64::INFINITY, f64::min),

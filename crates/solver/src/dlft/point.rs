@@ -67,12 +67,8 @@ pub struct Neighbour {
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
     pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
-        let mean = if orbit.retention_n > 0.0 {
-            Mean::Retained
-        } else {
-            Mean::Free
-        };
-        Self::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
+        let (u, mean) = (orbit.x.clone(), Mean::of(orbit));
+        Self::after(before, orbit.frequency_hz, u, mean)
     }
 
     /// Neighbour of a converged frequency; `last` is the one before it.

@@ -12,6 +12,7 @@
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution
 //! was found.
 
+use super::Orbit;
 use crate::problem::tangential;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::FREE;
@@ -45,6 +46,17 @@ pub enum Mean {
     Free,
     /// A spring retains the mean, as a lock plate does.
     Retained,
+}
+
+impl Mean {
+    /// Treatment of the mean of a motion.
+    pub fn of(orbit: &Orbit) -> Self {
+        if orbit.retention_n > 0.0 {
+            Self::Retained
+        } else {
+            Self::Free
+        }
+    }
 }
 
 /// Supports of a model besides friction, and its free motions, found when first asked for.

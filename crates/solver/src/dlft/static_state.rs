@@ -75,7 +75,35 @@ pub fn static_state(
     path: impl Into<LoadPath>,
     options: NewtonOptions,
 ) -> StaticState {
-    let mut state = settle(problem, path.into(), options);
+    with_linear(
+        problem,
+        settle(problem, Start::Unloaded, path.into(), options),
+    )
+}
+
+/// Solves the static state that pairs come to under the static load after a state in which they are
+/// displaced by `x`, m, under the contact forces `lambda`, N, n each, such as the mean of a vibration.
+/// Its laws may have changed since: where the clearances have, the bodies follow in one step.
+/// Friction keeps what the state before had.
+pub fn static_state_after(
+    problem: &Problem,
+    before: (&[f64], &[f64]),
+    options: NewtonOptions,
+) -> StaticState {
+    with_linear(problem, settled_after(problem, before, options))
+}
+
+/// State of [`static_state_after`], with a linear reference whose pairs all stick.
+pub(super) fn settled_after(
+    problem: &Problem,
+    (x, lambda): (&[f64], &[f64]),
+    options: NewtonOptions,
+) -> StaticState {
+    settle(problem, Start::After { x, lambda }, 1.into(), options)
+}
+
+/// State with its own linear reference, if it converged.
+fn with_linear(problem: &Problem, mut state: StaticState) -> StaticState {
     if state.outcome.is_converged() {
         state.linear = LinearReference::about(problem, &state.open_pairs());
     }
@@ -83,19 +111,24 @@ pub fn static_state(
 }
 
 /// Solves the state, with a linear reference whose pairs all stick.
-fn settle(problem: &Problem, path: LoadPath, options: NewtonOptions) -> StaticState {
+fn settle(
+    problem: &Problem,
+    from: Start<'_>,
+    path: LoadPath,
+    options: NewtonOptions,
+) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
     let all: Vec<usize> = (0..problem.laws.len()).collect();
     let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
-    let load_up = |retention: Option<&Retention>, start: Start| {
+    let load_up = |retention: Option<&Retention>, start: Start<'_>| {
         StaticSystem::new(problem, &inexact, eps, retention).load_up(start, path, options)
     };
-    let mut free = load_up(None, Start::Unloaded);
-    let mut start = Start::Unloaded;
+    let mut free = load_up(None, from);
+    let mut start = from;
     let holding = Holding::of(problem);
     let nothing_holds = |state: &StaticState| state.all_open() && !holding.without_contact();
     let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
-    let is_apart = problem.laws.iter().any(|pair| pair.gap_m > 0.0);
+    let is_apart = matches!(from, Start::Unloaded) && problem.laws.iter().any(|p| p.gap_m > 0.0);
     if is_lost(&free) && is_apart && problem.steady_force_n() > 0.0 {
         // A blade that touches nothing has an equilibrium of its own, far inwards, and one that few
         // pairs touch has hardly any stiffness: start with the flanks together.
@@ -145,10 +178,15 @@ const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
 /// State from which the load is applied.
 #[derive(Debug, Clone, Copy)]
-enum Start {
+enum Start<'a> {
     /// All relative displacements are zero.
     Unloaded,
     ClearancesClosed,
+    /// The pairs are displaced by `x`, m, and carry the forces `lambda`, N, n each.
+    After {
+        x: &'a [f64],
+        lambda: &'a [f64],
+    },
 }
 
 /// Force that residuals are relative to, N: the norm of the steady load or, where nothing presses
@@ -297,13 +335,18 @@ impl<'a> StaticSystem<'a> {
     }
 
     /// Applies the load in equal steps.
-    fn load_up(mut self, start: Start, path: LoadPath, options: NewtonOptions) -> StaticState {
+    fn load_up(mut self, start: Start<'_>, path: LoadPath, options: NewtonOptions) -> StaticState {
         let n = self.eps.len();
+        let mut forces = vec![[0.0; 3]; n / 3];
         let mut x = match start {
             Start::Unloaded => vec![0.0; n],
             Start::ClearancesClosed => with_clearances_closed(self.problem, self.eps),
+            Start::After { x, lambda } => {
+                let carried = forces.iter_mut().zip(lambda.chunks_exact(3));
+                carried.for_each(|(force, lambda)| force.copy_from_slice(lambda));
+                x.to_vec()
+            }
         };
-        let mut forces = vec![[0.0; 3]; n / 3];
         let mut end = NewtonEnd {
             status: NewtonStatus::Converged,
             iterations: 0,

@@ -447,6 +447,7 @@ mod tests {
         PairCycle {
             status: CycleStatus::of(false, f64::from(u8::from(opens)), slips),
             slid_m: 1e-6,
+            rubbed_nm: 1e-5,
             open_fraction: if opens { 0.25 } else { 0.0 },
             compression_mean_n: 10.0,
             compression_min_n: if opens { 0.0 } else { 4.0 },

@@ -35,6 +35,30 @@ pub(super) fn scene_at(scene: &Scene, speed_rpm: f64, [from_hz, to_hz]: [f64; 2]
     scene
 }
 
+/// Damping and settings of the motions about a static state, with the memory that a solution takes.
+fn means(
+    scene: &Scene,
+    reduced: &Reduced,
+    state: &StaticState,
+) -> Result<(Rayleigh, SweepSettings, u64), Error> {
+    let omega2 = reduced.linear_omega2(state);
+    let damping = rayleigh(&scene.damping, omega2)?;
+    let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
+    let resolution = scene.response.resolution;
+    let harmonics = resolution.most_harmonics();
+    off_undamped_modes(reduced.model(), state, damping, &frequencies_hz, harmonics)?;
+    let ends = [frequencies_hz.first(), frequencies_hz.last()];
+    let ends = ends.into_iter().flatten().copied().collect();
+    let settings = settings(&scene.response, ends, resolution);
+    let (problem, blocks) = (&reduced.problem, blocks(harmonics));
+    let bytes = match problem.laws.is_empty() {
+        true => 0,
+        false => demand::bytes(problem, &settings),
+    };
+    memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+    Ok((damping, settings, bytes))
+}
+
 /// Model at one value, about its static state.
 pub(super) struct At {
     pub value: f64,
@@ -96,21 +120,7 @@ impl At {
                 found.state
             }
         };
-        let omega2 = reduced.linear_omega2(&state);
-        let damping = rayleigh(&scene.damping, omega2)?;
-        let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
-        let resolution = scene.response.resolution;
-        let harmonics = resolution.most_harmonics();
-        off_undamped_modes(reduced.model(), &state, damping, &frequencies_hz, harmonics)?;
-        let ends = [frequencies_hz.first(), frequencies_hz.last()];
-        let ends = ends.into_iter().flatten().copied().collect();
-        let settings = settings(&scene.response, ends, resolution);
-        let (problem, blocks) = (&reduced.problem, blocks(harmonics));
-        let bytes = match problem.laws.is_empty() {
-            true => 0,
-            false => demand::bytes(problem, &settings),
-        };
-        memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+        let (damping, settings, bytes) = means(&scene, &reduced, &state)?;
         Ok(Self {
             value,
             scene,
@@ -120,6 +130,16 @@ impl At {
             settings,
             bytes,
         })
+    }
+
+    /// Takes the model to another static state, that of laws that have changed.
+    ///
+    /// # Errors
+    /// The errors of damping and frequencies about the state; [`Error::TooLittleMemory`].
+    pub fn rest_in(&mut self, state: StaticState) -> Result<(), Error> {
+        (self.damping, self.settings, self.bytes) = means(&self.scene, &self.reduced, &state)?;
+        self.state = state;
+        Ok(())
     }
 
     /// Reduced model of another scene that differs in nothing but the law and the force of a reduced

@@ -136,6 +136,25 @@ pub enum Error {
     /// No motion of a backbone was found.
     #[error("no motion was found at any of the amplitudes")]
     NoBackbone,
+    /// No contact wears.
+    #[error("no contact has a coefficient of wear")]
+    NoWear,
+    /// The areas of the pairs are not known, which depths are worn over.
+    #[error("the areas of the pairs are not known, and a depth is a volume over an area")]
+    NoAreas,
+    /// Blocks of few cycles do not reach the accuracy that is asked for, or lead to no motion.
+    #[error(
+        "at {cycles:.4e} cycles not even a block of {block:.1e} cycles is as accurate as asked for{}",
+        why.as_ref().map_or(String::new(), |why| format!(": {why}"))
+    )]
+    WearStalls {
+        /// Cycles that were reached.
+        cycles: f64,
+        /// Cycles of the last block that was tried.
+        block: f64,
+        /// Why it has no result, where it has none.
+        why: Option<Box<Error>>,
+    },
     /// The curve has no motion, and therefore no peak.
     #[error("no motion was found in the range of frequencies")]
     NoPeak,

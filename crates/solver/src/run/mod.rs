@@ -1,8 +1,8 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
 //! [`solve`] is the run. Only this folder knows the sequence of the stages: a stage knows nothing
-//! of those after it. [`campbell()`], [`crossing_peaks()`], [`peaks()`], [`backbone()`] and [`verify()`] are runs of
-//! another kind, one file each.
+//! of those after it. [`campbell()`], [`crossing_peaks()`], [`peaks()`], [`backbone()`],
+//! [`wear()`] and [`verify()`] are runs of another kind, one file each.
 //!
 //! Nothing is written or printed here. A [`Session`] reports everything to an [`Observer`] as it
 //! comes, and asks a [`Store`] for results of earlier runs. `()` is an observer that ignores all
@@ -32,6 +32,7 @@ mod session;
 mod statics;
 mod stress;
 mod verify;
+mod wear;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
@@ -51,6 +52,7 @@ pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
 pub use stress::{PLACES, PeakStress, peak_stress};
 pub use verify::{Verification, Verified, verify};
+pub use wear::{Wear, WearBlock, WearCourse, WearQuestion, wear};
 
 use crate::description::{Scene, Subject};
 use crate::dlft::{Orbit, Response};

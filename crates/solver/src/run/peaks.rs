@@ -16,8 +16,10 @@ use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::peaks::{inside, vertex};
+use crate::dlft::retention::Mean;
 use crate::dlft::settings::Resolution;
-use crate::dlft::{Orbit, Told};
+use crate::dlft::sweep::{Last, SweepSettings, solve_after};
+use crate::dlft::{Orbit, SolvedFrequency, Told};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
@@ -157,11 +159,61 @@ impl At {
     ) -> Result<Orbit, Error> {
         let (problem, damping) = (&self.reduced.problem, self.damping);
         let (state, settings) = (&self.state, &self.settings);
+        self.unless_kept((settings, near, observation), session, || {
+            let near = near.and_then(|guess| {
+                let near = (guess, observation);
+                peak_near(problem, damping, state, settings, near, tell)
+            });
+            near.map_or_else(|| highest(self, observation, tell), Ok)
+        })
+    }
+
+    /// Motion at one frequency, Hz, which begins from another one where one is given, such as that of
+    /// laws that differ little. It is not solved for again where the store has it.
+    ///
+    /// # Errors
+    /// [`Error::NoPeak`] without a motion there; [`Error::Stopped`].
+    pub(super) fn at_frequency(
+        &self,
+        frequency_hz: f64,
+        near: Option<&Orbit>,
+        session: &Session<'_>,
+        tell: &(dyn Fn(Told<'_>) + Sync),
+    ) -> Result<Orbit, Error> {
+        let settings = SweepSettings {
+            frequencies_hz: vec![frequency_hz],
+            ..self.settings.clone()
+        };
+        let guess = near.map(Guess::of);
+        self.unless_kept((&settings, guess.as_ref(), 0), session, || {
+            let mut last = Last::default();
+            if let Some(near) = near {
+                last.follow(&SolvedFrequency {
+                    mean: Mean::of(near),
+                    ..SolvedFrequency::alone(near.clone())
+                });
+            }
+            let (problem, state) = (&self.reduced.problem, &self.state);
+            let solved = solve_after(&last, 0, problem, self.damping, state, &settings, tell);
+            let solved = solved.map(|solved| solved.orbit);
+            solved
+                .filter(|orbit| orbit.outcome.has_motion())
+                .ok_or(Error::NoPeak)
+        })
+    }
+
+    /// A motion that the store has, or else the one that `find` finds.
+    fn unless_kept(
+        &self,
+        (settings, near, observation): (&SweepSettings, Option<&Guess>, usize),
+        session: &Session<'_>,
+        find: impl FnOnce() -> Result<Orbit, Error>,
+    ) -> Result<Orbit, Error> {
         let key = session.store().peak_key(&PeakInputs {
             response: ResponseInputs {
-                problem,
-                damping,
-                state,
+                problem: &self.reduced.problem,
+                damping: self.damping,
+                state: &self.state,
                 settings,
                 points: None,
             },
@@ -172,11 +224,8 @@ impl At {
         if let Some(kept) = kept.transpose()?.flatten() {
             return Ok(kept);
         }
-        let near = near.and_then(|guess| {
-            let near = (guess, observation);
-            peak_near(problem, damping, state, settings, near, tell)
-        });
-        let found = near.map_or_else(|| highest(self, observation, tell), Ok)?;
+        let found = find()?;
+        session.goes_on()?;
         if let Some(key) = key {
             unless_ended(session.store().keep_peak(&key, &found))?;
         }
@@ -468,7 +517,10 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
 }
 
 /// Listener that counts the motions that are solved for, and stops where the run has ended.
-fn counting(solved: &AtomicUsize, session: &Session<'_>) -> impl Fn(Told<'_>) + Sync + Copy {
+pub(super) fn counting(
+    solved: &AtomicUsize,
+    session: &Session<'_>,
+) -> impl Fn(Told<'_>) + Sync + Copy {
     move |told: Told<'_>| match told {
         Told::Solved(_) => {
             solved.fetch_add(1, Ordering::Relaxed);

@@ -16,6 +16,7 @@ use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
 use super::outcome::{PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
 use super::reduced::Reduced;
+use super::wear::WearCourse;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
 use crate::model::Assembly;
 use crate::reduction::Recovery;
@@ -63,6 +64,8 @@ pub enum Stage {
     Peaks,
     /// Frequency and damping of a mode over its amplitude.
     Backbone,
+    /// Wear of the contacts over the cycles.
+    Wear,
 }
 
 /// Name for programs, which stays when a title changes.
@@ -99,6 +102,7 @@ impl Stage {
             Self::TimeIntegration => "time integration",
             Self::Peaks => "peaks",
             Self::Backbone => "backbone",
+            Self::Wear => "wear",
         }
     }
 }
@@ -168,6 +172,8 @@ pub enum Event<'a> {
     Frequency(&'a SolvedFrequency),
     /// The response is available, and the one that it is compared with.
     Response(&'a Run),
+    /// One more block of cycles has worn the contacts.
+    Worn(WearCourse<'a>),
 }
 
 /// End of a stage.

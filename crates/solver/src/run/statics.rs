@@ -44,7 +44,11 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
     }
     let stage = session.stage(Stage::StaticState);
     stage.solves(problem.reduced.stiffness.nrows());
+    solve_static(problem, load_path(scene), newton(scene))
+}
+
+/// Criteria that end the iterations of a static state of a scene.
+pub(super) fn newton(scene: &Scene) -> NewtonOptions {
     let options = static_options(scene);
-    let newton = NewtonOptions::new(options.tolerance, options.max_iterations);
-    solve_static(problem, options.path, newton)
+    NewtonOptions::new(options.tolerance, options.max_iterations)
 }

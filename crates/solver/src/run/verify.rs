@@ -330,6 +330,7 @@ mod tests {
                 static_state: StaticSpec::default(),
                 response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
                 engine_orders: Vec::new(),
+                mission: Vec::new(),
             };
             scene.response.stuck_modes = asked;
             let found = with_modes_of_harmonics(&scene).response.stuck_modes;

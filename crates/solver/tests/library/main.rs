@@ -34,3 +34,4 @@ mod stress;
 mod time_integration;
 mod transitions;
 mod two_motions;
+mod wear;

@@ -68,6 +68,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
         },
         response,
         engine_orders: Vec::new(),
+        mission: Vec::new(),
     }
 }
 

@@ -1,0 +1,178 @@
+//! Cycles, table and warnings of `dovetail wear`.
+
+use super::Work;
+use crate::error::RunError;
+use crate::warning::{LARGE_ERROR, Weight};
+use crate::words::{figure, percent, quantity, rounded, short};
+use dovetail_solver::description::MissionPart;
+use dovetail_solver::run::{self, Wear, WearQuestion};
+
+/// Error of a block where none is given, as a fraction of the largest depth that it wears.
+pub const TOLERANCE: f64 = 0.05;
+/// Least and largest error that can be asked for.
+pub const TOLERANCES: [f64; 2] = [1e-4, 0.5];
+/// Rows of the table for the reader.
+const ROWS: usize = 12;
+
+/// Wear that is asked for.
+#[derive(Debug, Clone)]
+pub struct AskedWear {
+    /// Numbers of cycles at which a block ends, ascending; the last one is the end.
+    pub cycles: Vec<f64>,
+    /// Frequency of all cycles, Hz; `None`: the mission of the scene, or the peak without one.
+    pub frequency_hz: Option<f64>,
+    /// Largest error of a block.
+    pub tolerance: f64,
+    /// Name of the observed displacement; `None`: the first one.
+    pub observation: Option<String>,
+    /// True to go on with a computation that was interrupted.
+    pub resume: bool,
+}
+
+impl AskedWear {
+    /// Vibrations that wear the contacts, where the scene has this mission.
+    fn mission(&self, of_scene: &[MissionPart]) -> Vec<MissionPart> {
+        match (self.frequency_hz, of_scene) {
+            (None, [_, ..]) => of_scene.to_vec(),
+            (frequency_hz, _) => vec![MissionPart::only(frequency_hz)],
+        }
+    }
+}
+
+impl Work<'_> {
+    /// Wears the contacts over the cycles, writes what becomes of them and of the vibration, and
+    /// returns a table for the reader.
+    ///
+    /// # Errors
+    /// Errors of [`Work::solve`]; a scene without a contact that wears.
+    pub fn wear(&self, asked: &AskedWear) -> Result<(String, Result<(), RunError>), RunError> {
+        // Before anything is meshed.
+        run::at_one_speed(self.scene, "contacts wear at one speed")?;
+        if let Some(files) = &self.files {
+            let before = files.locked().begin_wear(asked.resume)?;
+            if before > 0 {
+                self.reporter
+                    .note(&format!("{before} vibrations were found before"));
+            }
+        }
+        let mission = asked.mission(&self.scene.mission);
+        let meshes = self.meshes()?;
+        let question = WearQuestion {
+            cycles: &asked.cycles,
+            tolerance: asked.tolerance,
+            mission: &mission,
+            observation: asked.observation.as_deref(),
+        };
+        let found = self.computes(|session| run::wear(self.scene, meshes, &question, session))?;
+        self.warn_of_wear(&found);
+        if let Some(files) = &self.files {
+            files.locked().wear(&found.course())?;
+        }
+        let last = asked.cycles.last().copied().unwrap_or(0.0);
+        let reached = found.blocks.last().map_or(0.0, |block| block.cycles);
+        let verdict = match &found.ended {
+            None => Ok(()),
+            Some(_) => Err(RunError::WearEnds {
+                reached: short(rounded(reached, 4)),
+                cycles: short(rounded(last, 4)),
+            }),
+        };
+        Ok((table(&found), verdict))
+    }
+
+    /// Warns of what the wear does not show.
+    fn warn_of_wear(&self, found: &Wear) {
+        if let Some(why) = &found.ended {
+            self.reporter.warning(Weight::Wrong, why.to_string());
+        }
+        let motions = found.blocks.iter().flat_map(|block| &block.motions);
+        let missed = motions
+            .clone()
+            .filter(|o| !o.outcome.is_converged())
+            .count();
+        if missed > 0 {
+            let text = format!("{missed} of the vibrations miss the accuracy asked for");
+            self.reporter.warning(Weight::Wrong, text);
+        }
+        let errors = motions.filter_map(|orbit| orbit.amplitude_error(found.observation));
+        if let Some(error) = errors.reduce(f64::max).filter(|e| *e > LARGE_ERROR) {
+            let text = format!(
+                "amplitudes are estimated to err by up to {}: ask for more response.harmonics, or for response.accuracy",
+                percent(error, 2)
+            );
+            self.reporter.warning(Weight::Doubt, text);
+        }
+        if found
+            .blocks
+            .last()
+            .is_some_and(|block| block.depth_m.iter().all(|d| *d == 0.0))
+        {
+            let text = "no pair slides, and nothing is worn".to_owned();
+            self.reporter.warning(Weight::Remark, text);
+        }
+    }
+}
+
+/// Table of the wear, of a few of its blocks.
+fn table(found: &Wear) -> String {
+    let course = found.course();
+    let mut text = format!(
+        "wear, amplitude of {}\n{:>12}{:>12}{:>14}{:>14}{:>16}{:>16}{:>14}\n",
+        found.reduced.observations()[found.observation],
+        "cycles",
+        "hours",
+        "largest depth",
+        "mean depth",
+        "amplitude",
+        "frequency, Hz",
+        "volume, m3",
+    );
+    let count = found.blocks.len();
+    let every = count.div_ceil(ROWS);
+    let rows = found.blocks.iter().enumerate();
+    for (_, block) in rows.filter(|(i, _)| i % every == 0 || i + 1 == count) {
+        let largest_m = block.depth_m.iter().copied().fold(0.0, f64::max);
+        for (part, orbit) in block.motions.iter().enumerate() {
+            let of_block = |words: String| if part == 0 { words } else { String::new() };
+            text += &format!(
+                "{:>12}{:>12}{:>14}{:>14}{:>16}{:>16}{:>14}\n",
+                of_block(short(rounded(block.cycles, 4))),
+                of_block(figure(block.seconds / 3600.0, 4)),
+                of_block(quantity(largest_m, "m", 4)),
+                of_block(quantity(course.mean_depth_m(block), "m", 4)),
+                quantity(orbit.observed_amplitude_m[found.observation], "m", 4),
+                figure(orbit.frequency_hz, 6),
+                of_block(short(rounded(course.volume_m3(block), 4))),
+            );
+        }
+    }
+    text + &format!(
+        "{} blocks, {} more were taken again with fewer cycles; {} motions solved\n",
+        count - 1,
+        found.rejected,
+        found.solved
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frequency_takes_the_place_of_the_mission() {
+        let mission = [MissionPart::only(Some(3.0)), MissionPart::only(None)];
+        let asked = |frequency_hz| AskedWear {
+            cycles: vec![1.0],
+            frequency_hz,
+            tolerance: TOLERANCE,
+            observation: None,
+            resume: false,
+        };
+        assert_eq!(asked(None).mission(&mission), mission);
+        assert_eq!(
+            asked(Some(7.0)).mission(&mission),
+            [MissionPart::only(Some(7.0))]
+        );
+        assert_eq!(asked(None).mission(&[]), [MissionPart::only(None)]);
+    }
+}

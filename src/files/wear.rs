@@ -1,0 +1,102 @@
+//! Tables, pictures and fields of the wear of the contacts.
+
+use std::path::PathBuf;
+
+use crate::error::RunError;
+use crate::export::ExportError;
+use crate::export::fields::Field;
+use crate::export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
+use crate::words::figure;
+use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
+
+/// File name of the collection of the worn flanks over the cycles.
+pub const WORN: &str = "wear.pvd";
+
+/// Name of the vibration of a part of the mission, counted from 0: nothing where it is the only one.
+pub fn of_part(course: &WearCourse<'_>, part: usize) -> String {
+    match course.mission {
+        [_] => String::new(),
+        _ => format!("part {}", part + 1),
+    }
+}
+
+/// Draws amplitude, frequency and depth over the cycles, and the depths on the flanks at the end.
+/// `file` gives the place of a picture.
+pub fn draw(
+    course: &WearCourse<'_>,
+    conditions: &str,
+    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
+) -> Result<(), RunError> {
+    let observation = course.reduced.observations()[course.observation];
+    let series = |label: String, value: &dyn Fn(&WearBlock) -> f64| {
+        let points = course.blocks.iter().map(|b| (b.cycles, Some(value(b))));
+        Series::new(label, points)
+    };
+    let of_parts = |quantity: &str, value: &dyn Fn(&WearBlock, usize) -> f64| -> Vec<Series> {
+        let parts = 0..course.mission.len();
+        parts
+            .map(|part| {
+                let label = match &of_part(course, part)[..] {
+                    "" => quantity.to_owned(),
+                    part => part.to_owned(),
+                };
+                series(label, &|block| value(block, part))
+            })
+            .collect()
+    };
+    let amplitude = format!("amplitude of {observation}");
+    let depth = "worn depth".to_owned();
+    let largest = |block: &WearBlock| block.depth_m.iter().copied().fold(0.0, f64::max);
+    let pictures: [(&str, String, String, &'static str, Vec<Series>); 3] = [
+        (
+            "wear_amplitude",
+            format!("Amplitude of {observation} over the cycles"),
+            amplitude.clone(),
+            "m",
+            of_parts(&amplitude, &|block, part| {
+                block.motions[part].observed_amplitude_m[course.observation]
+            }),
+        ),
+        (
+            "wear_frequency",
+            "Frequency of the vibration over the cycles".to_owned(),
+            "frequency".to_owned(),
+            "Hz",
+            of_parts("frequency", &|block, part| block.motions[part].frequency_hz),
+        ),
+        (
+            "wear_depth",
+            "Worn depth over the cycles".to_owned(),
+            depth,
+            "m",
+            vec![
+                series("largest".to_owned(), &largest),
+                series("mean".to_owned(), &|block| course.mean_depth_m(block)),
+            ],
+        ),
+    ];
+    for (name, shows, title, unit, series) in pictures {
+        let cycles = Axis::linear("cycles");
+        let y = Axis {
+            title,
+            unit,
+            scale: Scale::Linear,
+            marks: Vec::new(),
+        };
+        write_series(&file(name)?, &shows, &[cycles, y], &series)?;
+    }
+    let bodies = course.reduced.bodies.as_ref().map(Bodies::model);
+    let (Some(model), Some(last)) = (bodies, course.blocks.last()) else {
+        return Ok(());
+    };
+    let heading = Heading {
+        title: &format!("Worn depth after {} cycles", figure(last.cycles, 4)),
+        conditions,
+    };
+    let field = Field {
+        title: "worn depth",
+        unit: "m",
+        values: last.depth_m.clone(),
+    };
+    Ok(write_field_map(&file("wear_map")?, model, heading, &field)?)
+}
