@@ -452,6 +452,7 @@ pub fn problem_of(
         laws: pairs.iter().map(|pair| pair.law).collect(),
         excitations,
         reduced,
+        modal_ratios: Vec::new(),
     })
 }
 
@@ -590,5 +591,6 @@ fn structure_of(
             .iter()
             .map(|(name, vector)| (name.clone(), on_body(vector)))
             .collect(),
+        dashpots: Vec::new(),
     })
 }

@@ -115,7 +115,7 @@ fn along_frequency(
     let frequencies_hz = response::frequencies_hz(&scene.response, linear_omega2)?;
     let resolution = scene.response.resolution;
     response::off_undamped_modes(
-        reduced.model(),
+        &reduced.problem,
         state,
         damping,
         &frequencies_hz,
