@@ -32,6 +32,7 @@ mod session;
 mod statics;
 mod verify;
 mod wear;
+mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
@@ -50,7 +51,8 @@ pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
 pub use verify::{Verification, Verified, verify};
-pub use wear::{Wear, WearBlock, WearCourse, WearQuestion, wear};
+pub use wear::{Wear, WearQuestion, wear};
+pub use worn::{WearBlock, WearCourse};
 
 use crate::description::{Scene, Subject};
 use crate::dlft::{Orbit, Response};
