@@ -7,7 +7,7 @@ use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::input;
 use dovetail_solver::model::MeshKind;
-use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource, MatrixSource};
+use dovetail_solver::model::{BodyMesh, MatrixSource};
 use dovetail_solver::reduction::superelement;
 
 /// Files that a scene names: meshes or their script, matrices, fields, the files of a reduced model. A ready
@@ -36,15 +36,7 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
             files.extend(named.paths().map(Path::to_path_buf));
         }
     }
-    for excitation in &assembly.excitations {
-        if let ExcitationKind::Field {
-            field: FieldSource::File(path),
-            ..
-        } = &excitation.kind
-        {
-            files.push(path.clone());
-        }
-    }
+    files.extend(assembly.field_files().map(Path::to_path_buf));
     files
 }
 

@@ -111,6 +111,11 @@ fn of_kind(kind: Kind) -> Value {
             "minItems": count,
             "maxItems": count,
         }),
+        Kind::NumberList(_, limits) => json!({
+            "type": "array",
+            "items": with(json!({ "type": "number" }), of_limits(limits)),
+            "minItems": 1,
+        }),
         Kind::NumberTable => json!({
             "type": "object",
             "additionalProperties": { "type": "number" },

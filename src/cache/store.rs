@@ -161,8 +161,11 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
     hasher.update(&fingerprint().unwrap_or_default());
     // Numbers are written so that they read back to the bit.
     let (loads, laws) = (&problem.excitations, &problem.laws);
+    let ratios = &problem.modal_ratios;
     let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
-    hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}{points:?}").as_bytes());
+    hasher.update(
+        format!("{loads:?}{laws:?}{damping:?}{ratios:?}{rest:?}{settings:?}{points:?}").as_bytes(),
+    );
     if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
         unreachable!("a hasher takes all bytes");
     }
@@ -177,11 +180,12 @@ fn hash_along(inputs: &RunUpInputs<'_>) -> Inputs {
     hasher.update(&fingerprint().unwrap_or_default());
     let Scene {
         damping,
+        modal_ratios,
         static_state,
         response,
         ..
     } = scene;
-    hasher.update(format!("{damping:?}{static_state:?}{response:?}").as_bytes());
+    hasher.update(format!("{damping:?}{modal_ratios:?}{static_state:?}{response:?}").as_bytes());
     if postcard::to_io(model, &mut hasher).is_err() {
         unreachable!("a hasher takes all bytes");
     }

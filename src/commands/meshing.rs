@@ -20,8 +20,8 @@ use dovetail_mesh::{Mesh, MeshError, quality};
 use dovetail_solver::input;
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ExcitationKind, FieldSource, GivenMatrices, MatrixFiles,
-    MatrixSource, MeshKind, MeshSource, NamedFiles, SurfaceFields,
+    Assembly, BodyMesh, BodySpec, GivenMatrices, MatrixFiles, MatrixSource, MeshKind, MeshSource,
+    NamedFiles, SurfaceFields,
 };
 use dovetail_solver::run::Stage;
 
@@ -70,17 +70,11 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
     Ok(())
 }
 
-/// Fields that excitations name by their files.
+/// Fields that excitations and contacts name by their files.
 fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
     let mut fields = SurfaceFields::new();
-    for excitation in &assembly.excitations {
-        if let ExcitationKind::Field {
-            field: FieldSource::File(path),
-            ..
-        } = &excitation.kind
-        {
-            fields.insert(path.clone(), mesh_files::surface_field(path)?);
-        }
+    for path in assembly.field_files() {
+        fields.insert(path.to_path_buf(), mesh_files::surface_field(path)?);
     }
     Ok(fields)
 }

@@ -47,6 +47,7 @@ pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
     if !of_contact {
         for contact in &mut assembly.contacts {
             (contact.pair_law, contact.crown) = (PairLaw::rigid(0.0, 0.0), None);
+            contact.friction_at = None;
         }
     }
     for excitation in &mut assembly.excitations {

@@ -152,6 +152,7 @@ pub fn write_static(
     );
     table.add("gap_m", number(|f, i| f.gap_m[i]));
     table.add("clearance_m", |i| pairs.rows[*i].gap_m);
+    table.add("friction", |i| pairs.rows[*i].friction);
     table.add("status", move |i| {
         if valid {
             static_word(fields.status[*i]).to_owned()

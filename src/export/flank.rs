@@ -28,6 +28,8 @@ pub fn write_flank_static(
     let mut flanks = Flanks::of(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
     flanks.field("normal", 3, normals);
+    let friction = model.pairs.iter().map(|pair| pair.law.friction);
+    flanks.field("friction", 1, friction.collect());
     if state.outcome.is_converged() {
         flanks.field("pressure_pa", 1, fields.pressure_pa);
         flanks.field("normal_force_n", 1, fields.normal_force_n);

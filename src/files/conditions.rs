@@ -54,15 +54,31 @@ fn speed(assembly: &Assembly) -> String {
     }
 }
 
-/// Friction of the contacts that slide: `friction 0.3`.
+/// Friction of the contacts that slide: `friction 0.3`, or where it is that of a file.
 fn friction(assembly: &Assembly) -> String {
     let rub = |law: &ContactLaw| matches!(law, ContactLaw::UnilateralCoulomb);
     let contacts = assembly.contacts.iter().filter(|c| rub(&c.law));
-    let friction: Vec<f64> = contacts.map(|c| c.pair_law.friction).collect();
-    match range(&friction) {
-        Some((least, most)) if least == most => format!("friction {}", short(most)),
-        Some((least, most)) => format!("friction {} to {}", short(least), short(most)),
-        None => "bonded".to_owned(),
+    let (files, contacts): (Vec<_>, Vec<_>) = contacts.partition(|c| c.friction_at.is_some());
+    let friction: Vec<f64> = contacts.iter().map(|c| c.pair_law.friction).collect();
+    let numbers = range(&friction).map(|(least, most)| match least == most {
+        true => short(most),
+        false => format!("{} to {}", short(least), short(most)),
+    });
+    let mut files: Vec<_> = files
+        .iter()
+        .filter_map(|c| c.friction_at.as_ref()?.file())
+        .collect();
+    files.sort_unstable();
+    files.dedup();
+    let of_files = match files.len() {
+        0 => None,
+        1 => Some("of a file".to_owned()),
+        _ => Some("of files".to_owned()),
+    };
+    let all: Vec<String> = numbers.into_iter().chain(of_files).collect();
+    match all.is_empty() {
+        true => "bonded".to_owned(),
+        false => format!("friction {}", all.join(" and ")),
     }
 }
 

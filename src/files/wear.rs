@@ -6,7 +6,7 @@ use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::fields::Field;
 use crate::export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
-use crate::words::figure;
+use crate::words::{rounded, short};
 use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
 
 /// File name of the collection of the worn flanks over the cycles.
@@ -90,7 +90,7 @@ pub fn draw(
         return Ok(());
     };
     let heading = Heading {
-        title: &format!("Worn depth after {} cycles", figure(last.cycles, 4)),
+        title: &format!("Worn depth after {} cycles", short(rounded(last.cycles, 4))),
         conditions,
     };
     let field = Field {

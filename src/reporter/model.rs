@@ -12,7 +12,8 @@ use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
-    Assembly, Body, ContactSpec, Matrices, Model, PlacedMatrices, Side, SpringSpec,
+    Assembly, Body, ContactSpec, DashpotSpec, FrictionMap, Matrices, Model, PlacedMatrices, Side,
+    SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
@@ -20,10 +21,13 @@ use dovetail_solver::run::{Bound, PrestressPass};
 pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line> {
     let model = &bound.model;
     let springs = assembly.springs.iter().map(spring_note);
-    let mut lines: Vec<Line> = springs.map(Line::Note).collect();
+    let dashpots = assembly.dashpots.iter().map(dashpot_note);
+    let mut lines: Vec<Line> = springs.chain(dashpots).map(Line::Note).collect();
     warn_of_held_volumes(assembly, mesh, &mut lines);
     tell_of_flanks(assembly, model, &mut lines);
     tell_of_straightened_edges(model, &mut lines);
+    let friction = model.friction_maps.iter().map(friction_note);
+    lines.extend(friction.map(Line::Note));
     lines.push(Line::Note(counts_note(model)));
     maps::tell(model, &mut lines);
     for (body, properties) in model.bodies.iter().zip(&bound.properties) {
@@ -190,15 +194,49 @@ fn spring_note(spring: &SpringSpec) -> String {
         stiffness_n_m,
         direction,
     } = spring;
-    let place = match second {
+    let (place, along) = (place(first, second.as_deref()), along(*direction));
+    format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
+}
+
+fn dashpot_note(dashpot: &DashpotSpec) -> String {
+    let DashpotSpec {
+        name,
+        first,
+        second,
+        damping_n_s_m,
+        direction,
+    } = dashpot;
+    let (place, along) = (place(first, second.as_deref()), along(*direction));
+    format!("dashpot {name}: {place}, {damping_n_s_m:.4e} N s/m{along}")
+}
+
+/// Words on the ends of a spring or a dashpot.
+fn place(first: &str, second: Option<&str>) -> String {
+    match second {
         None => format!("`{first}` on ground"),
         Some(second) => format!("`{first}` to `{second}`"),
-    };
-    let along = match direction {
+    }
+}
+
+fn along(direction: Option<[f64; 3]>) -> String {
+    match direction {
         None => String::new(),
         Some([x, y, z]) => format!(" along [{x:.4}, {y:.4}, {z:.4}]"),
-    };
-    format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
+    }
+}
+
+/// Note on the coefficients of friction that a contact has from a file.
+fn friction_note(map: &FrictionMap) -> String {
+    let [least, most] = map.range;
+    format!(
+        "friction of contact {}: {least} to {most}, mean {:.4} over the area, from {} of {}; pairs are up to {:.2e} m \
+         from theirs",
+        map.contact,
+        map.mean,
+        counted(map.points, "point", "points"),
+        map.field,
+        map.largest_distance_m
+    )
 }
 
 /// Warns of fixed groups that are volumes. A set of a face in a deck of Abaqus/CAE is a set of

@@ -44,7 +44,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 15] = [
+const SECTIONS: [Section; 16] = [
     TOP,
     REDUCED_MODEL,
     MESH,
@@ -52,6 +52,7 @@ const SECTIONS: [Section; 15] = [
     ROTATION,
     CONTACT,
     SPRING,
+    DASHPOT,
     LOAD,
     DAMPING,
     EXCITATION,
@@ -77,6 +78,8 @@ section! {
         pub contact: Vec<Spanned<RawContact>>,
         #[serde(default)]
         pub spring: Vec<Spanned<RawSpring>>,
+        #[serde(default)]
+        pub dashpot: Vec<Spanned<RawDashpot>>,
         #[serde(default)]
         pub load: Vec<Spanned<RawLoad>>,
         pub damping: Located<RawDamping>,
@@ -308,10 +311,14 @@ section! {
              move as one, and `friction` (then not required), the stiffnesses, `gap_m`, \
              `wear_m2_n` and the crown are not used",
             "\"bonded\"";
-        friction: Number("", Limits::NOT_NEGATIVE), "- (`\"bonded\"`: none)",
+        friction: Number("", Limits::NOT_NEGATIVE), "- or `friction_file` (`\"bonded\"`: none)",
             "Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as 1000, with \
              a warning",
             "0.3";
+        friction_file: Text("path of a CSV file"), "none",
+            "coefficients at points in space in place of `friction`: each pair has that of the \
+             [nearest point](how-to/several_bodies.md#friction-that-varies-over-a-flank)",
+            "\"friction.csv\"  # columns x_m, y_m, z_m, friction";
         normal_stiffness_n_m3: Number("N/m3", Limits::POSITIVE), "none: the contact is rigid",
             "springs per area against penetration (penalty contact), with \
              `tangential_stiffness_n_m3`: a pressure p presses the sides p / \
@@ -375,6 +382,29 @@ section! {
 }
 
 section! {
+    DASHPOT: RawDashpot, "dashpot", List, "none or more",
+        "a viscous damper to ground or between two groups",
+        "[[dashpot]]\nname = \"mount\"\nfirst = \"base\"\ndamping_n_s_m = 50" {
+        name: Name, "-",
+            "a name, each different",
+            "\"mount\"";
+        first: Text("group"), "-",
+            "part of the surface of one body, or a group of its nodes",
+            "\"base\"  # a physical surface or point of the mesh";
+        second: Text("group"), "ground",
+            "the same, of another body or of the same one; ground moves with the base",
+            "\"frame\"";
+        damping_n_s_m: Number("N s/m", Limits::POSITIVE), "-",
+            "in all, not per area or node: the force over the difference of the mean velocities \
+             of the two groups. It resists no motion that leaves the mean of a group at rest",
+            "50.0";
+        direction: Numbers(3, ""), "all three axes",
+            "the dashpot acts along it alone; not all 0, any length",
+            "[0, 0, 1]";
+    }
+}
+
+section! {
     LOAD: RawLoad, "load", List, "none or more",
         "a steady force, traction or pressure",
         "[[load]]\non = \"top\"\npressure_pa = 1e6" {
@@ -401,7 +431,8 @@ section! {
     DAMPING: RawDamping, "damping", Table, "required",
         "viscous damping of the material",
         "[damping]\nratio = 0.001" {
-        ratio: Number("", Limits::from_zero_to(1.0)), "- or `stiffness_s`, `mass_per_s`",
+        ratio: Number("", Limits::from_zero_to(1.0)),
+            "- or `stiffness_s`, `mass_per_s`, `modal_ratios`",
             "share of critical damping on linear mode `linear_mode`, by stiffness-proportional \
              damping",
             "0.001";
@@ -414,6 +445,11 @@ section! {
         mass_per_s: Number("1/s", Limits::NOT_NEGATIVE), "0",
             "see `stiffness_s`",
             "0.1";
+        modal_ratios: NumberList("", Limits::from_zero_to(1.0)), "none",
+            "shares of critical damping of the first modes with all pairs stuck, in place of what \
+             the other keys give these modes; further modes have the damping of the other keys, \
+             and none without them",
+            "[0.001, 0.002]";
     }
 }
 

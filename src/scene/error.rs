@@ -196,6 +196,8 @@ pub enum Fault {
     },
     #[error("`damping.linear_mode` is {linear_mode}, but only {kept} stuck modes are kept")]
     LinearModeNotKept { linear_mode: usize, kept: usize },
+    #[error("`damping.modal_ratios` has {given} values, but only {kept} stuck modes are kept")]
+    StuckModesNotKept { given: usize, kept: usize },
     #[error("the scene has no body")]
     NoBody,
     #[error("`{path}` is the same group as `first`")]
@@ -283,6 +285,7 @@ impl Fault {
             Self::TooFewSamples { least, .. } => format!("at least {least}"),
             Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
             Self::LinearModeNotKept { kept, .. } => format!("at most {kept}"),
+            Self::StuckModesNotKept { kept, .. } => format!("at most {kept} values"),
             Self::NoBody => "a body is needed".to_owned(),
             Self::SameFlank { .. } => "a flank against itself".to_owned(),
             Self::NothingFixed => "every body floats".to_owned(),
@@ -322,6 +325,7 @@ impl Fault {
             Self::NoHarmonic => of("response.harmonics"),
             Self::TooFewSamples { .. } => of("response.samples"),
             Self::LinearModeNotKept { .. } => of("damping.linear_mode"),
+            Self::StuckModesNotKept { .. } => of("damping.modal_ratios"),
             Self::NoBody | Self::NothingFixed => of("body"),
             Self::Syntax { .. }
             | Self::OverrideSyntax { .. }
@@ -383,6 +387,9 @@ impl Fault {
             }
             Self::LinearModeNotKept { linear_mode, .. } => format!(
                 "set response.stuck_modes to {linear_mode} or more, or leave it out to keep as many as are needed"
+            ),
+            Self::StuckModesNotKept { given, .. } => format!(
+                "set response.stuck_modes to {given} or more, or leave it out to keep as many as are needed"
             ),
             Self::NoBody => "write a [[body]] table for each body, for example one for a blade and one for the disc \
                  that holds it"

@@ -22,6 +22,8 @@ pub enum Kind {
     Whole(Option<u32>, Option<u32>),
     /// List of this many numbers with their unit.
     Numbers(usize, &'static str),
+    /// List of any number of numbers, at least one, with their unit and limits.
+    NumberList(&'static str, Limits),
     /// Table of numbers under names chosen by the user.
     NumberTable,
     /// True or false.
@@ -42,6 +44,7 @@ macro_rules! mirror {
     (Number $of:tt) => { $crate::scene::raw::Number };
     (Whole $of:tt) => { $crate::scene::raw::Count };
     (Numbers($count:literal, $unit:literal)) => { $crate::scene::raw::Numbers<$count> };
+    (NumberList $of:tt) => { Vec<serde_spanned::Spanned<$crate::scene::raw::Number>> };
     (NumberTable) => {
         std::collections::BTreeMap<String, serde_spanned::Spanned<$crate::scene::raw::Number>>
     };
@@ -55,7 +58,7 @@ impl Kind {
     /// Limits of a number, in words; `None` if any number is valid or the type has no limits.
     pub fn limits(&self) -> Option<String> {
         match self {
-            Self::Number(_, limits) => Some(limits.to_string()),
+            Self::Number(_, limits) | Self::NumberList(_, limits) => Some(limits.to_string()),
             Self::Whole(Some(least), Some(most)) => {
                 Some(format!("{} to {}", grouped(*least), grouped(*most)))
             }
@@ -84,6 +87,10 @@ impl fmt::Display for Kind {
             Self::Whole(..) => f.write_str("whole number"),
             Self::Numbers(count, unit) => {
                 write!(f, "list of {count} numbers")?;
+                with_unit(f, unit)
+            }
+            Self::NumberList(unit, _) => {
+                f.write_str("list of numbers")?;
                 with_unit(f, unit)
             }
             Self::NumberTable => f.write_str("table of numbers"),

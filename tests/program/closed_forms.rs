@@ -268,11 +268,6 @@ fn bar(elements: usize) -> Superelement {
     };
     Superelement {
         model: ReducedModel {
-            stiffness,
-            mass: Mat::zeros(n, n),
-            coupling: Mat::zeros(n, 0),
-            omega2: vec![],
-            stuck_modes: 0,
             static_load: load((0..n).map(preload).collect()),
             unit_loads: vec![load(first(1.0))],
             observations: vec![ObservedDisplacement {
@@ -280,6 +275,7 @@ fn bar(elements: usize) -> Superelement {
                 on_x: first(1.0),
                 on_modes: vec![],
             }],
+            ..ReducedModel::of_pairs(stiffness, Mat::zeros(n, n))
         },
         excitations: vec![NamedExcitation::cosine("force")],
         contacts: vec![NamedContact {

@@ -6,8 +6,9 @@ use std::collections::BTreeSet;
 
 use dovetail::reference::{scene_tables, study_tables};
 
-use crate::shared_program::{READY_PATCH, SMALL, ended, printed, program};
-use crate::shared_runs::Run;
+use crate::shared_folder::Folder;
+use crate::shared_program::{READY_PATCH, SMALL, ended, on_scene, printed, program};
+use crate::shared_runs::{Run, summary};
 use dovetail_testkit::folder::root;
 
 const END: &str = "<!-- end -->";
@@ -162,6 +163,10 @@ fn the_page_of_the_summary_has_its_keys() {
         run.summary()
     };
     let jenkins = "verification/jenkins";
+    let wear = Folder::new("reference_wear");
+    let set = [SMALL, "response.harmonics=1", "contact.*.wear_m2_n=1e-14"];
+    let mut command = on_scene("wear", "scenes/paper.toml", &wear, &set);
+    ended(command.args(["--cycles", "10"]), 0);
     let mut found = BTreeSet::new();
     for summary in [
         summary_of("run", "verification/patch", &[READY_PATCH]),
@@ -169,6 +174,7 @@ fn the_page_of_the_summary_has_its_keys() {
         summary_of("modes", "verification/column", &[]),
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),
+        summary(&wear),
     ] {
         key_paths(&summary, "", &mut found);
     }

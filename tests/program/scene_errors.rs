@@ -97,7 +97,7 @@ fn an_unknown_section_names_the_sections() {
     refused(
         r#"
         [rotation] => [rotatoin] => `rotatoin` & did you mean `rotation`?
-        & contact, spring, load, damping
+        & contact, spring, dashpot, load, damping
         [[observe]] => [[watch]] => unknown section or key `watch` & excitation, observe, static
         name = "paper" => title = "paper" => unknown section or key `title`
         & name, reduced_model, mesh, body

@@ -126,7 +126,7 @@ fn what_cannot_wear_is_refused_with_a_remedy() {
         ("--cycles 1e6 --set contact.*.wear_m2_n=-1", "wear_m2_n"),
         ("--cycles 1e6 --set contact.*.law=bonded", "bonded"),
         (
-            "--cycles 1e6 --set response.points=5 --set response.along_engine_order=4",
+            "--cycles 1e6 --set response.frequency_hz=[440,460] --set response.along_engine_order=4",
             "engine order",
         ),
     ] {

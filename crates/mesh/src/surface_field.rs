@@ -1,6 +1,6 @@
-//! Complex forces or pressures at points in space.
+//! Complex forces or pressures, or coefficients of friction, at points in space.
 
-/// Forces or pressures at points in space.
+/// Forces, pressures or coefficients of friction at points in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceField {
     /// Positions of the points, m.
@@ -9,7 +9,7 @@ pub struct SurfaceField {
     pub values: FieldValues,
 }
 
-/// Complex values at points, the real part first.
+/// Values at points; of complex ones the real part comes first.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldValues {
     /// Forces along x, y, z, N.
@@ -21,4 +21,6 @@ pub enum FieldValues {
         /// Area of the surface that belongs to each point, m2; `None` where it is not known.
         areas_m2: Option<Vec<f64>>,
     },
+    /// Coefficients of friction, 0 or more.
+    Friction(Vec<f64>),
 }

@@ -451,6 +451,7 @@ pub fn problem_of(
         laws: pairs.iter().map(|pair| pair.law).collect(),
         excitations,
         reduced,
+        modal_ratios: Vec::new(),
     })
 }
 
@@ -589,5 +590,6 @@ fn structure_of(
             .iter()
             .map(|(name, vector)| (name.clone(), on_body(vector)))
             .collect(),
+        dashpots: Vec::new(),
     })
 }

@@ -473,6 +473,7 @@ impl PyProblem {
             reduced,
             laws: laws.collect::<PyResult<_>>()?,
             excitations: vec![excitation],
+            modal_ratios: Vec::new(),
         };
         Ok(Self::new(problem, None, damping))
     }
@@ -506,7 +507,7 @@ impl PyProblem {
             return Err(value(format!("force_n is {force_n}; it must be finite")));
         }
         let read = superelement::read(&folder).map_err(|error| of_library(py, error))?;
-        let pairs = PairTable::of_superelement(&read, gap_m);
+        let pairs = PairTable::of_superelement(&read, law);
         let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
     }
@@ -719,7 +720,7 @@ impl PyProblem {
         let damping = self.rayleigh(py, damping, &state)?;
         let most = resolution.most_harmonics();
         run::off_undamped_modes(
-            &self.problem().reduced,
+            self.problem(),
             &state,
             damping,
             &settings.frequencies_hz,
@@ -768,8 +769,8 @@ impl PyProblem {
         let mean = if retained { Mean::Retained } else { Mean::Free };
         let state = self.usable_state(py)?;
         let damping = self.rayleigh(py, damping, &state)?;
-        let reduced = &self.problem().reduced;
-        run::off_undamped_modes(reduced, &state, damping, &[frequency_hz], harmonics)
+        let problem = self.problem();
+        run::off_undamped_modes(problem, &state, damping, &[frequency_hz], harmonics)
             .map_err(|error| of_library(py, error))?;
         let (harmonics, samples) = resolution;
         let settings =

@@ -53,6 +53,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
         },
         laws: vec![PairLaw::rigid(FRICTION, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(along_ground()))],
+        modal_ratios: Vec::new(),
     };
     let undamped = Rayleigh::NONE;
     let newton = NewtonOptions::new(1e-10, 60);

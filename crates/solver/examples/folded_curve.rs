@@ -39,6 +39,7 @@ pub fn curve() -> Vec<(f64, f64)> {
             ..PairLaw::rigid(0.0, 1.0)
         }],
         excitations: vec![HarmonicLoad::cosine(1, Load::new(normal(0.1), vec![]))],
+        modal_ratios: Vec::new(),
     };
     let mut settings = SweepSettings::new(vec![0.1, 0.4], Resolution::fixed(15, 512));
     settings.slip_threshold_m = Some(1e-9);

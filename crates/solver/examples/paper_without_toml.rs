@@ -66,6 +66,7 @@ fn scene(assembly: Assembly) -> Scene {
             ratio,
             linear_mode: 1,
         },
+        modal_ratios: Vec::new(),
         static_state: StaticSpec::default(),
         response: ResponseSpec::new(range, resolution),
         engine_orders: Vec::new(),

@@ -68,6 +68,7 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
         }],
         excitations: vec![vec![along_the_mass.clone()]],
         observations: vec![("mass".into(), vec![along_the_mass])],
+        dashpots: Vec::new(),
     }
 }
 

@@ -18,6 +18,9 @@ pub struct Scene {
     pub subject: Subject,
     /// Damping of the bodies.
     pub damping: DampingSpec,
+    /// Damping ratios of the first modes with all pairs stuck, which these modes have in place of
+    /// `damping`; empty: none.
+    pub modal_ratios: Vec<f64>,
     /// Settings of the static state under steady load.
     pub static_state: StaticSpec,
     /// Settings of the response.

@@ -35,6 +35,7 @@
 //!         force_n: 2.0,
 //!     }),
 //!     damping: DampingSpec::Ratio { ratio: 0.001, linear_mode: 1 },
+//!     modal_ratios: Vec::new(),
 //!     static_state: StaticSpec::default(),
 //!     response: ResponseSpec { points: Some(11), ..ResponseSpec::new(range, resolution) },
 //!     engine_orders: Vec::new(),

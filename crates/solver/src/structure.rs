@@ -16,6 +16,9 @@ pub struct Structure {
     /// Observed displacements: their names, and the loads whose work on a motion is the observed
     /// displacement.
     pub observations: Vec<(String, BodyVectors)>,
+    /// Dashpots: their coefficients, N s/m, and the loads whose work on a motion is the displacement
+    /// that a dashpot acts on.
+    pub dashpots: Vec<(f64, BodyVectors)>,
 }
 
 /// Vector on the degrees of freedom of each body.

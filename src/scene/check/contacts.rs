@@ -1,5 +1,7 @@
 //! Checks `[[contact]]` and `[damping]`, where energy is dissipated.
 
+use std::path::Path;
+
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places};
@@ -7,14 +9,25 @@ use super::pair_law::law_keys;
 use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
 use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, Side};
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FieldSource, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
 
-pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
+pub fn contacts(
+    checker: &mut Checker,
+    base_dir: &Path,
+    raw: &[Spanned<RawContact>],
+) -> Option<Vec<ContactSpec>> {
+    let contact =
+        |checker: &mut Checker, at: &Table, raw: &RawContact| contact(checker, base_dir, at, raw);
     checker.items("contact", raw, |raw| &raw.name, contact)
 }
 
-fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<ContactSpec> {
+fn contact(
+    checker: &mut Checker,
+    base_dir: &Path,
+    at: &Table,
+    raw: &RawContact,
+) -> Option<ContactSpec> {
     let name = checker.required_name(at, &raw.name);
     let first = checker.text(at, "first", &raw.first);
     let second = second(checker, at, raw);
@@ -22,7 +35,9 @@ fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Contac
     let laws = [ContactLaw::UnilateralCoulomb, ContactLaw::Bonded];
     let law = checker.choice(at, "law", &raw.law, &laws);
     let keys = law_keys!(raw; normal_stiffness_n_m3, tangential_stiffness_n_m3);
-    let pair_law = keys.law(checker, at, law == Some(ContactLaw::Bonded));
+    let friction_at = friction_at(checker, base_dir, at, raw);
+    let has_none = law == Some(ContactLaw::Bonded) || raw.friction_file.is_some();
+    let pair_law = keys.law(checker, at, has_none);
     let gap_from_mesh = checker.choice(at, "gap", &raw.gap, &[false, true]);
     let reach = checker.optional_number(at, "search_distance_m", &raw.search_distance_m);
     let crown = crown(checker, at, raw);
@@ -33,10 +48,28 @@ fn contact(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Contac
         slave: slave?,
         law: law?,
         pair_law: pair_law?,
+        friction_at: friction_at?,
         gap_from_mesh: gap_from_mesh?,
         search_distance_m: reach?,
         crown: crown?,
     })
+}
+
+/// File of coefficients of friction; `Some(None)` if the contact has one coefficient.
+fn friction_at(
+    checker: &mut Checker,
+    base_dir: &Path,
+    at: &Table,
+    raw: &RawContact,
+) -> Option<Option<FieldSource>> {
+    let Some(given) = &raw.friction_file else {
+        return Some(None);
+    };
+    let remedy = "keep the coefficient of all pairs, or the file of their coefficients";
+    let others = places!(raw; friction);
+    checker.exclude(at, ("friction_file", given.span()), &others, remedy)?;
+    let file = checker.text(at, "friction_file", &raw.friction_file)?;
+    Some(Some(FieldSource::File(base_dir.join(file))))
 }
 
 /// Opposite flank; `Some(None)` if it is rigid ground.
@@ -85,22 +118,48 @@ fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<C
     }))
 }
 
+/// Damping of all modes, and the ratios of the first ones.
 pub fn damping(
     checker: &mut Checker,
     raw: &Spanned<RawDamping>,
     response: Option<&ResponseSpec>,
-) -> Option<DampingSpec> {
+) -> Option<(DampingSpec, Vec<f64>)> {
     let at = Table::of("damping", raw.span(), None);
     let raw = raw.get_ref();
+    let ratios = checker.numbers(&at, "modal_ratios", &raw.modal_ratios);
+    let kept = response.and_then(|r| r.stuck_modes);
+    if let (Some(ratios), Some(kept), Some(given)) = (&ratios, kept, &raw.modal_ratios)
+        && ratios.len() > kept
+    {
+        let fault = Fault::StuckModesNotKept {
+            given: ratios.len(),
+            kept,
+        };
+        checker.fault(given.span(), fault);
+    }
+    let ordinary = ordinary(checker, &at, raw, response);
+    Some((ordinary?, ratios?))
+}
+
+/// Damping of the modes that have no ratio of their own.
+fn ordinary(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawDamping,
+    response: Option<&ResponseSpec>,
+) -> Option<DampingSpec> {
     let rayleigh = places!(raw; stiffness_s, mass_per_s);
     let remedy = "keep `ratio` (with `linear_mode`), or `stiffness_s` and `mass_per_s`, not both";
     if let Some(given) = &raw.ratio {
-        checker.exclude(&at, ("ratio", given.span()), &rayleigh, remedy)?;
-        let ratio = checker.number(&at, "ratio", &raw.ratio);
-        let linear_mode = checker.count(&at, "linear_mode", &raw.linear_mode)?;
+        checker.exclude(at, ("ratio", given.span()), &rayleigh, remedy)?;
+        let ratio = checker.number(at, "ratio", &raw.ratio);
+        let linear_mode = checker.count(at, "linear_mode", &raw.linear_mode)?;
         let kept = response.and_then(|r| r.stuck_modes);
         if let Some(kept) = kept.filter(|&kept| linear_mode > kept) {
-            let span = raw.linear_mode.as_ref().map_or(at.span, Spanned::span);
+            let span = raw
+                .linear_mode
+                .as_ref()
+                .map_or(at.span.clone(), Spanned::span);
             checker.fault(span, Fault::LinearModeNotKept { linear_mode, kept });
         }
         return Some(DampingSpec::Ratio {
@@ -109,17 +168,18 @@ pub fn damping(
         });
     }
     if let Some(mode) = &raw.linear_mode {
-        checker.exclude(&at, ("linear_mode", mode.span()), &rayleigh, remedy)?;
+        checker.exclude(at, ("linear_mode", mode.span()), &rayleigh, remedy)?;
         let remedy = "say which ratio of critical damping that mode has";
-        checker.lacks(&at, "linear_mode", "ratio", mode.span(), remedy);
+        checker.lacks(at, "linear_mode", "ratio", mode.span(), remedy);
         return None;
     }
-    if rayleigh.iter().all(|(_, span)| span.is_none()) {
-        checker.none_of(&at, &["ratio", "stiffness_s", "mass_per_s"], "ratio");
+    if rayleigh.iter().all(|(_, span)| span.is_none()) && raw.modal_ratios.is_none() {
+        let keys = ["ratio", "stiffness_s", "mass_per_s", "modal_ratios"];
+        checker.none_of(at, &keys, "ratio");
         return None;
     }
-    let stiffness_s = checker.number(&at, "stiffness_s", &raw.stiffness_s);
-    let mass_per_s = checker.number(&at, "mass_per_s", &raw.mass_per_s);
+    let stiffness_s = checker.number(at, "stiffness_s", &raw.stiffness_s);
+    let mass_per_s = checker.number(at, "mass_per_s", &raw.mass_per_s);
     Some(DampingSpec::Rayleigh {
         stiffness_s: stiffness_s?,
         mass_per_s: mass_per_s?,

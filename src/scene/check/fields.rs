@@ -201,6 +201,33 @@ impl Checker<'_> {
         None
     }
 
+    /// Returns the numbers of a list, at least one, each within the limits of its key; none if the
+    /// key is absent.
+    pub fn numbers(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        list: &Located<Vec<Spanned<Number>>>,
+    ) -> Option<Vec<f64>> {
+        let Some(list) = list else {
+            return Some(Vec::new());
+        };
+        let limits = match self.kind(table, key) {
+            Some(Kind::NumberList(_, limits)) => limits,
+            _ => Limits::ANY,
+        };
+        let mut numbers = Vec::new();
+        for item in self.at_least_one(table, key, list)? {
+            let Number(number) = *item.get_ref();
+            if limits.contain(number) {
+                numbers.push(number);
+            } else {
+                self.out_of_range(table, key, item.span(), number, limits.to_string());
+            }
+        }
+        (numbers.len() == list.get_ref().len()).then_some(numbers)
+    }
+
     /// Returns a number within the limits of its key, `Some(None)` if the key is absent.
     pub fn optional_number(
         &mut self,

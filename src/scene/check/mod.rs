@@ -55,6 +55,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     response::turns(checker, &raw);
     let damping = raw.damping.as_ref();
     let damping = damping.and_then(|d| contacts::damping(checker, d, response.as_ref()));
+    let (damping, modal_ratios) = damping.unzip();
     let subject = match &raw.reduced_model {
         Some(table) => {
             reduced_model::stands_alone(checker, table.span(), &raw);
@@ -75,6 +76,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         name: name?,
         subject: subject?,
         damping: damping?,
+        modal_ratios: modal_ratios?,
         static_state: StaticSpec {
             load_steps: load_steps?,
             overload: overload?,
@@ -99,8 +101,9 @@ fn assembly(
     let names: Vec<String> = names.map(|n| n.get_ref().clone()).collect();
     let rotation = raw.rotation.as_ref();
     let rotation = rotation.map(|r| bodies::rotation(checker, &names, r));
-    let contacts = contacts::contacts(checker, &raw.contact);
+    let contacts = contacts::contacts(checker, base_dir, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);
+    let dashpots = springs::dashpots(checker, &raw.dashpot);
     let loads = loads::loads(checker, &raw.load);
     let excitations = excitations::excitations(checker, base_dir, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
@@ -114,6 +117,7 @@ fn assembly(
         },
         contacts: contacts?,
         springs: springs?,
+        dashpots: dashpots?,
         loads: loads?,
         excitations: excitations?,
         observations: observations?,

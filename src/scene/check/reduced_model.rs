@@ -38,6 +38,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
         ("body", first(&raw.body)),
         ("contact", first(&raw.contact)),
         ("spring", first(&raw.spring)),
+        ("dashpot", first(&raw.dashpot)),
         ("load", first(&raw.load)),
         ("excitation", first(&raw.excitation)),
         ("observe", first(&raw.observe)),
@@ -49,8 +50,8 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
             first: "reduced_model".to_owned(),
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
-                     holds the loads and the observed points, or the sections [mesh], [[body]], [rotation], \
-                     [[contact]], [[spring]], [[load]], [[excitation]], [[observe]] and [[engine_order]] without it",
+                     holds the loads, the dashpots and the observed points, or the sections [mesh], [[body]], [rotation], \
+                     [[contact]], [[spring]], [[dashpot]], [[load]], [[excitation]], [[observe]] and [[engine_order]] without it",
         };
         let problem = checker
             .source

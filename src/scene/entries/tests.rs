@@ -32,6 +32,10 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         "mass_per_s" => "stiffness_s = 1.0",
         _ => "ratio = 0.001",
     };
+    let friction = match key {
+        "friction_file" => "friction_file = \"f.csv\"",
+        _ => "friction = 0.3",
+    };
     let range = match key {
         "frequency_hz" | "along_engine_order" => "frequency_hz = [1, 2]",
         "speed_rpm" if section == "response" => "along_engine_order = 4\nspeed_rpm = [1, 2]",
@@ -56,9 +60,10 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              [[body]]\nname = \"a\"\n{own}volume = \"a\"\n{body}\n\
              [[body]]\nname = \"b\"\nvolume = \"b\"\n{body}\nfixed = [\"base\"]\n\
              [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
-             [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\nfriction = 0.3\n\
+             [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\n{friction}\n\
              crown_radius_m = 1.0\n\
              [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\
+             [[dashpot]]\nname = \"d\"\nfirst = \"a3\"\ndamping_n_s_m = 10\n\
              [[load]]\non = \"a2\"\n{load}\n\
              [[excitation]]\n{cause}\n\
              [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]\n\
@@ -88,6 +93,7 @@ fn parsed(section: &Section, key: &Key, value: &str) -> (String, Vec<Fault>) {
         "body" => format!("body.a.{}", key.name),
         "contact" => format!("contact.c.{}", key.name),
         "spring" => format!("spring.s.{}", key.name),
+        "dashpot" => format!("dashpot.d.{}", key.name),
         "observe" => format!("observe.tip.{}", key.name),
         _ => path,
     };
@@ -194,6 +200,7 @@ pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
         Kind::Whole(..) => &["0.5", "\"a\"", "-1"],
         Kind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
         Kind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
+        Kind::NumberList(..) => &["1", "\"a\"", "[\"a\"]"],
         Kind::NumberTable => &["{ a = \"b\" }", "1"],
         Kind::Flag => &["\"true\"", "1"],
         Kind::List => &["1", "\"a\""],

@@ -13,7 +13,7 @@ use dovetail_solver::model::{
     Slave,
 };
 use dovetail_solver::problem::LinearReference;
-use dovetail_solver::reduction::{Load, ReducedModel};
+use dovetail_solver::reduction::ReducedModel;
 use dovetail_solver::results::recovery::NodalField;
 use faer::Mat;
 
@@ -221,6 +221,8 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         contact_names: vec!["left".into(), "right, \"skewed\"".into()],
         excitations: vec![],
         maps: vec![],
+        friction_maps: vec![],
+        dashpots: vec![],
         observations: vec![
             Observation {
                 name: "tip".into(),
@@ -305,19 +307,8 @@ fn static_state(model: &Model) -> StaticState {
 
 /// Reduced model with one mode that nothing excites.
 fn without_pairs() -> ReducedModel {
-    ReducedModel {
-        stiffness: Mat::zeros(0, 0),
-        mass: Mat::zeros(0, 0),
-        coupling: Mat::zeros(0, 1),
-        omega2: vec![1.0],
-        stuck_modes: 1,
-        static_load: Load {
-            on_x: vec![],
-            on_modes: vec![0.0],
-        },
-        unit_loads: Vec::new(),
-        observations: vec![],
-    }
+    let nothing = || Mat::zeros(0, 0);
+    ReducedModel::new(nothing(), nothing(), Mat::zeros(0, 1), vec![1.0])
 }
 
 /// Response with a resonance at 377 Hz that is cut off by friction; points 3 and 17 did not

@@ -15,7 +15,7 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -94,6 +94,7 @@ pub fn problem(pairs: usize) -> Problem {
         laws: (0..pairs)
             .map(|p| PairLaw::rigid(0.3 + 0.05 * p as f64, 0.1 * (p % 3) as f64))
             .collect(),
+        modal_ratios: Vec::new(),
     }
 }
 
@@ -129,13 +130,33 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
     blocks
 }
 
+/// Dashpots and damping ratios of two stuck modes, beside a Rayleigh damping of all.
+fn damp(problem: &mut Problem) {
+    let n = problem.reduced.stiffness.nrows();
+    let mixed_of = |n: usize, seed| (0..n).map(|i| mixed(i, seed)).collect();
+    let dashpot = |j: usize| {
+        let weights = Load::new(mixed_of(n, 100 + j), mixed_of(MODES, 110 + j));
+        (0.3 + 0.2 * j as f64, weights)
+    };
+    problem.reduced.dashpots = Dashpots::new(n, MODES, &[0, 1].map(dashpot));
+    problem.modal_ratios = vec![0.02, 0.1];
+}
+
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
-/// rigid and with springs, with the mean free and retained. The forces are such that each pair has
+/// rigid and with springs, with Rayleigh damping alone and with more, with the mean free and
+/// retained. The forces are such that each pair has
 /// the intended motion at U.
 pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     let means = [Mean::Free, Mean::Retained];
-    let kinds = [(MANY, false), (FEW, false), (MANY, true), (FEW, true)];
-    for ((motions, has_springs), mean) in kinds
+    let kinds = [
+        (MANY, false, false),
+        (FEW, false, false),
+        (MANY, true, false),
+        (FEW, true, false),
+        (MANY, false, true),
+        (FEW, true, true),
+    ];
+    for ((motions, has_springs, is_damped), mean) in kinds
         .into_iter()
         .flat_map(|kind| means.map(|mean| (kind, mean)))
     {
@@ -147,6 +168,9 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
                     3.0 + mixed(pair, 91),
                 ));
             }
+        }
+        if is_damped {
+            damp(&mut problem);
         }
         let damping = Rayleigh::new(0.1, 0.15);
         let n = problem.reduced.stiffness.nrows();
@@ -217,8 +241,9 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         }
         let moving = motions.iter().filter(|m| **m != Sticks).count();
         let springs = if has_springs { ", springs" } else { "" };
+        let dashpots = if is_damped { ", dashpots" } else { "" };
         check(
-            &format!("{moving} pairs move, mean {mean:?}{springs}"),
+            &format!("{moving} pairs move, mean {mean:?}{springs}{dashpots}"),
             &balance,
             &u,
         );

@@ -11,8 +11,8 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 const STEPS: usize = 30;
 
 /// Points of the curve, ascending in frequency: those asked for, and those that lead to a peak
-/// between them. Without damping a peak is infinite, and the curve has the frequencies asked for
-/// alone. `system` has no pairs.
+/// between them. The peak of a mode without damping is infinite, and a curve with one has the
+/// frequencies asked for alone. `system` has no pairs.
 pub fn linear_curve(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -20,20 +20,23 @@ pub fn linear_curve(
 ) -> Vec<LinearPoint> {
     let at = |frequency_hz: f64| linear_point(system, harmonics, frequency_hz);
     let mut points: Vec<LinearPoint> = frequencies_hz.iter().map(|f| at(*f)).collect();
-    if system.damping.stiffness_s <= 0.0 && system.damping.mass_per_s <= 0.0 {
-        // Its peaks are infinite.
-        return points;
-    }
     let inside = |f: &f64| {
         let ends = frequencies_hz.first().zip(frequencies_hz.last());
         ends.is_some_and(|(first, last)| first < f && f < last)
     };
-    let excitations = system.problem.excitations.iter();
-    let resonances = excitations.flat_map(|load| {
-        let modes = system.problem.reduced.omega2.iter();
-        modes.map(|w2| w2.max(0.0).sqrt() / (TAU * load.harmonic as f64))
+    let omega2 = &system.problem.reduced.omega2;
+    let excitations = &system.problem.excitations;
+    let resonances = excitations.iter().flat_map(|load| {
+        let resonance = |w2: &f64| w2.max(0.0).sqrt() / (TAU * load.harmonic as f64);
+        omega2.iter().map(resonance).enumerate()
     });
-    points.extend(resonances.filter(inside).map(at));
+    let resonances: Vec<(usize, f64)> = resonances.filter(|(_, f)| inside(f)).collect();
+    let is_damped = (0..omega2.len()).any(|m| system.damps(m));
+    if !is_damped || resonances.iter().any(|(m, _)| !system.damps(*m)) {
+        // Its peaks, or some of them, are infinite.
+        return points;
+    }
+    points.extend(resonances.into_iter().map(|(_, f)| at(f)));
     in_order(&mut points);
     let observations = points.first().map_or(0, |p| p.observed_amplitude_m.len());
     let mut between = Vec::new();
@@ -91,7 +94,7 @@ mod tests {
 
     fn without_pairs() -> Problem {
         let problem = dovetail72(1.0);
-        LinearReference::stuck(&problem.reduced).problem(&problem)
+        LinearReference::stuck(&problem.reduced).problem(&problem, Rayleigh::NONE)
     }
 
     /// With 0.01 % of critical damping the grid is a hundred times coarser than the resonance is

@@ -34,6 +34,7 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
             ..PairLaw::rigid(0.0, gap_m)
         }],
         excitations: vec![HarmonicLoad::cosine(1, Load::new(normal(0.1), vec![]))],
+        modal_ratios: Vec::new(),
     }
 }
 

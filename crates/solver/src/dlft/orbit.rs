@@ -154,19 +154,9 @@ pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
 /// pairs: n coefficients for each observed displacement.
 pub fn first_harmonic_slopes(system: &ContactSystem<'_>, omega: f64) -> Vec<Vec<c64>> {
-    let shares = system.modal_shares(omega);
     let observed = system.problem.reduced.observations.iter();
     observed
-        .map(|point| {
-            let mut slope: Vec<c64> = point.on_x.iter().map(|v| c64::new(*v, 0.0)).collect();
-            for (m, (share, on)) in shares.iter().zip(&point.on_modes).enumerate() {
-                let coupling = system.problem.reduced.coupling.col_as_slice(m);
-                for (slope, p) in slope.iter_mut().zip(coupling) {
-                    *slope += share * (*on * *p);
-                }
-            }
-            slope
-        })
+        .map(|point| system.displacement_slope(omega, &point.on_x, &point.on_modes))
         .collect()
 }
 
@@ -322,15 +312,15 @@ fn observe(
 struct Powers {
     /// Power put in by the excitations, W.
     input_w: f64,
-    /// Power spent by the Rayleigh damping, W.
+    /// Power spent by viscous damping, W.
     viscous_w: f64,
     /// Kinetic energy, J.
     kinetic_energy_j: f64,
 }
 
 /// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
-/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle; kinetic energy (k
-/// w)^2 / 4 Y^H M Y.
+/// viscous (k w)^2 / 2 Y^H C Y with C = a K + b M and what damps besides, i.e. pi k^2 w (...) per
+/// cycle; kinetic energy (k w)^2 / 4 Y^H M Y.
 fn powers(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -342,6 +332,7 @@ fn powers(
     let (n, m) = (system.unknowns(), problem.reduced.omega2.len());
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
     let mut product = vec![0.0; n];
+    let besides = problem.damping_besides(system.damping);
     for k in 1..=harmonics {
         let kw = k as f64 * omega;
         let at = |v: &'_ [f64], size: usize, part: usize| {
@@ -372,6 +363,9 @@ fn powers(
                 mass += 2.0 * q * dot(&x, problem.reduced.coupling.col_as_slice(j));
             }
             energy += system.damping.mass_per_s * mass;
+            for (c, weights) in &besides {
+                energy += c * (dot(&weights.on_x, &x) + dot(&weights.on_modes, &q)).powi(2);
+            }
             viscous += 0.5 * kw * kw * energy;
             kinetic += 0.25 * kw * kw * mass;
         }
@@ -497,14 +491,47 @@ mod tests {
         (orbit, evaluation)
     }
 
-    /// K x + C x' + M x'' + p (q'' + b q') - F is what the balance says without contact forces, and
-    /// q'' + (a w^2 + b) q' + w^2 q + p^T (x'' + b x') is the load on the modes.
+    /// Forces of the viscous damping on the pairs and on the modes. A mode with a damping ratio zeta
+    /// of its own has a = 0 and b = 2 zeta w, in the products of its rows of the mass alone.
+    fn damping_forces(system: &ContactSystem<'_>, v: &[f64], q_rate: &[f64]) -> [Vec<f64>; 2] {
+        let (problem, reduced) = (system.problem, &system.problem.reduced);
+        let (a, b) = (system.damping.stiffness_s, system.damping.mass_per_s);
+        let (stiff, mass) = (times(&reduced.stiffness, v), times(&reduced.mass, v));
+        let mut on_x: Vec<f64> = stiff
+            .iter()
+            .zip(&mass)
+            .map(|(k, m)| a * k + b * m)
+            .collect();
+        let mut on_modes = Vec::new();
+        for (m, w2) in reduced.omega2.iter().enumerate() {
+            let p = reduced.coupling.col_as_slice(m);
+            let moving = dot(p, v) + q_rate[m];
+            let (own, stiff) = match problem.modal_ratios.get(m) {
+                Some(ratio) => (2.0 * ratio * w2.sqrt(), 0.0),
+                None => (b, a * w2 * q_rate[m]),
+            };
+            // M x' + p q' = (M - p p^T) x' + p (p^T x' + q').
+            let of_mode = (own - b) * moving + b * q_rate[m];
+            on_x.iter_mut().zip(p).for_each(|(f, p)| *f += of_mode * p);
+            on_modes.push(own * moving + stiff);
+        }
+        for (c, weights) in reduced.dashpots.loads() {
+            let force = c * (dot(&weights.on_x, v) + dot(&weights.on_modes, q_rate));
+            let add =
+                |f: &mut [f64], w: &[f64]| f.iter_mut().zip(w).for_each(|(f, w)| *f += force * w);
+            add(&mut on_x, &weights.on_x);
+            add(&mut on_modes, &weights.on_modes);
+        }
+        [on_x, on_modes]
+    }
+
+    /// K x + M x'' + p q'' - F and the damping forces are what the balance says without contact
+    /// forces, and q'' + w^2 q + p^T x'' and the damping forces are the load on the modes.
     #[test]
     fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let (problem, damping) = (system.problem, system.damping);
-            let (a, b) = (damping.stiffness_s, damping.mass_per_s);
+            let problem = system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let of_balance = without_contact(&Balance::new(balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
@@ -513,25 +540,18 @@ mod tests {
                 let load = load_at(problem, orbit.harmonics, phase);
                 let [x, v, acceleration] = at_phase(u, n, phase);
                 let [q, q_rate, q_second] = at_phase(&orbit.modal, modes, phase);
-                let [kx, kv] = [&x, &v].map(|x| times(&problem.reduced.stiffness, x));
-                let [mv, ma] = [&v, &acceleration].map(|x| times(&problem.reduced.mass, x));
-                let turned = |i: usize| q_second[i] + b * q_rate[i];
-                let p = times(
-                    &problem.reduced.coupling,
-                    &(0..modes).map(turned).collect::<Vec<_>>(),
-                );
+                let kx = times(&problem.reduced.stiffness, &x);
+                let ma = times(&problem.reduced.mass, &acceleration);
+                let p = times(&problem.reduced.coupling, &q_second);
+                let [on_x, on_modes] = damping_forces(system, &v, &q_rate);
                 for (i, found) in at_phase(&of_balance, n, phase)[0].iter().enumerate() {
-                    let damped = kx[i] + a * kv[i] + b * mv[i] + ma[i] + p[i];
-                    assert_near(*found, damped - load.on_x[i]);
+                    assert_near(*found, kx[i] + on_x[i] + ma[i] + p[i] - load.on_x[i]);
                 }
-                let moved = |i: usize| acceleration[i] + b * v[i];
-                let of_x = times(
-                    &problem.reduced.coupling.transpose().to_owned(),
-                    &(0..n).map(moved).collect::<Vec<_>>(),
-                );
+                let coupling = problem.reduced.coupling.transpose().to_owned();
+                let of_x = times(&coupling, &acceleration);
                 for (i, w2) in problem.reduced.omega2.iter().enumerate() {
-                    let damped = q_second[i] + (a * w2 + b) * q_rate[i] + w2 * q[i] + of_x[i];
-                    assert_near(damped, load.on_modes[i]);
+                    let sum = q_second[i] + on_modes[i] + w2 * q[i] + of_x[i];
+                    assert_near(sum, load.on_modes[i]);
                 }
             }
         });
@@ -541,8 +561,7 @@ mod tests {
     fn powers_are_the_means_of_force_times_velocity() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let (problem, damping) = (system.problem, system.damping);
-            let (a, b) = (damping.stiffness_s, damping.mass_per_s);
+            let problem = system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let (orbit, evaluation) = orbit_of(balance, u);
             let mut kinetic = 0.0;
@@ -555,13 +574,9 @@ mod tests {
                 let [_, q_rate, _] = at_phase(&orbit.modal, modes, phase);
                 let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
                 input += dot(&load.on_x, &v) + dot(&load.on_modes, &q_rate);
-                viscous += a * dot(&v, &times(&problem.reduced.stiffness, &v))
-                    + b * dot(&v, &times(&problem.reduced.mass, &v))
-                    + 2.0 * b * dot(&v, &times(&problem.reduced.coupling, &q_rate));
-                for (rate, w2) in q_rate.iter().zip(&problem.reduced.omega2) {
-                    viscous += (a * w2 + b) * rate * rate;
-                    kinetic += 0.5 * rate * rate;
-                }
+                let [on_x, on_modes] = damping_forces(system, &v, &q_rate);
+                viscous += dot(&v, &on_x) + dot(&q_rate, &on_modes);
+                kinetic += 0.5 * dot(&q_rate, &q_rate);
                 kinetic += 0.5 * dot(&v, &times(&problem.reduced.mass, &v))
                     + dot(&v, &times(&problem.reduced.coupling, &q_rate));
                 let pairs = lambda.chunks_exact(3).zip(v.chunks_exact(3));
@@ -681,7 +696,8 @@ mod tests {
             let still = vec![0.0; u.len()];
             let system = balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
-            let stuck = LinearReference::stuck(&system.problem.reduced).problem(system.problem);
+            let stuck = LinearReference::stuck(&system.problem.reduced);
+            let stuck = stuck.problem(system.problem, system.damping);
             let stuck = ContactSystem::new(&stuck, system.damping);
             let stuck = linear_point(&stuck, harmonics, FREQUENCY_HZ);
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
@@ -704,6 +720,7 @@ mod tests {
             },
             laws: vec![],
             excitations: vec![HarmonicLoad::cosine(1, load(force))],
+            modal_ratios: Vec::new(),
         };
         let (a, b) = (0.1, 0.05);
         let damping = Rayleigh::new(a, b);

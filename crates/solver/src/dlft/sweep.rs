@@ -138,7 +138,7 @@ pub(super) fn in_run<T>(
         problem.highest_excited(),
         |harmonics| settings.eps.of(&system, omega, harmonics),
     );
-    let linear = static_state.linear.problem(problem);
+    let linear = static_state.linear.problem(problem, damping);
     let holding = Holding::of(problem);
     let slip_threshold_m = settings
         .slip_threshold_m

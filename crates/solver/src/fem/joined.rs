@@ -3,7 +3,8 @@
 use super::FemError;
 use super::loads::add_load;
 use crate::model::{
-    AppliedLoad, BodyNode, ContactPair, Excitation, Model, NodeMotion, Observation, Side, Slave,
+    AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Model, NodeMotion, Observation, Side,
+    Slave,
 };
 use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, Structure};
 
@@ -24,27 +25,42 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
         for (body, applied) in &excitation.loads {
             add_load(&model.bodies[*body], applied, &mut load[*body]);
         }
-        for (body, load) in model.bodies.iter().zip(&mut load) {
-            for &dof in &body.held_dofs {
-                load[dof as usize] = 0.0;
-            }
+        hold(model, &mut load);
+        load
+    };
+    let displacement = |terms: &[(BodyNode, [f64; 3])]| {
+        let mut load = nothing();
+        for &(BodyNode { body, node }, vector_n) in terms {
+            let unit = AppliedLoad::Point { node, vector_n };
+            add_load(&model.bodies[body], &unit, &mut load[body]);
         }
         load
     };
     let observation = |observation: &Observation| {
-        let mut load = nothing();
-        for &(BodyNode { body, node }, vector_n) in &observation.terms {
-            let unit = AppliedLoad::Point { node, vector_n };
-            add_load(&model.bodies[body], &unit, &mut load[body]);
-        }
+        let load = displacement(&observation.terms);
         (observation.name.clone(), load)
+    };
+    let dashpot = |dashpot: &Dashpot| {
+        let mut load = displacement(&dashpot.terms);
+        hold(model, &mut load);
+        (dashpot.damping_n_s_m, load)
     };
     Ok(Structure {
         joints: joints.collect::<Result<_, _>>()?,
         excitations: model.excitations.iter().map(excitation).collect(),
         observations: model.observations.iter().map(observation).collect(),
+        dashpots: model.dashpots.iter().map(dashpot).collect(),
         bodies,
     })
+}
+
+/// Takes a load from the degrees of freedom that do not move.
+fn hold(model: &Model, load: &mut BodyVectors) {
+    for (body, load) in model.bodies.iter().zip(load) {
+        for &dof in &body.held_dofs {
+            load[dof as usize] = 0.0;
+        }
+    }
 }
 
 /// Joint of a slave. Masters on a support are left out, because a slave does not move with them.

@@ -11,6 +11,17 @@
 //! q'm = (fm + s (q' + p^T V) - w^2 q - c p^T Vm) / d
 //! ```
 //!
+//! A stuck mode with a damping ratio zeta of its own has c = s + 2 zeta w and a = 0 in its terms, and
+//! S has (2 zeta w - b) p p^T besides. Dashpots of the coefficients k on the displacements
+//! x . X + y . q have the forces, with G = x - p (c / d) y,
+//!
+//! ```text
+//! T = (1 + k y^T y / d)^-1 k
+//! r = T (G^T Vm + y^T (fm + s (q' + p^T V) - w^2 q) / d)
+//! ```
+//!
+//! which act on the pairs and the modes: S has G T G^T besides.
+//!
 //! S is constant. lambda is the mean contact force of the step. It follows the contact law together
 //! with velocities near the end of the step:
 //!
@@ -38,8 +49,8 @@ use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::contact::PairLaw;
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Load, ReducedModel};
-use dovetail_numerics::dense::{Lu, add_product, symmetrised};
+use crate::reduction::{Dashpots, Load, ReducedModel};
+use dovetail_numerics::dense::{Lu, add_product, product, symmetrised};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use std::f64::consts::TAU;
@@ -103,7 +114,7 @@ pub struct Work {
     pub friction_j: f64,
     /// Work spent by normal contact forces: impacts.
     pub impact_j: f64,
-    /// Work spent by the Rayleigh damping.
+    /// Work spent by viscous damping.
     pub viscous_j: f64,
 }
 
@@ -121,11 +132,60 @@ pub struct Stepper<'a> {
     coupling_t: Mat<f64>,
     /// Factor d of each mode.
     modal: Vec<f64>,
+    /// Factor c of each mode.
+    inertial: Vec<f64>,
+    dashpots: Option<DashpotForces<'a>>,
     contact: ContactProblem,
     /// Products K X, M V and p^T V of the present state.
     kx: Vec<f64>,
     mv: Vec<f64>,
     pv: Vec<f64>,
+}
+
+/// Forces of the dashpots in a step.
+struct DashpotForces<'a> {
+    dashpots: &'a Dashpots,
+    /// Directions G, n x dashpots.
+    directions: Mat<f64>,
+    /// Matrix y^T / d, dashpots x modes.
+    divided: Mat<f64>,
+    /// Matrix T.
+    stiffness: Mat<f64>,
+}
+
+impl<'a> DashpotForces<'a> {
+    /// Forces of dashpots between pairs with this coupling to modes of the factors c and d.
+    fn new(dashpots: &'a Dashpots, coupling: &Mat<f64>, [c, d]: [&[f64]; 2]) -> Self {
+        let (y, count) = (&dashpots.on_modes, dashpots.count());
+        let divided = Mat::from_fn(count, d.len(), |j, m| y[(m, j)] / d[m]);
+        let scaled = Mat::from_fn(d.len(), count, |m, j| c[m] * divided[(j, m)]);
+        let (softness, k) = (
+            product(divided.as_ref(), y.as_ref()),
+            &dashpots.damping_n_s_m,
+        );
+        let diagonal = |i: usize, j: usize, value: f64| if i == j { value } else { 0.0 };
+        let matrix = Mat::from_fn(count, count, |i, j| {
+            diagonal(i, j, 1.0) + k[i] * softness[(i, j)]
+        });
+        let mut stiffness = Mat::from_fn(count, count, |i, j| diagonal(i, j, k[i]));
+        Lu::new(matrix).solve_in_place(stiffness.as_mut());
+        Self {
+            directions: &dashpots.on_x - product(coupling.as_ref(), scaled.as_ref()),
+            divided,
+            stiffness: symmetrised(stiffness.as_ref()),
+            dashpots,
+        }
+    }
+
+    /// Forces at the mean velocities of a step, N; `known` are fm + s (q' + p^T V) - w^2 q.
+    fn at(&self, v: &[f64], known: &[f64]) -> Vec<f64> {
+        let mut rates = vec![0.0; self.stiffness.nrows()];
+        add_product(self.directions.transpose(), 1.0, v, &mut rates);
+        add_product(self.divided.as_ref(), 1.0, known, &mut rates);
+        let mut forces = vec![0.0; rates.len()];
+        apply(&self.stiffness, &rates, &mut forces);
+        forces
+    }
 }
 
 /// Compliances 1 / kappa of the pairs, N, t1 and t2 of each, m/N; 0 for rigid contact.
@@ -182,12 +242,31 @@ impl<'a> Stepper<'a> {
             omega2,
             ..
         } = &problem.reduced;
-        let modal: Vec<f64> = omega2.iter().map(|w2| c + half * w2).collect();
+        let mut modal: Vec<f64> = omega2.iter().map(|w2| c + half * w2).collect();
+        let mut inertial = vec![c; modal.len()];
+        for (m, ratio) in problem.modal_ratios.iter().enumerate() {
+            inertial[m] = 2.0 / h + 2.0 * ratio * omega2[m].sqrt();
+            modal[m] = inertial[m] + 0.5 * h * omega2[m];
+        }
         let n = stiffness.nrows();
         let mut matrix = Mat::from_fn(n, n, |i, j| c * mass[(i, j)] + half * stiffness[(i, j)]);
-        let scaled = Mat::from_fn(n, modal.len(), |i, m| c * c * coupling[(i, m)] / modal[m]);
+        let scaled = Mat::from_fn(n, modal.len(), |i, m| {
+            let own = inertial[m];
+            own * own * coupling[(i, m)] / modal[m]
+        });
         let coupling_t = coupling.transpose();
         matmul(&mut matrix, Accum::Add, &scaled, coupling_t, -1.0, Par::Seq);
+        let of_ratios = coupling.col_iter().zip(&inertial);
+        for (p, own) in of_ratios.take(problem.modal_ratios.len()) {
+            matrix += Mat::from_fn(n, n, |i, j| (own - c) * p[i] * p[j]);
+        }
+        let dashpots = (problem.reduced.dashpots.count() > 0)
+            .then(|| DashpotForces::new(&problem.reduced.dashpots, coupling, [&inertial, &modal]));
+        if let Some(forces) = &dashpots {
+            let held = product(forces.directions.as_ref(), forces.stiffness.as_ref());
+            let onto = forces.directions.transpose();
+            matmul(&mut matrix, Accum::Add, &held, onto, 1.0, Par::Seq);
+        }
         let mut inverse = Mat::<f64>::identity(n, n);
         Lu::new(matrix).solve_in_place(inverse.as_mut());
         let inverse = symmetrised(inverse.as_ref());
@@ -214,6 +293,8 @@ impl<'a> Stepper<'a> {
             mv: vec![0.0; n],
             pv: vec![0.0; modal.len()],
             modal,
+            inertial,
+            dashpots,
         })
     }
 
@@ -339,10 +420,9 @@ impl<'a> Stepper<'a> {
     fn velocity_without_contact(&self, state: &State, force: &[f64], known: &[f64]) -> Vec<f64> {
         let problem = self.problem;
         let s = 2.0 / self.h;
-        let c = s + self.damping.mass_per_s;
         let n = state.x.len();
         let on_modes: Vec<f64> = (0..self.modal.len())
-            .map(|m| s * state.q_rate[m] - c * known[m] / self.modal[m])
+            .map(|m| s * state.q_rate[m] - self.inertial[m] * known[m] / self.modal[m])
             .collect();
         let mut right: Vec<f64> = (0..n)
             .map(|i| problem.reduced.static_load.on_x[i] + force[i] + s * self.mv[i] - self.kx[i])
@@ -353,6 +433,10 @@ impl<'a> Stepper<'a> {
             &on_modes,
             &mut right,
         );
+        if let Some(forces) = &self.dashpots {
+            let still = forces.at(&vec![0.0; n], known);
+            add_product(forces.directions.as_ref(), -1.0, &still, &mut right);
+        }
         let mut free = vec![0.0; n];
         apply(&self.inverse, &right, &mut free);
         for (f, v) in free.iter_mut().zip(&state.v) {
@@ -363,15 +447,16 @@ impl<'a> Stepper<'a> {
 
     /// Mean rates Vm and q'm, from the velocities at both ends of the step.
     fn mean_rates(&self, v_start: &[f64], v_end: &[f64], pv_end: &[f64], known: &[f64]) -> Rates {
-        let c = 2.0 / self.h + self.damping.mass_per_s;
         let pv = mean(&self.pv, pv_end);
-        Rates {
-            v: mean(v_start, v_end),
-            q: (0..self.modal.len())
-                .map(|m| (known[m] - c * pv[m]) / self.modal[m])
-                .collect(),
-            pv,
+        let v = mean(v_start, v_end);
+        let mut q: Vec<f64> = (0..self.modal.len())
+            .map(|m| (known[m] - self.inertial[m] * pv[m]) / self.modal[m])
+            .collect();
+        if let Some(forces) = &self.dashpots {
+            let held = forces.at(&v, known);
+            add_product(forces.divided.transpose(), -1.0, &held, &mut q);
         }
+        Rates { v, q, pv }
     }
 
     /// Work of a step that has been taken; `before` are K X and M V at its start.
@@ -398,6 +483,21 @@ impl<'a> Stepper<'a> {
             work.viscous_j += (a * self.problem.reduced.omega2[m] * rates.q[m]
                 + b * (rates.q[m] + 2.0 * rates.pv[m]))
                 * moved;
+        }
+        for m in 0..self.problem.modal_ratios.len() {
+            // In place of the Rayleigh damping of the mode.
+            let of_mass = self.inertial[m] - 2.0 / h - b;
+            let of_stiffness = a * self.problem.reduced.omega2[m];
+            work.viscous_j += h * of_mass * (rates.q[m] + rates.pv[m]).powi(2);
+            work.viscous_j -= h * of_stiffness * rates.q[m].powi(2);
+        }
+        if let Some(DashpotForces { dashpots, .. }) = &self.dashpots {
+            let mut moving = vec![0.0; dashpots.count()];
+            add_product(dashpots.on_x.transpose(), 1.0, &rates.v, &mut moving);
+            add_product(dashpots.on_modes.transpose(), 1.0, &rates.q, &mut moving);
+            for (rate, damping) in moving.iter().zip(&dashpots.damping_n_s_m) {
+                work.viscous_j += h * damping * rate * rate;
+            }
         }
         work
     }

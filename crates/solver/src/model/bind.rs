@@ -7,7 +7,7 @@ use super::groups::{find_group, first_tags};
 use super::joints::joints;
 use super::loads::{applied_load, check_owned, is_fixed};
 use super::matrices::axes_of;
-use super::springs::add_spring;
+use super::springs::{add_spring, dashpots_of};
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use super::{BodyPrestress, Prestress};
 use crate::model::{Assembly, BodySpec, MatrixSource, NamedFiles};
@@ -48,7 +48,8 @@ pub fn bind(
     for (body, spec) in bodies.iter_mut().zip(&assembly.bodies) {
         body.fix(spec, mesh)?;
     }
-    let mut joints = joints(assembly, mesh, &mut bodies)?;
+    let fields = files.map(|f| &f.fields);
+    let mut joints = joints(assembly, mesh, &mut bodies, fields)?;
     let mut straightened = Vec::new();
     for body in &mut bodies {
         straightened.extend(body.straighten_flanks(mesh)?);
@@ -57,7 +58,11 @@ pub fn bind(
         joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
     }
 
-    let (excitations, maps) = excitations(assembly, mesh, &bodies, files.map(|f| &f.fields))?;
+    let (excitations, maps) = excitations(assembly, mesh, &bodies, fields)?;
+    let mut dashpots = Vec::new();
+    for spec in &assembly.dashpots {
+        dashpots.extend(dashpots_of(mesh, &bodies, spec)?);
+    }
     let mut observations = Vec::new();
     for spec in &assembly.observations {
         let used_by = format!("observation `{}`", spec.name);
@@ -97,7 +102,9 @@ pub fn bind(
         contact_names: joints.names,
         excitations,
         maps,
+        friction_maps: joints.friction_maps,
         observations,
+        dashpots,
         matches: joints.matches,
         straightened,
     })

@@ -26,12 +26,28 @@ pub struct Assembly {
     pub contacts: Vec<ContactSpec>,
     /// Linear springs to ground and between groups of nodes.
     pub springs: Vec<SpringSpec>,
+    /// Dashpots to ground and between groups of nodes.
+    pub dashpots: Vec<DashpotSpec>,
     /// Steady loads besides that of the rotation.
     pub loads: Vec<LoadSpec>,
     /// Harmonic excitations.
     pub excitations: Vec<ExcitationSpec>,
     /// Observed displacements.
     pub observations: Vec<ObservationSpec>,
+}
+
+impl Assembly {
+    /// Files of the fields of its excitations and of the friction of its contacts.
+    pub fn field_files(&self) -> impl Iterator<Item = &Path> {
+        let excitations = self.excitations.iter();
+        let excitations = excitations.filter_map(|excitation| match &excitation.kind {
+            ExcitationKind::Field { field, .. } => field.file(),
+            _ => None,
+        });
+        let contacts = self.contacts.iter();
+        let friction = contacts.filter_map(|contact| contact.friction_at.as_ref()?.file());
+        excitations.chain(friction)
+    }
 }
 
 /// One body.
@@ -137,7 +153,7 @@ pub struct MatrixFile {
 /// Contents of the files that an assembly names besides those of its meshes.
 #[derive(Debug, Clone, Default)]
 pub struct NamedFiles {
-    /// Fields of excitations.
+    /// Fields of excitations, and of the friction of contacts.
     pub fields: SurfaceFields,
     /// Matrices of bodies, by the names of the bodies.
     pub matrices: BTreeMap<String, Arc<GivenMatrices>>,
@@ -224,6 +240,9 @@ pub struct ContactSpec {
     pub law: ContactLaw,
     /// Law of a pair with a tributary area of 1 m2: the springs are those per area, N/m3.
     pub pair_law: PairLaw,
+    /// Coefficients of friction at points in space, in place of that of `pair_law`; each pair has
+    /// that of the point nearest to it.
+    pub friction_at: Option<FieldSource>,
     /// True if the distance of the flanks in the mesh counts as clearance, too.
     pub gap_from_mesh: bool,
     /// Distance along the normal beyond which facets of both flanks are not opposite each other, m;
@@ -248,6 +267,7 @@ impl ContactSpec {
             slave: None,
             law: ContactLaw::UnilateralCoulomb,
             pair_law: PairLaw::rigid(friction, 0.0),
+            friction_at: None,
             gap_from_mesh: false,
             search_distance_m: None,
             crown: None,
@@ -310,6 +330,21 @@ pub struct SpringSpec {
     /// Total stiffness, not per area or node.
     pub stiffness_n_m: f64,
     /// Direction, of unit length; `None`: the same stiffness along all three axes.
+    pub direction: Option<[f64; 3]>,
+}
+
+/// Dashpot between the mean displacements of two groups, or from that of one to ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DashpotSpec {
+    /// Name in messages and results.
+    pub name: String,
+    /// Surface group, or group of nodes.
+    pub first: String,
+    /// Surface group, or group of nodes, of the same body or of another one; `None`: ground.
+    pub second: Option<String>,
+    /// Force over the difference of the mean velocities, N s/m.
+    pub damping_n_s_m: f64,
+    /// Direction, of unit length; `None`: the same damping along all three axes.
     pub direction: Option<[f64; 3]>,
 }
 
@@ -398,6 +433,16 @@ pub enum FieldSource {
     File(PathBuf),
     /// Points and values themselves.
     Points(SurfaceField),
+}
+
+impl FieldSource {
+    /// File of the field, if it is one.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Points(_) => None,
+        }
+    }
 }
 
 impl ExcitationKind {

@@ -241,6 +241,22 @@ pub enum ModelError {
         distance_m: f64,
         size_m: f64,
     },
+    #[error("{used_by}: {field} has {found}, and {wanted} are expected: name another file")]
+    FieldKind {
+        used_by: String,
+        field: String,
+        found: &'static str,
+        wanted: &'static str,
+    },
+    #[error(
+        "contact `{contact}`: the nearest point of {field} is {distance_m:.3e} m away from a pair, which is farther than the flank is large ({size_m:.3e} m): give points on the flank, with coordinates in metres, in the frame of the mesh"
+    )]
+    FrictionFar {
+        contact: String,
+        field: String,
+        distance_m: f64,
+        size_m: f64,
+    },
     #[error(
         "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to no body",
         list(tags)
@@ -288,7 +304,7 @@ pub enum ModelError {
         body: String,
     },
     #[error(
-        "{used_by}: group `{group}` is a {found}; a spring acts on a surface or on a group of nodes"
+        "{used_by}: group `{group}` is a {found}; a spring or a dashpot acts on a surface or on a group of nodes"
     )]
     SpringDimension {
         used_by: String,

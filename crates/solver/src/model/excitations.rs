@@ -10,7 +10,7 @@ use crate::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, SurfaceFields,
 };
 use dovetail_mesh::Mesh;
-use dovetail_mesh::surface_field::SurfaceField;
+use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 use dovetail_numerics::space::diagonal;
 
 /// Excitations of the scene, and the reports of how its fields were mapped.
@@ -50,17 +50,15 @@ pub(super) fn excitations(
                 });
             }
             ExcitationKind::Field { on, field } => {
-                let named = match field {
-                    FieldSource::Points(field) => ("the field".to_owned(), field),
-                    FieldSource::File(path) => {
-                        let read = fields.and_then(|fields| fields.get(path));
-                        let read = read.ok_or_else(|| ModelError::FieldMissing {
-                            used_by: used_by.clone(),
-                            path: path.clone(),
-                        })?;
-                        (path.display().to_string(), read)
-                    }
-                };
+                let named = named_field(field, fields, &used_by)?;
+                if let FieldValues::Friction(_) = named.1.values {
+                    return Err(ModelError::FieldKind {
+                        used_by,
+                        field: named.0,
+                        found: "coefficients of friction",
+                        wanted: "pressures or forces",
+                    });
+                }
                 let (body, [re, im], map) = field_forces(mesh, bodies, on, named, &used_by, spec)?;
                 let loads = |forces: Vec<(u32, [f64; 3])>| {
                     let point = |(node, vector_n)| (body, AppliedLoad::Point { node, vector_n });
@@ -76,6 +74,25 @@ pub(super) fn excitations(
         }
     }
     Ok((all, maps))
+}
+
+/// Field of a source, and its name in messages.
+pub(super) fn named_field<'a>(
+    source: &'a FieldSource,
+    fields: Option<&'a SurfaceFields>,
+    used_by: &str,
+) -> Result<(String, &'a SurfaceField), ModelError> {
+    match source {
+        FieldSource::Points(field) => Ok(("the field".to_owned(), field)),
+        FieldSource::File(path) => {
+            let read = fields.and_then(|fields| fields.get(path));
+            let read = read.ok_or_else(|| ModelError::FieldMissing {
+                used_by: used_by.to_owned(),
+                path: path.clone(),
+            })?;
+            Ok((path.display().to_string(), read))
+        }
+    }
 }
 
 /// Body that a field acts on, the forces of its real and of its imaginary part on nodes of that

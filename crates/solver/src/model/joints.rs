@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::builder::BodyBuilder;
 use super::contacts::{Contact, Surface, contact, finer, ground_contact};
 use super::crown::add_crown;
+use super::friction::set_friction;
 use super::groups::{find_surface, first_tags};
-use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
-use crate::model::{Assembly, ContactLaw, ContactSpec};
+use super::{BodyNode, ContactPair, FlankMatch, FrictionMap, ModelError, Side, Slave};
+use crate::model::{Assembly, ContactLaw, ContactSpec, SurfaceFields};
 use dovetail_mesh::Mesh;
 
 /// Joints of all contacts of a scene.
@@ -18,6 +19,7 @@ pub(super) struct Joints {
     pub facets: Vec<Vec<u32>>,
     pub bonded: Vec<Slave>,
     pub matches: Vec<FlankMatch>,
+    pub friction_maps: Vec<FrictionMap>,
     /// Contact of each slave node, and the nodes that it follows.
     slaves: BTreeMap<BodyNode, (String, Vec<BodyNode>)>,
 }
@@ -27,6 +29,7 @@ pub(super) fn joints(
     assembly: &Assembly,
     mesh: &Mesh,
     bodies: &mut [BodyBuilder],
+    fields: Option<&SurfaceFields>,
 ) -> Result<Joints, ModelError> {
     let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
     let mut joints = Joints::default();
@@ -59,13 +62,20 @@ pub(super) fn joints(
             }
             continue;
         }
-        joints.add(spec, found)?;
+        joints.add(spec, found, fields)?;
     }
     Ok(joints)
 }
 
 impl Joints {
-    fn add(&mut self, spec: &ContactSpec, mut found: Contact) -> Result<(), ModelError> {
+    fn add(
+        &mut self,
+        spec: &ContactSpec,
+        mut found: Contact,
+        fields: Option<&SurfaceFields>,
+    ) -> Result<(), ModelError> {
+        let friction = set_friction(&mut found.pairs, spec, fields)?;
+        self.friction_maps.extend(friction);
         if let Some(crown) = &spec.crown {
             add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
                 contact: spec.name.clone(),

@@ -204,6 +204,8 @@ fn given<'a>(field: &'a SurfaceField, feet: &[Foot]) -> Given<'a> {
             pressures_pa,
             areas_m2: None,
         } => Given::Pressures(pressures_pa),
+        // No load: an excitation of such a field is refused before.
+        FieldValues::Friction(_) => Given::Forces(Cow::Owned(Vec::new())),
     }
 }
 

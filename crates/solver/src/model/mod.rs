@@ -27,6 +27,7 @@ mod dofs;
 mod error;
 mod excitations;
 mod flank;
+mod friction;
 pub mod gather;
 mod groups;
 mod joints;
@@ -42,13 +43,14 @@ mod springs;
 
 pub use bind::bind;
 pub use description::{
-    Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
-    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, MatrixFile,
-    MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec, Side,
-    SpringSpec, Strength, SurfaceFields,
+    Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, DashpotSpec,
+    ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec,
+    MatrixFile, MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec,
+    Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
 pub use error::ModelError;
+pub use friction::FrictionMap;
 pub use mapping::FieldMap;
 pub use matrices::{Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrices, asymmetry};
 pub use mesh_source::{MeshKind, MeshSource};
@@ -74,8 +76,12 @@ pub struct Model {
     pub excitations: Vec<Excitation>,
     /// Reports of how fields at points in space were mapped to surfaces.
     pub maps: Vec<FieldMap>,
+    /// Reports of the coefficients of friction that contacts have from fields.
+    pub friction_maps: Vec<FrictionMap>,
     /// Observed displacements.
     pub observations: Vec<Observation>,
+    /// Dashpots between the bodies, or from them to ground.
+    pub dashpots: Vec<Dashpot>,
     /// Reports of how the flanks of each contact between two bodies lie on each other, bonded ones
     /// last.
     pub matches: Vec<FlankMatch>,
@@ -475,6 +481,15 @@ pub enum Growth {
     Constant,
     /// The load grows with the square of the angular frequency; it is given at 1 rad/s.
     Squared,
+}
+
+/// Dashpot on the sum over `terms` of `direction . u(node)`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dashpot {
+    /// Coefficient, N s/m.
+    pub damping_n_s_m: f64,
+    /// Nodes, each with the direction times the node's weight.
+    pub terms: Vec<(BodyNode, [f64; 3])>,
 }
 
 /// Observed displacement: sum over `terms` of `direction . u(node)`.

@@ -1,10 +1,10 @@
-//! Springs of the scene tied to nodes and facets.
+//! Springs and dashpots of the scene tied to nodes and facets.
 
 use super::builder::BodyBuilder;
 use super::groups::{find_group, kind};
 use super::loads::{check_nodes, only_body, outward_facets};
-use super::{BodyNode, ModelError, Slave, Spring, SpringChain, SpringSupport};
-use crate::model::SpringSpec;
+use super::{BodyNode, Dashpot, ModelError, Slave, Spring, SpringChain, SpringSupport};
+use crate::model::{DashpotSpec, SpringSpec};
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::extent;
@@ -20,7 +20,7 @@ pub(super) fn add_spring(
     spec: &SpringSpec,
 ) -> Result<Option<Slave>, ModelError> {
     let used_by = format!("spring `{}`", spec.name);
-    let first = Place::of(mesh, bodies, (spec, &spec.first), &used_by)?;
+    let first = Place::of(mesh, bodies, (spec.direction, &spec.first), &used_by)?;
     let Some(second) = &spec.second else {
         let on = match first.facets(mesh, bodies, &used_by)? {
             Some(facets) => SpringSupport::Surface(facets),
@@ -32,7 +32,7 @@ pub(super) fn add_spring(
         bodies[first.body].add_spring(with(spec, spec.stiffness_n_m, on));
         return Ok(None);
     };
-    let second = Place::of(mesh, bodies, (spec, second), &used_by)?;
+    let second = Place::of(mesh, bodies, (spec.direction, second), &used_by)?;
     let mut links = [Vec::new(), Vec::new()];
     for (links, place) in links.iter_mut().zip([&first, &second]) {
         *links = place.links(mesh, bodies, &used_by)?;
@@ -67,6 +67,39 @@ pub(super) fn add_spring(
     }))
 }
 
+/// Dashpots of a scene's one: along its direction, or along all three axes.
+pub(super) fn dashpots_of(
+    mesh: &Mesh,
+    bodies: &[BodyBuilder],
+    spec: &DashpotSpec,
+) -> Result<Vec<Dashpot>, ModelError> {
+    let used_by = format!("dashpot `{}`", spec.name);
+    let ends = [(Some(&spec.first), 1.0), (spec.second.as_ref(), -1.0)];
+    let mut weights: Vec<(BodyNode, f64)> = Vec::new();
+    for (name, sign) in ends {
+        let Some(name) = name else { continue };
+        let place = Place::of(mesh, bodies, (spec.direction, name), &used_by)?;
+        let body = place.body;
+        let links = place.links(mesh, bodies, &used_by)?.into_iter();
+        weights.extend(links.map(|(node, weight)| (BodyNode { body, node }, sign * weight)));
+    }
+    let along = |direction: [f64; 3]| Dashpot {
+        damping_n_s_m: spec.damping_n_s_m,
+        terms: weights
+            .iter()
+            .map(|(at, weight)| (*at, direction.map(|d| d * weight)))
+            .collect(),
+    };
+    Ok(match spec.direction {
+        Some(direction) => vec![along(direction)],
+        None => vec![
+            along([1.0, 0.0, 0.0]),
+            along([0.0, 1.0, 0.0]),
+            along([0.0, 0.0, 1.0]),
+        ],
+    })
+}
+
 fn with(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
     Spring {
         stiffness_n_m,
@@ -94,7 +127,7 @@ fn add_chain(
     last
 }
 
-/// Group that a spring acts on.
+/// Group that a spring or a dashpot acts on.
 struct Place<'a> {
     name: &'a str,
     group: &'a Group,
@@ -105,7 +138,7 @@ impl<'a> Place<'a> {
     fn of(
         mesh: &'a Mesh,
         bodies: &[BodyBuilder],
-        (spec, name): (&SpringSpec, &'a str),
+        (direction, name): (Option<[f64; 3]>, &'a str),
         used_by: &str,
     ) -> Result<Self, ModelError> {
         let group = find_group(mesh, name, None, used_by)?;
@@ -116,7 +149,7 @@ impl<'a> Place<'a> {
                 found: kind(group.dimension),
             });
         }
-        let axes = spec.direction.unwrap_or([1.0; 3]);
+        let axes = direction.unwrap_or([1.0; 3]);
         check_nodes(mesh, bodies, group, axes, used_by, name)?;
         let body = only_body(bodies, group, name, used_by)?;
         Ok(Self { name, group, body })

@@ -3,25 +3,33 @@
 //! With z = w^2 - i w b and s = 1 + i w a (Rayleigh damping a K + b M):
 //! `Lambda(w) = s K - z M - sum_m (z^2 / d_m) p_m p_m^T`, `d_m = s w_m^2 - z`,
 //! `F(w) = F_X + sum_m (z / d_m) p_m fm_m`, `q_m = (fm_m + z p_m . X) / d_m`.
-//! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine.
+//! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine. With damping ratios of
+//! stuck modes and with dashpots the sums are those of `elimination.rs`.
 //!
 //! Lambda is not formed: K, M and `P = [p_m]` are the same at every frequency and harmonic. They
 //! are read once for all harmonics together (matrix times matrix), where one Lambda per harmonic,
 //! real and imaginary, would be 2H matrices of the size of K.
 
 use super::Problem;
+use super::elimination::{Elimination, Factors};
 use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
+use dovetail_numerics::dense;
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
 
+pub use super::elimination::{Coefficients, LowRank};
+
+/// Least ratio of critical damping that a dashpot counts with.
+const LEAST_RATIO: f64 = 1e-12;
+
 /// Problem with its damping.
 pub struct ContactSystem<'a> {
     /// Matrices, laws and excitations.
     pub problem: &'a Problem,
-    /// Coefficients a and b.
+    /// Coefficients a and b of all that has no damping of its own.
     pub damping: Rayleigh,
 }
 
@@ -31,17 +39,6 @@ pub struct HarmonicStiffness<'a> {
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
-}
-
-/// Coefficients of Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
-#[derive(Debug, Clone)]
-pub struct Coefficients {
-    /// Factor of K, `1 + i w a`.
-    pub s: c64,
-    /// Factor of M, `w^2 - i w b`.
-    pub z: c64,
-    /// Factor of `p_m p_m^T`, for each stuck mode.
-    pub modes: Vec<c64>,
 }
 
 impl<'a> ContactSystem<'a> {
@@ -83,29 +80,46 @@ impl<'a> ContactSystem<'a> {
     }
 
     fn coefficients(&self, omega: f64) -> Coefficients {
-        let (s, z) = s_and_z(self.damping, omega);
-        let mode = |w2: &f64| -(z * z) / (s * *w2 - z);
-        Coefficients {
-            s,
-            z,
-            modes: self.problem.reduced.omega2.iter().map(mode).collect(),
-        }
+        self.eliminated(omega).coefficients()
     }
 
     /// Derivatives of the coefficients of harmonic `k` with respect to the frequency of the first
     /// one.
     fn slopes(&self, k: f64, omega: f64) -> Coefficients {
-        let (s, z) = s_and_z(self.damping, k * omega);
-        let (ds, dz) = s_and_z_slopes(self.damping, k * omega);
-        let mode = |w2: &f64| {
-            let (d, dd) = (s * *w2 - z, ds * *w2 - dz);
-            -(z * (dz * d * 2.0 - z * dd)) / (d * d) * k
-        };
-        Coefficients {
-            s: ds * k,
-            z: dz * k,
-            modes: self.problem.reduced.omega2.iter().map(mode).collect(),
+        let slope = self.factor_slopes(k * omega);
+        self.eliminated(k * omega).slopes(&slope, k)
+    }
+
+    /// Equations at `omega` rad/s without the stuck modes.
+    fn eliminated(&self, omega: f64) -> Elimination<'a> {
+        Elimination::new(&self.problem.reduced, self.factors(omega), None)
+    }
+
+    /// Factors of K, M, the stuck modes and the dashpots at `omega` rad/s.
+    fn factors(&self, omega: f64) -> Factors {
+        self.factors_by(|damping| s_and_z(damping, omega), c64::new(0.0, omega))
+    }
+
+    /// Derivatives of [`ContactSystem::factors`] with respect to `omega`.
+    fn factor_slopes(&self, omega: f64) -> Factors {
+        self.factors_by(|damping| s_and_z_slopes(damping, omega), c64::new(0.0, 1.0))
+    }
+
+    /// Factors of which `of` gives s and z by the damping, that of all or of one mode.
+    pub(super) fn factors_by(&self, of: impl Fn(Rayleigh) -> (c64, c64), rate: c64) -> Factors {
+        let (s, z) = of(self.damping);
+        let own = (0..self.problem.modal_ratios.len()).map(|m| of(self.mode_damping(m)).into());
+        Factors {
+            s,
+            z,
+            of_modes: own.collect(),
+            rate,
         }
+    }
+
+    /// Damping of a stuck mode without the dashpots: its own ratio, or that of all.
+    pub fn mode_damping(&self, mode: usize) -> Rayleigh {
+        self.problem.mode_damping(self.damping, mode)
     }
 
     /// Lambda at `omega` rad/s, real and imaginary part, n x n.
@@ -113,13 +127,41 @@ impl<'a> ContactSystem<'a> {
         self.stiffness(omega, 1).formed(1)
     }
 
+    /// Ratio of critical damping of a stuck mode.
+    pub fn damping_ratio(&self, mode: usize) -> f64 {
+        let reduced = &self.problem.reduced;
+        let omega = reduced.omega2[mode].sqrt();
+        let Rayleigh {
+            stiffness_s,
+            mass_per_s,
+        } = self.mode_damping(mode);
+        let ratio = 0.5 * (stiffness_s * omega + mass_per_s / omega);
+        let dashpots = reduced.dashpots.on_modes.row(mode);
+        let all = dashpots.iter().zip(&reduced.dashpots.damping_n_s_m);
+        let of_dashpots = all.map(|(y, c)| 0.5 * c * y * y / omega);
+        of_dashpots.fold(ratio, |sum, part| sum + part)
+    }
+
+    /// Returns `true` if something damps a stuck mode.
+    pub fn damps(&self, mode: usize) -> bool {
+        let own = self.mode_damping(mode);
+        let least = match self.problem.reduced.dashpots.count() {
+            0 => 0.0,
+            // What is less is the rounding of a dashpot at a node of the mode.
+            _ => LEAST_RATIO,
+        };
+        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(mode) > least
+    }
+
     /// Load condensed on X at `omega`, from a load of complex amplitude `on_x`, `on_modes`.
     pub fn condensed_load(&self, omega: f64, on_x: &[c64], on_modes: &[c64]) -> Vec<c64> {
-        let (s, z) = s_and_z(self.damping, omega);
+        let eliminated = self.eliminated(omega);
         let mut load = on_x.to_vec();
         for (m, &fm) in on_modes.iter().enumerate() {
-            let amplitude = fm * z / (s * self.problem.reduced.omega2[m] - z);
-            self.add_coupled(m, amplitude, &mut load);
+            self.add_coupled(m, eliminated.carried(m, fm), &mut load);
+        }
+        if let Some(taken) = eliminated.taken(on_modes) {
+            self.problem.reduced.add_on_pairs(&taken, &mut load);
         }
         load
     }
@@ -133,14 +175,14 @@ impl<'a> ContactSystem<'a> {
         on_x_slope: &[c64],
         on_modes_slope: &[c64],
     ) -> Vec<c64> {
-        let (s, z) = s_and_z(self.damping, omega);
-        let (ds, dz) = s_and_z_slopes(self.damping, omega);
+        let (eliminated, slope) = (self.eliminated(omega), self.factor_slopes(omega));
         let mut load = on_x_slope.to_vec();
         for (m, (&fm, &dfm)) in on_modes.iter().zip(on_modes_slope).enumerate() {
-            let w2 = self.problem.reduced.omega2[m];
-            let (d, dd) = (s * w2 - z, ds * w2 - dz);
-            let amplitude = dfm * z / d + fm * (dz * d - z * dd) / (d * d);
+            let amplitude = eliminated.carried_slope(&slope, m, [fm, dfm]);
             self.add_coupled(m, amplitude, &mut load);
+        }
+        if let Some(taken) = eliminated.taken_slope(&slope, on_modes, on_modes_slope) {
+            self.problem.reduced.add_on_pairs(&taken, &mut load);
         }
         load
     }
@@ -155,30 +197,36 @@ impl<'a> ContactSystem<'a> {
 
     /// Amplitudes of the stuck modes under X and a modal load, at `omega`.
     pub fn modal_response(&self, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
-        let (s, z) = s_and_z(self.damping, omega);
-        on_modes
-            .iter()
-            .enumerate()
-            .map(|(m, &fm)| {
-                let mut px = c64::new(0.0, 0.0);
-                for (v, p) in x.iter().zip(self.problem.reduced.coupling.col(m).iter()) {
-                    px += v * *p;
-                }
-                (fm + z * px) / (s * self.problem.reduced.omega2[m] - z)
-            })
-            .collect()
+        let eliminated = self.eliminated(omega);
+        let [px, moved] = self.problem.reduced.moved_by(x);
+        let of_mode = |(m, (&fm, &px)): (usize, (&c64, &c64))| eliminated.amplitude(m, fm, px);
+        let all = on_modes.iter().zip(&px).enumerate();
+        let mut amplitudes: Vec<c64> = all.map(of_mode).collect();
+        eliminated.hold([&px, &moved], (on_modes, c64::ZERO), &mut amplitudes);
+        amplitudes
     }
 
-    /// Amplitude of each stuck mode for a unit of `p_m . X` at `omega`: z / d_m.
-    pub fn modal_shares(&self, omega: f64) -> Vec<c64> {
-        let (s, z) = s_and_z(self.damping, omega);
-        let omega2 = self.problem.reduced.omega2.iter();
-        omega2.map(|w2| z / (s * *w2 - z)).collect()
+    /// Derivative of the displacement `on_x . X + on_modes . q` at `omega` with respect to X.
+    pub fn displacement_slope(&self, omega: f64, on_x: &[f64], on_modes: &[f64]) -> Vec<c64> {
+        let eliminated = self.eliminated(omega);
+        let mut slope: Vec<c64> = on_x.iter().map(|v| c64::new(*v, 0.0)).collect();
+        for (m, (share, on)) in eliminated.shares().iter().zip(on_modes).enumerate() {
+            let coupling = self.problem.reduced.coupling.col_as_slice(m);
+            for (slope, p) in slope.iter_mut().zip(coupling) {
+                *slope += share * (*on * *p);
+            }
+        }
+        // The equations are symmetric.
+        let on_modes: Vec<c64> = on_modes.iter().map(|v| c64::new(*v, 0.0)).collect();
+        if let Some(taken) = eliminated.taken(&on_modes) {
+            self.problem.reduced.add_on_pairs(&taken, &mut slope);
+        }
+        slope
     }
 }
 
 /// s and z at `omega` rad/s.
-fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
+pub(super) fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
     (
         c64::new(1.0, omega * damping.stiffness_s),
         c64::new(omega * omega, -omega * damping.mass_per_s),
@@ -222,7 +270,10 @@ impl HarmonicStiffness<'_> {
         let below = |w2: &f64| *w2 < highest * highest;
         let low = self.model.omega2.partition_point(below);
         let mut harmonics = self.harmonics.clone();
-        harmonics.iter_mut().for_each(|c| c.modes.truncate(low));
+        for c in &mut harmonics {
+            c.modes.truncate(low);
+            c.dashpots.iter_mut().for_each(|d| d.truncate(low));
+        }
         harmonics
     }
 
@@ -233,6 +284,7 @@ impl HarmonicStiffness<'_> {
             stiffness,
             mass,
             coupling,
+            dashpots,
             ..
         } = self.model;
         let (n, modes) = (self.unknowns(), coupling.ncols());
@@ -256,21 +308,34 @@ impl HarmonicStiffness<'_> {
             || product(mass.as_ref(), &v[n..]),
         );
         let mut modal = vec![0.0; count * n];
-        if modes > 0 {
+        if modes > 0 || dashpots.count() > 0 {
             let mut amplitudes = product(coupling.transpose(), &v[n..]);
-            for (c, g) in self
-                .harmonics
-                .iter()
-                .zip(amplitudes.chunks_exact_mut(2 * modes))
-            {
-                let (gc, gs) = g.split_at_mut(modes);
+            let held = (dashpots.count() > 0).then(|| {
+                let moved = product(dashpots.on_x.transpose(), &v[n..]);
+                self.of_dashpots([&amplitudes, &moved])
+            });
+            for (k, c) in self.harmonics.iter().enumerate() {
+                let of_harmonic = 2 * modes * k..2 * modes * (k + 1);
+                let (gc, gs) = amplitudes[of_harmonic].split_at_mut(modes);
                 for ((gc, gs), a) in gc.iter_mut().zip(gs).zip(&c.modes) {
                     let (c, s) = (*gc, *gs);
                     *gc = a.re * c + a.im * s;
                     *gs = a.re * s - a.im * c;
                 }
             }
-            modal = product(coupling.as_ref(), &amplitudes);
+            if let Some([on_modes, _]) = &held {
+                amplitudes
+                    .iter_mut()
+                    .zip(on_modes)
+                    .for_each(|(a, b)| *a += b);
+            }
+            if modes > 0 {
+                modal = product(coupling.as_ref(), &amplitudes);
+            }
+            if let Some([_, on_dashpots]) = &held {
+                let on_pairs = product(dashpots.on_x.as_ref(), on_dashpots);
+                modal.iter_mut().zip(on_pairs).for_each(|(a, b)| *a += b);
+            }
         }
         y[..n].copy_from_slice(&stiff[..n]);
         for (k, (c, y)) in self
@@ -290,6 +355,33 @@ impl HarmonicStiffness<'_> {
         }
     }
 
+    /// Products `L T L^T g` of all harmonics: cosine and sine on the modes and on the dashpots, from
+    /// the same of `p^T X` and of the displacements of the dashpots.
+    fn of_dashpots(&self, moved: [&[f64]; 2]) -> [Vec<f64>; 2] {
+        let mut out = moved.map(|v| vec![0.0; v.len()]);
+        let count = 2 * self.harmonics.len();
+        for (k, c) in self.harmonics.iter().enumerate() {
+            let Some(low_rank) = &c.dashpots else {
+                continue;
+            };
+            let sizes = moved.map(|v| v.len() / count);
+            let parts = [0, 1].map(|i| {
+                let [c, s] = cosine_and_sine(moved[i], k, sizes[i]);
+                let parts = c.iter().zip(s);
+                parts.map(|(c, s)| c64::new(*c, -*s)).collect::<Vec<_>>()
+            });
+            let products = low_rank.product([&parts[0], &parts[1]]);
+            for (i, product) in products.iter().enumerate() {
+                let block = &mut out[i][2 * sizes[i] * k..2 * sizes[i] * (k + 1)];
+                let (c, s) = block.split_at_mut(sizes[i]);
+                for (v, (c, s)) in product.iter().zip(c.iter_mut().zip(s)) {
+                    (*c, *s) = (v.re, -v.im);
+                }
+            }
+        }
+        out
+    }
+
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
     pub fn diagonal(&self, k: usize) -> Vec<c64> {
         let n = self.unknowns();
@@ -301,13 +393,34 @@ impl HarmonicStiffness<'_> {
                 *d += *mode * (p * p);
             }
         }
+        if let Some(low_rank) = &self.harmonics[k - 1].dashpots {
+            let rows = self.model.coupling_and_dashpots();
+            for (i, d) in diagonal.iter_mut().enumerate() {
+                let own = [0, 1].map(|part| {
+                    let row = rows[part].row(i);
+                    row.iter().map(|v| c64::new(*v, 0.0)).collect::<Vec<_>>()
+                });
+                let products = low_rank.product([&own[0], &own[1]]);
+                for (own, product) in own.iter().zip(&products) {
+                    *d += own.iter().zip(product).map(|(a, b)| a * b).sum::<c64>();
+                }
+            }
+        }
         diagonal
     }
 
     /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
     pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
         let (n, coupling) = (self.unknowns(), &self.model.coupling);
-        let modes = &self.harmonics[k - 1].modes;
+        let Coefficients {
+            modes, dashpots, ..
+        } = &self.harmonics[k - 1];
+        let low_rank = dashpots.as_ref().map(|low_rank| {
+            let rows = self.model.coupling_and_dashpots().map(complex_matrix);
+            let left = low_rank.left_product([&rows[0], &rows[1]]);
+            dense::product(left[0].as_ref(), rows[0].transpose())
+                + dense::product(left[1].as_ref(), rows[1].transpose())
+        });
         let part = |of: fn(c64) -> f64| {
             let mut out = Mat::zeros(n, n);
             for j in 0..n {
@@ -319,6 +432,9 @@ impl HarmonicStiffness<'_> {
             let scaled = Mat::from_fn(n, modes.len(), |i, m| coupling[(i, m)] * of(modes[m]));
             let other = coupling.transpose();
             matmul(&mut out, Accum::Add, &scaled, other, 1.0, Par::Seq);
+            if let Some(low_rank) = &low_rank {
+                out += Mat::from_fn(n, n, |i, j| of(low_rank[(i, j)]));
+            }
             out
         };
         [part(|v| v.re), part(|v| v.im)]
@@ -332,6 +448,11 @@ impl HarmonicStiffness<'_> {
         let entries = stiffness.iter().zip(mass);
         entries.map(move |(k, m)| s * *k - z * *m)
     }
+}
+
+/// Matrix as a complex one.
+fn complex_matrix(a: &Mat<f64>) -> Mat<c64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| c64::new(a[(i, j)], 0.0))
 }
 
 /// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.

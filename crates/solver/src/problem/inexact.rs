@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, c64};
+use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 
 use super::dynamic_stiffness::Coefficients;
 use crate::reduction::ReducedModel;
@@ -49,6 +49,8 @@ pub struct Inexact {
     pub forces: Mat<f32>,
     inertia: Mat<f32>,
     coupling: Mat<f32>,
+    /// Weights of the dashpots, m x dashpots.
+    dashpots: Mat<f32>,
 }
 
 /// Number of motions of the coarse space for so many unknowns.
@@ -150,12 +152,14 @@ impl<'a> InexactModel<'a> {
 
     fn without_motions(&self, pairs: Vec<usize>) -> Inexact {
         let columns = columns(&pairs);
-        let (inertia, coupling) = (&self.inertia, &self.model.coupling);
+        let [coupling, dashpots] = self.model.coupling_and_dashpots();
+        let inertia = &self.inertia;
         let m = columns.len();
         Inexact {
             stiffness: PackedSymmetric::of(self.model.stiffness.as_ref(), &columns),
             inertia: Mat::from_fn(m, inertia.ncols(), |i, j| inertia[(columns[i], j)]),
             coupling: Mat::from_fn(m, coupling.ncols(), |i, j| coupling[(columns[i], j)] as f32),
+            dashpots: Mat::from_fn(m, dashpots.ncols(), |i, j| dashpots[(columns[i], j)] as f32),
             motions: Mat::zeros(0, m),
             forces: Mat::zeros(0, m),
             pairs,
@@ -209,7 +213,43 @@ impl Inexact {
             let (y, amplitudes) = (y.get_mut(.., 1..), amplitudes.as_ref());
             matmul(y, Accum::Add, basis, amplitudes, 1.0, Par::Seq);
         }
+        if harmonics.iter().any(|c| c.dashpots.is_some()) {
+            self.add_of_dashpots(harmonics, x.get(.., 1..), y.get_mut(.., 1..));
+        }
         y
+    }
+
+    /// Adds what dashpots do to `Lambda x`, both without the mean.
+    fn add_of_dashpots(
+        &self,
+        harmonics: &[Coefficients],
+        x: MatRef<'_, f32>,
+        mut y: MatMut<'_, f32>,
+    ) {
+        let modes = harmonics.first().map_or(0, |c| c.modes.len());
+        let bases = [self.coupling.get(.., ..modes), self.dashpots.as_ref()];
+        let mut amplitudes = bases.map(|basis| dense::product(basis.transpose(), x));
+        for (k, c) in harmonics.iter().enumerate() {
+            let [cosine, sine] = [2 * k, 2 * k + 1];
+            let parts = amplitudes.each_ref().map(|a| {
+                let [c, s] = [cosine, sine].map(|column| a.col(column).iter());
+                let parts = c.zip(s);
+                let complex = parts.map(|(c, s)| c64::new(f64::from(*c), -f64::from(*s)));
+                complex.collect::<Vec<_>>()
+            });
+            let Some(low_rank) = &c.dashpots else {
+                continue;
+            };
+            let products = low_rank.product([&parts[0], &parts[1]]);
+            for (a, product) in amplitudes.iter_mut().zip(products) {
+                for (i, v) in product.into_iter().enumerate() {
+                    (a[(i, cosine)], a[(i, sine)]) = (v.re as f32, -v.im as f32);
+                }
+            }
+        }
+        for (basis, amplitudes) in bases.into_iter().zip(&amplitudes) {
+            matmul(&mut y, Accum::Add, basis, amplitudes, 1.0, Par::Seq);
+        }
     }
 
     /// Lambda of one harmonic on the first `count` motions, real and imaginary part: (Lambda W)^T,
@@ -219,6 +259,27 @@ impl Inexact {
         let coupling = self.coupling.get(.., ..c.modes.len());
         let [inertia, modal] =
             [self.inertia.as_ref(), coupling].map(|basis| dense::product(motions, basis));
+        // The rows of W^T Q times what the dashpots add, on the modes and on the dashpots.
+        let held = c.dashpots.as_ref().map(|low_rank| {
+            let moved = dense::product(motions, self.dashpots.as_ref());
+            let rows = [&modal, &moved]
+                .map(|a| Mat::from_fn(count, a.ncols(), |i, j| c64::new(a[(i, j)].into(), 0.0)));
+            low_rank.left_product([&rows[0], &rows[1]])
+        });
+        let of_dashpots = |of: fn(&c64) -> f64, y: &mut Mat<f32>| {
+            let bases = [coupling, self.dashpots.as_ref()];
+            for (rows, basis) in held.iter().flatten().zip(bases) {
+                let rows = Mat::from_fn(count, rows.ncols(), |i, j| of(&rows[(i, j)]) as f32);
+                matmul(
+                    y.as_mut(),
+                    Accum::Add,
+                    &rows,
+                    basis.transpose(),
+                    1.0,
+                    Par::Seq,
+                );
+            }
+        };
         let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
             let mut y = Mat::from_fn(count, self.unknowns(), |j, i| {
                 s as f32 * self.forces[(j, i)]
@@ -233,10 +294,13 @@ impl Inexact {
             add(&modal, coupling, 1.0);
             y
         };
-        [
+        let mut parts = [
             part(c.s.re, c.z.re, &|m| c.modes[m].re),
             part(c.s.im, c.z.im, &|m| c.modes[m].im),
-        ]
+        ];
+        of_dashpots(|v| v.re, &mut parts[0]);
+        of_dashpots(|v| v.im, &mut parts[1]);
+        parts
     }
 }
 

@@ -9,12 +9,13 @@
 //! ```
 //!
 //! describes vibrations too small to open, close or slide a pair. Its modes diagonalise it,
-//! including Rayleigh damping.
+//! including Rayleigh damping, but for dashpots and the damping ratios of stuck modes.
 
 use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Problem};
-use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::damping::Rayleigh;
+use crate::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
 
@@ -102,8 +103,9 @@ impl LinearReference {
     }
 
     /// Converts `problem`, from which the reference was made, to its modes alone, without pairs.
-    /// Displacements count from the static state.
-    pub fn problem(&self, problem: &Problem) -> Problem {
+    /// Displacements count from the static state. `damping` is that of all stuck modes without a ratio
+    /// of their own.
+    pub fn problem(&self, problem: &Problem, damping: Rayleigh) -> Problem {
         let reduced = &problem.reduced;
         let load = |load: &Load| Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes));
         let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
@@ -120,18 +122,27 @@ impl LinearReference {
             )
         };
         let observations = reduced.observations.iter().map(observed);
+        // In modes with pairs released a ratio of a stuck mode couples them.
+        let (dashpots, modal_ratios) = match &self.released {
+            None => (reduced.dashpots.loads(), problem.modal_ratios.clone()),
+            Some(_) => (problem.damping_besides(damping), Vec::new()),
+        };
+        let dashpots = dashpots.iter().map(|(c, weights)| (*c, load(weights)));
+        let dashpots: Vec<(f64, Load)> = dashpots.collect();
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
         let on_modes = ReducedModel {
             static_load: load(&reduced.static_load),
             unit_loads: reduced.unit_loads.iter().map(load).collect(),
             observations: observations.collect(),
+            dashpots: Dashpots::new(0, self.omega2.len(), &dashpots),
             ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
         };
         Problem {
             reduced: on_modes,
             laws: Vec::new(),
             excitations: problem.excitations.iter().map(harmonic).collect(),
+            modal_ratios,
         }
     }
 

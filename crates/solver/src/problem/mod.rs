@@ -4,17 +4,19 @@
 //!
 //! [`dynamic_stiffness`] applies the dynamic stiffness in full precision, for residuals.
 //! [`inexact`] applies it in single precision, for the linear solves inside of Newton's method.
-//! [`unforced`] has that of a vibration that no force excites.
+//! [`unforced`] has that of a vibration that no force excites. `elimination.rs` eliminates the stuck
+//! modes and the forces of dashpots for all of them.
 //!
-//! The coefficients of damping do not belong to a problem: a ratio of critical refers to a mode of
-//! the linear reference, which is known only after the static state
-//! ([`dynamic_stiffness::ContactSystem`] has them). Only what is the same whichever solver is used
+//! The coefficients of Rayleigh damping do not belong to a problem: a ratio of critical refers to a
+//! mode of the linear reference, which is known only after the static state
+//! ([`dynamic_stiffness::ContactSystem`] has them). Damping ratios of stuck modes do belong to it. Only what is the same whichever solver is used
 //! belongs here: no file of this folder evaluates a contact law, or knows eps, samples or time
 //! steps.
 
 #[cfg(test)]
 pub(crate) mod dovetail72;
 pub mod dynamic_stiffness;
+mod elimination;
 pub mod inexact;
 mod linear_reference;
 pub mod unforced;
@@ -23,6 +25,7 @@ pub use linear_reference::LinearReference;
 
 use crate::contact::PairLaw;
 use crate::model::{Excitation, Growth, Model};
+use crate::reduction::damping::{DampingError, Rayleigh};
 use crate::reduction::superelement::NamedExcitation;
 use crate::reduction::{Load, ReducedModel};
 use dovetail_numerics::vector::norm;
@@ -37,6 +40,9 @@ pub struct Problem {
     /// Loads by harmonic, ascending. Those of one harmonic that depend alike on the frequency are
     /// added.
     pub excitations: Vec<HarmonicLoad>,
+    /// Damping ratios of the first stuck modes, which have these in place of Rayleigh damping; empty
+    /// where no mode has a ratio of its own.
+    pub modal_ratios: Vec<f64>,
 }
 
 impl Problem {
@@ -46,6 +52,7 @@ impl Problem {
             laws: model.pairs.iter().map(|pair| pair.law).collect(),
             excitations: excited(&model.excitations, &reduced.unit_loads),
             reduced,
+            modal_ratios: Vec::new(),
         }
     }
 
@@ -63,6 +70,7 @@ impl Problem {
             laws: vec![law; reduced.pairs()],
             excitations: excited(&[excitation], &reduced.unit_loads),
             reduced,
+            modal_ratios: Vec::new(),
         }
     }
 
@@ -89,7 +97,54 @@ impl Problem {
             laws: vec![law; reduced.pairs()],
             excitations: excited(&excitations, &reduced.unit_loads),
             reduced,
+            modal_ratios: Vec::new(),
         }
+    }
+
+    /// Problem whose first stuck modes have these damping ratios in place of Rayleigh damping.
+    ///
+    /// # Errors
+    /// [`DampingError::FewerModes`] where the model has fewer stuck modes.
+    pub fn with_modal_ratios(mut self, ratios: &[f64]) -> Result<Self, DampingError> {
+        let available = self.reduced.stuck_modes;
+        if ratios.len() > available {
+            return Err(DampingError::FewerModes {
+                given: ratios.len(),
+                available,
+            });
+        }
+        self.modal_ratios = ratios.to_vec();
+        Ok(self)
+    }
+
+    /// Damping of a stuck mode where that of all others is `damping`: C = 2 zeta w_m M on the mode,
+    /// where it has a ratio zeta of its own.
+    pub fn mode_damping(&self, damping: Rayleigh, mode: usize) -> Rayleigh {
+        match self.modal_ratios.get(mode) {
+            Some(ratio) => Rayleigh::of_mass(2.0 * ratio * self.reduced.omega2[mode].sqrt()),
+            None => damping,
+        }
+    }
+
+    /// Terms of the damping matrix besides `damping`: coefficients c, N s/m, and weights v as loads of
+    /// `c v v^T`. They are the dashpots and, for each stuck mode m with a ratio zeta of its own,
+    /// `(2 zeta w_m - b) v v^T` and `-a w_m^2 e e^T`, with v the row of M and e that of the identity
+    /// that belong to the mode.
+    pub(crate) fn damping_besides(&self, damping: Rayleigh) -> Vec<(f64, Load)> {
+        let reduced = &self.reduced;
+        let mut all = reduced.dashpots.loads();
+        for m in 0..self.modal_ratios.len() {
+            let own = self.mode_damping(damping, m);
+            let mut on_mode = Load::zeros(reduced.stiffness.nrows(), reduced.omega2.len());
+            on_mode.on_modes[m] = 1.0;
+            let of_mass = Load {
+                on_x: reduced.coupling.col_as_slice(m).to_vec(),
+                ..on_mode.clone()
+            };
+            all.push((own.mass_per_s - damping.mass_per_s, of_mass));
+            all.push((-damping.stiffness_s * reduced.omega2[m], on_mode));
+        }
+        all
     }
 
     /// Returns `true` if another problem has the same static state: the same reduced model and laws.

@@ -12,9 +12,13 @@
 //!
 //! `Lambda_1 X_1 + lambda_1 = z p_m q`, `(s w_m^2 - z) q = z p_m . X_1`,
 //!
-//! with mode m left out of the sum in `Lambda_1`.
+//! with mode m left out of the sum in `Lambda_1`. With a damping ratio of its own the mode has its
+//! own s and z, to which zeta adds the same. Dashpots couple it to the others: both equations then
+//! have what they hand on (`elimination.rs`).
 
-use super::dynamic_stiffness::{Coefficients, ContactSystem, HarmonicStiffness};
+use super::dynamic_stiffness::{ContactSystem, HarmonicStiffness, s_and_z};
+use super::elimination::{Elimination, Factors};
+use crate::reduction::damping::Rayleigh;
 use faer::c64;
 
 /// Vibration without a force at one frequency and damping ratio.
@@ -30,97 +34,120 @@ pub struct Unforced<'a> {
     pub damping_ratio: f64,
 }
 
-/// s and z of one harmonic, or their derivatives.
-#[derive(Clone, Copy)]
-struct Factors {
-    s: c64,
-    z: c64,
-}
-
 impl<'a> Unforced<'a> {
     /// Lambda of the mean and of the harmonics up to `harmonics`, without the tracked mode in
     /// harmonic 1.
     pub fn stiffness(&self, harmonics: usize) -> HarmonicStiffness<'a> {
-        self.of_harmonics(harmonics, |k| {
-            let Factors { s, z } = self.factors(k);
-            (
-                Factors { s, z },
-                Box::new(move |w2| -(z * z) / (s * w2 - z)),
-            )
-        })
+        let of = |k: f64| self.eliminated(k).coefficients();
+        self.system.of_harmonics(self.omega_rad_s, harmonics, of)
     }
 
     /// Derivatives of Lambda with respect to the angular frequency and to the damping ratio. What
     /// they write to the mean means nothing.
     pub fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness<'a>; 2] {
         [0, 1].map(|unknown| {
-            self.of_harmonics(harmonics, |k| {
-                let Factors { s, z } = self.factors(k);
-                let slope = self.slopes(k)[unknown];
-                let of_mode = move |w2: f64| {
-                    let (d, dd) = (s * w2 - z, slope.s * w2 - slope.z);
-                    -(z * (slope.z * d * 2.0 - z * dd)) / (d * d)
-                };
-                (slope, Box::new(of_mode))
-            })
+            let of = |k: f64| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
+            self.system.of_harmonics(self.omega_rad_s, harmonics, of)
         })
     }
 
     /// Force of the tracked mode on the pairs at harmonic 1, `z p_m q`, N.
     pub fn drive(&self, q: f64) -> Vec<c64> {
-        self.coupled(self.factors(1.0).z * q)
+        let [_, z] = self.factors(1.0).of_mode(self.mode);
+        let of_dashpots = self.eliminated(1.0).of_kept();
+        self.coupled(z * q, of_dashpots.map(|(coupled, _)| coupled), q)
     }
 
     /// Derivatives of [`Unforced::drive`] with respect to the angular frequency and to the damping
     /// ratio.
     pub fn drive_slopes(&self, q: f64) -> [Vec<c64>; 2] {
-        self.slopes(1.0).map(|slope| self.coupled(slope.z * q))
+        self.slopes(1.0).map(|slope| {
+            let of_dashpots = self.eliminated(1.0).of_kept_slopes(&slope);
+            let [_, dz] = slope.of_mode(self.mode);
+            self.coupled(dz * q, of_dashpots.map(|(coupled, _)| coupled), q)
+        })
     }
 
     /// Left side of the equation of the tracked mode, `(s - z / w_m^2) - z p_m . X_1 / (w_m^2 q)`.
     pub fn equation(&self, x: &[c64], q: f64) -> c64 {
-        self.left_side(self.factors(1.0), x, q)
+        self.left_side(&self.factors(1.0), self.eliminated(1.0).of_kept(), x, q)
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the angular frequency and to the
     /// damping ratio.
     pub fn equation_slopes(&self, x: &[c64], q: f64) -> [c64; 2] {
-        self.slopes(1.0).map(|slope| self.left_side(slope, x, q))
+        self.slopes(1.0).map(|slope| {
+            let of_dashpots = self.eliminated(1.0).of_kept_slopes(&slope);
+            self.left_side(&slope, of_dashpots, x, q)
+        })
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the complex amplitudes `X_1`.
     pub fn equation_row(&self, q: f64) -> Vec<c64> {
-        self.coupled(-self.factors(1.0).z / (self.omega2() * q))
+        let [_, z] = self.factors(1.0).of_mode(self.mode);
+        let of_dashpots = self.eliminated(1.0).of_kept();
+        let scale = self.omega2() * q;
+        self.coupled(
+            -z / scale,
+            of_dashpots.map(|(coupled, _)| coupled),
+            -1.0 / scale,
+        )
     }
 
     /// Complex amplitudes of the stuck modes at harmonic `k`, from those of the pairs, where that of
     /// the tracked mode at harmonic 1 is `q`.
     pub fn modal_amplitudes(&self, k: usize, x: &[c64], q: f64) -> Vec<c64> {
-        let Factors { s, z } = self.factors(k as f64);
-        let omega2 = self.system.problem.reduced.omega2.iter().enumerate();
-        omega2
-            .map(|(m, w2)| match (k, m == self.mode) {
-                (1, true) => c64::new(q, 0.0),
-                _ => z * self.on_mode(m, x) / (s * *w2 - z),
-            })
-            .collect()
+        let eliminated = self.eliminated(k as f64);
+        let [px, moved] = self.system.problem.reduced.moved_by(x);
+        let of_mode = |(m, px): (usize, &c64)| eliminated.carried(m, *px);
+        let mut amplitudes: Vec<c64> = px.iter().enumerate().map(of_mode).collect();
+        let kept = c64::new(q, 0.0);
+        let no_load = vec![c64::ZERO; px.len()];
+        eliminated.hold([&px, &moved], (&no_load, kept), &mut amplitudes);
+        if k == 1 {
+            amplitudes[self.mode] = kept;
+        }
+        amplitudes
     }
 
-    /// Product `p_m . X` of a stuck mode.
-    fn on_mode(&self, mode: usize, x: &[c64]) -> c64 {
-        let coupling = self.system.problem.reduced.coupling.col_as_slice(mode);
-        x.iter().zip(coupling).map(|(x, p)| x * *p).sum()
+    /// Equations of harmonic `k` without the stuck modes, except for the tracked one in harmonic 1.
+    fn eliminated(&self, k: f64) -> Elimination<'a> {
+        let kept = (k == 1.0).then_some(self.mode);
+        Elimination::new(&self.system.problem.reduced, self.factors(k), kept)
     }
 
-    /// Coupling of the tracked mode times a factor.
-    fn coupled(&self, factor: c64) -> Vec<c64> {
-        let coupling = self.system.problem.reduced.coupling.col_as_slice(self.mode);
-        coupling.iter().map(|p| factor * *p).collect()
+    /// Coupling of the tracked mode times a factor, and `times` what the dashpots hand on.
+    fn coupled(&self, factor: c64, of_dashpots: Option<[Vec<c64>; 2]>, times: f64) -> Vec<c64> {
+        let reduced = &self.system.problem.reduced;
+        let coupling = reduced.coupling.col_as_slice(self.mode).iter();
+        let mut on_pairs: Vec<c64> = coupling.map(|p| factor * *p).collect();
+        if let Some(amplitudes) = of_dashpots {
+            let amplitudes = amplitudes.map(|part| part.iter().map(|v| v * times).collect());
+            reduced.add_on_pairs(&amplitudes, &mut on_pairs);
+        }
+        on_pairs
     }
 
-    fn left_side(&self, Factors { s, z }: Factors, x: &[c64], q: f64) -> c64 {
-        let w2 = self.omega2();
-        s - z / w2 - z * self.on_mode(self.mode, x) / (w2 * q)
+    fn left_side(
+        &self,
+        factors: &Factors,
+        of_dashpots: Option<([Vec<c64>; 2], c64)>,
+        x: &[c64],
+        q: f64,
+    ) -> c64 {
+        let (w2, reduced) = (self.omega2(), &self.system.problem.reduced);
+        let [s, z] = factors.of_mode(self.mode);
+        let coupling = reduced.coupling.col_as_slice(self.mode);
+        let px: c64 = x.iter().zip(coupling).map(|(x, p)| x * *p).sum();
+        let mut left = s - z / w2 - z * px / (w2 * q);
+        if let Some((coupled, own)) = of_dashpots {
+            left += own / w2;
+            for (amplitudes, moved) in coupled.iter().zip(reduced.moved_by(x)) {
+                let held: c64 = amplitudes.iter().zip(&moved).map(|(a, b)| a * b).sum();
+                left -= held / (w2 * q);
+            }
+        }
+        left
     }
 
     /// Squared angular frequency of the tracked stuck mode.
@@ -128,55 +155,37 @@ impl<'a> Unforced<'a> {
         self.system.problem.reduced.omega2[self.mode]
     }
 
+    /// Factors at harmonic `k`: those of the system, whose damping has `-2 w zeta M` besides.
     fn factors(&self, k: f64) -> Factors {
-        let (w, damping) = (self.omega_rad_s, self.system.damping);
-        Factors {
-            s: c64::new(1.0, k * w * damping.stiffness_s),
-            z: c64::new(
-                (k * w).powi(2),
-                k * w * (2.0 * w * self.damping_ratio - damping.mass_per_s),
-            ),
-        }
+        let w = self.omega_rad_s;
+        let of = |damping: Rayleigh| {
+            let mass_per_s = damping.mass_per_s - 2.0 * w * self.damping_ratio;
+            s_and_z(
+                Rayleigh {
+                    mass_per_s,
+                    ..damping
+                },
+                k * w,
+            )
+        };
+        self.system.factors_by(of, c64::new(0.0, k * w))
     }
 
-    /// Derivatives of s and z at harmonic `k` with respect to the angular frequency and to the
+    /// Derivatives of the factors at harmonic `k` with respect to the angular frequency and to the
     /// damping ratio.
     fn slopes(&self, k: f64) -> [Factors; 2] {
-        let (w, damping) = (self.omega_rad_s, self.system.damping);
-        let over_omega = Factors {
-            s: c64::new(0.0, k * damping.stiffness_s),
-            z: c64::new(
-                2.0 * k * k * w,
-                k * (4.0 * w * self.damping_ratio - damping.mass_per_s),
-            ),
+        let w = self.omega_rad_s;
+        let over_omega = |damping: Rayleigh| {
+            let of_ratio = 4.0 * w * self.damping_ratio;
+            (
+                c64::new(0.0, k * damping.stiffness_s),
+                c64::new(2.0 * k * k * w, k * (of_ratio - damping.mass_per_s)),
+            )
         };
-        let over_ratio = Factors {
-            s: c64::new(0.0, 0.0),
-            z: c64::new(0.0, 2.0 * k * w * w),
-        };
-        [over_omega, over_ratio]
-    }
-
-    /// Combination of K, M and p, of which `of` gives the factors of each harmonic, and that of each
-    /// mode by its squared angular frequency.
-    fn of_harmonics(
-        &self,
-        harmonics: usize,
-        of: impl Fn(f64) -> (Factors, Box<dyn Fn(f64) -> c64>),
-    ) -> HarmonicStiffness<'a> {
-        let omega2 = &self.system.problem.reduced.omega2;
-        self.system.of_harmonics(self.omega_rad_s, harmonics, |k| {
-            let (Factors { s, z }, of_mode) = of(k);
-            let left_out = |m: usize| k == 1.0 && m == self.mode;
-            let modes = omega2.iter().enumerate().map(|(m, w2)| match left_out(m) {
-                true => c64::new(0.0, 0.0),
-                false => of_mode(*w2),
-            });
-            Coefficients {
-                s,
-                z,
-                modes: modes.collect(),
-            }
-        })
+        let over_ratio = |_| (c64::ZERO, c64::new(0.0, 2.0 * k * w * w));
+        [
+            self.system.factors_by(over_omega, c64::new(0.0, k)),
+            self.system.factors_by(over_ratio, c64::ZERO),
+        ]
     }
 }

@@ -29,7 +29,8 @@ use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{
-    Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError, StuckModes,
+    Dashpots, Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError,
+    StuckModes,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::dense::parallel::product;
@@ -158,8 +159,8 @@ fn on_g(
 }
 
 /// Loads of the assembly, each as a vector on each body: the steady one, one unit of each
-/// excitation, and for each observed point the load whose work on a motion is the observed
-/// displacement.
+/// excitation, and for each observed point and each dashpot the load whose work on a motion is the
+/// displacement that is observed, or that the dashpot acts on.
 struct Loads<'a>(Vec<Vec<&'a [f64]>>);
 
 impl<'a> Loads<'a> {
@@ -169,8 +170,10 @@ impl<'a> Loads<'a> {
         let excitations = structure.excitations.iter().map(on_bodies);
         let observations = structure.observations.iter();
         let observations = observations.map(|(_, vectors)| on_bodies(vectors));
+        let dashpots = structure.dashpots.iter().map(|(_, load)| on_bodies(load));
         let steady = std::iter::once(steady.collect());
-        Self(steady.chain(excitations).chain(observations).collect())
+        let vibrating = excitations.chain(observations).chain(dashpots);
+        Self(steady.chain(vibrating).collect())
     }
 
     /// All loads on one body, side by side.
@@ -278,7 +281,8 @@ struct Joined<'a> {
     m_xg: CscMatrix<f64>,
 }
 
-/// Condensed loads of the assembly: the steady one, the excitations, the observed points.
+/// Condensed loads of the assembly: the steady one, the excitations, the observed points, the
+/// dashpots.
 struct CondensedLoads {
     /// Loads on g, side by side.
     on_g: Mat<f64>,
@@ -415,7 +419,12 @@ impl<'a> Joined<'a> {
             let Load { on_x, on_modes } = load(first_observed + o);
             ObservedDisplacement::new(name.clone(), on_x, on_modes)
         });
+        let first_dashpot = first_observed + structure.observations.len();
+        let dashpots = structure.dashpots.iter().enumerate();
+        let dashpots = dashpots.map(|(j, (damping, _))| (*damping, load(first_dashpot + j)));
+        let dashpots: Vec<(f64, Load)> = dashpots.collect();
         let reduced = ReducedModel {
+            dashpots: Dashpots::new(mass.nrows(), omega2.len(), &dashpots),
             stiffness,
             mass,
             coupling,
@@ -426,9 +435,11 @@ impl<'a> Joined<'a> {
             observations: observations.collect(),
         };
         let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
+        // A dashpot is a load and an observed point at once.
+        let of_dashpots = largest(&energy_shares[first_dashpot..]);
         let left = truncation::EnergyShares {
-            loads: largest(&energy_shares[1..first_observed]),
-            observed: largest(&energy_shares[first_observed..]),
+            loads: largest(&energy_shares[1..first_observed]).max(of_dashpots),
+            observed: largest(&energy_shares[first_observed..first_dashpot]).max(of_dashpots),
         };
         let highest_rad_s = wanted.excited.rad_s(&reduced.omega2);
         let amplitude = self.amplitude_error(&reduced, left, highest_rad_s);

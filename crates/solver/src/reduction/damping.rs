@@ -71,6 +71,10 @@ pub enum DampingError {
         "damping.ratio is that of a mode, and this model has none: give damping.stiffness_s or damping.mass_per_s instead"
     )]
     NoModes,
+    #[error(
+        "damping.modal_ratios has {given} values, but the model has {available} stuck modes: give no more than these, or keep more response.stuck_modes"
+    )]
+    FewerModes { given: usize, available: usize },
 }
 
 /// Coefficients from the scene. A ratio may be given for one of the modes with the squared angular

@@ -23,7 +23,7 @@ pub mod superelement;
 pub mod transformation;
 mod truncation;
 
-use faer::Mat;
+use faer::{ColRef, Mat, c64};
 
 use serde::{Deserialize, Serialize};
 
@@ -190,7 +190,7 @@ pub enum ReductionError {
 /// and on the m modes of the stuck assembly (X = 0).
 ///
 /// With q the modal amplitudes: `K X + M X'' + p q'' + lambda = F`, `q'' + w^2 q + p^T X'' = fm`
-/// (plus Rayleigh damping `a K + b M`). The contact laws and the amplitudes of the excitations
+/// (plus Rayleigh damping `a K + b M` and the [`Dashpots`]). The contact laws and the amplitudes of the excitations
 /// belong to the [`Problem`](crate::problem::Problem).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReducedModel {
@@ -214,6 +214,8 @@ pub struct ReducedModel {
     pub unit_loads: Vec<Load>,
     /// Observed displacements.
     pub observations: Vec<ObservedDisplacement>,
+    /// Dashpots between the bodies, or from them to ground.
+    pub dashpots: Dashpots,
 }
 
 impl ReducedModel {
@@ -230,6 +232,7 @@ impl ReducedModel {
             static_load: Load::zeros(n, m),
             unit_loads: Vec::new(),
             observations: Vec::new(),
+            dashpots: Dashpots::none(n, m),
         }
     }
 
@@ -273,6 +276,37 @@ impl ReducedModel {
         (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
+    /// Coupling p of X to the modes, n x m, and the weights of the dashpots on X, n x d.
+    pub fn coupling_and_dashpots(&self) -> [&Mat<f64>; 2] {
+        [&self.coupling, &self.dashpots.on_x]
+    }
+
+    /// Products `p^T X`, m, and the displacements of the dashpots by X alone, d.
+    pub fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
+        self.coupling_and_dashpots().map(|columns| {
+            let on_column = |column: ColRef<'_, f64>| {
+                let mut sum = c64::new(0.0, 0.0);
+                for (x, v) in x.iter().zip(column.iter()) {
+                    sum += x * *v;
+                }
+                sum
+            };
+            columns.col_iter().map(on_column).collect()
+        })
+    }
+
+    /// Adds to `load` the forces on X of amplitudes of the coupling to the modes, m, and of the
+    /// dashpots, d.
+    pub fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
+        for (columns, amplitudes) in self.coupling_and_dashpots().into_iter().zip(amplitudes) {
+            for (column, amplitude) in columns.col_iter().zip(amplitudes) {
+                for (f, v) in load.iter_mut().zip(column.iter()) {
+                    *f += amplitude * *v;
+                }
+            }
+        }
+    }
+
     /// Model with its `modes` lowest stuck modes only.
     pub fn with_modes(mut self, modes: usize) -> Self {
         let count = modes.min(self.omega2.len());
@@ -286,6 +320,8 @@ impl ReducedModel {
         for observed in &mut self.observations {
             observed.on_modes.truncate(count);
         }
+        let dashpots = &mut self.dashpots;
+        dashpots.on_modes = dashpots.on_modes.subrows(0, count).to_owned();
         self
     }
 }
@@ -338,5 +374,56 @@ impl ObservedDisplacement {
             on_x,
             on_modes,
         }
+    }
+}
+
+/// Dashpots on the coordinates of a [`ReducedModel`]. Dashpot j acts on the displacement
+/// `x_j . X + y_j . q`, and adds `c_j (x_j, y_j) (x_j, y_j)^T` to the damping matrix.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Dashpots {
+    /// Coefficients c, N s/m, d.
+    pub damping_n_s_m: Vec<f64>,
+    /// Weights x of the relative displacements, one column for each dashpot, n x d.
+    #[serde(with = "stored::matrix")]
+    pub on_x: Mat<f64>,
+    /// Weights y of the modal amplitudes, m x d.
+    #[serde(with = "stored::matrix")]
+    pub on_modes: Mat<f64>,
+}
+
+impl Dashpots {
+    /// No dashpot on n displacements and m modes.
+    pub fn none(n: usize, m: usize) -> Self {
+        Self {
+            damping_n_s_m: Vec::new(),
+            on_x: Mat::zeros(n, 0),
+            on_modes: Mat::zeros(m, 0),
+        }
+    }
+
+    /// Dashpots with these coefficients, N s/m, on n displacements and m modes. Each acts on the
+    /// displacement whose weights are those of a load.
+    pub fn new(n: usize, m: usize, dashpots: &[(f64, Load)]) -> Self {
+        let count = dashpots.len();
+        Self {
+            damping_n_s_m: dashpots.iter().map(|(damping, _)| *damping).collect(),
+            on_x: Mat::from_fn(n, count, |i, j| dashpots[j].1.on_x[i]),
+            on_modes: Mat::from_fn(m, count, |i, j| dashpots[j].1.on_modes[i]),
+        }
+    }
+
+    /// Coefficients, N s/m, and weights as loads of all dashpots.
+    pub fn loads(&self) -> Vec<(f64, Load)> {
+        let weights = |j: usize| {
+            let [on_x, on_modes] = [&self.on_x, &self.on_modes].map(|a| a.col_as_slice(j).to_vec());
+            Load::new(on_x, on_modes)
+        };
+        let all = self.damping_n_s_m.iter().enumerate();
+        all.map(|(j, damping)| (*damping, weights(j))).collect()
+    }
+
+    /// Number of dashpots, d.
+    pub fn count(&self) -> usize {
+        self.damping_n_s_m.len()
     }
 }

@@ -2,20 +2,22 @@
 //!
 //! | file | shape | what |
 //! | --- | --- | --- |
-//! | `model.json` | | units, numbers of pairs and modes, contacts, excitations, observed points |
+//! | `model.json` | | units, numbers of pairs and modes, contacts, excitations, observed points, coefficients of dashpots |
 //! | `stiffness.mtx`, `mass.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
 //! | `coupling.mtx` | n x m | mass coupling to the stuck modes, of unit modal mass |
 //! | `squared_frequencies.mtx` | m | squared angular frequencies of the stuck modes, rad2/s2 |
 //! | `static_load.mtx`, `static_load_on_modes.mtx` | n, m | static load; zero on the modes where the second is absent |
 //! | `excitations.mtx`, `excitations_on_modes.mtx` | n x e, m x e | one unit of each excitation, a column each |
 //! | `observed_points.mtx`, `observed_points_on_modes.mtx` | n x o, m x o | the observed points `x . X + q . modes`, a column each |
+//! | `dashpots.mtx`, `dashpots_on_modes.mtx` | n x d, m x d | the displacements `x . X + q . modes` that dashpots act on, a column each |
 //! | `positions.mtx` | n/3 x 3 | positions of the pairs, m |
 //! | `areas.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
 //! Files without columns are left out. `Description` is what `model.json` has. Files that
 //! [`write()`] wrote name their model in a comment, a hash of all its numbers: files of two models
 //! are not read together. Files without such a comment, from another program, are accepted as they
-//! are. The folder contains no friction, gap or damping: the caller gives them.
+//! are. The folder contains no friction, gap or damping besides that of dashpots: the caller gives
+//! them.
 //!
 //! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
 //! negative, and only contact holds the bodies), and M - p p^T, the mass that the stuck modes
@@ -30,7 +32,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use serde::{Deserialize, Serialize};
 
 use super::matrix_market;
-use super::{Load, ObservedDisplacement, ReducedModel};
+use super::{Dashpots, Load, ObservedDisplacement, ReducedModel};
 use crate::input;
 use dovetail_numerics::dense;
 
@@ -104,6 +106,9 @@ struct Description {
     contacts: Vec<NamedContact>,
     excitations: Vec<NamedExcitation>,
     observed_points: Vec<String>,
+    /// Coefficients of the dashpots.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    dashpots_n_s_m: Vec<f64>,
 }
 
 /// Units of all numbers of a folder, which are those of the SI.
@@ -132,7 +137,7 @@ impl Units {
 const FORMAT: &str = "reduced model of dovetail";
 
 /// Names of the files of a folder. Not every model has all; no other name is read or written.
-pub const FILES: [&str; 13] = [
+pub const FILES: [&str; 15] = [
     STIFFNESS,
     MASS,
     COUPLING,
@@ -143,6 +148,8 @@ pub const FILES: [&str; 13] = [
     EXCITATIONS_ON_MODES,
     OBSERVED_POINTS,
     OBSERVED_POINTS_ON_MODES,
+    DASHPOTS,
+    DASHPOTS_ON_MODES,
     AREAS,
     POSITIONS,
     DESCRIPTION,
@@ -158,6 +165,8 @@ const EXCITATIONS: &str = "excitations.mtx";
 const EXCITATIONS_ON_MODES: &str = "excitations_on_modes.mtx";
 const OBSERVED_POINTS: &str = "observed_points.mtx";
 const OBSERVED_POINTS_ON_MODES: &str = "observed_points_on_modes.mtx";
+const DASHPOTS: &str = "dashpots.mtx";
+const DASHPOTS_ON_MODES: &str = "dashpots_on_modes.mtx";
 const AREAS: &str = "areas.mtx";
 const POSITIONS: &str = "positions.mtx";
 
@@ -344,6 +353,11 @@ fn description(path: &Path) -> Result<Description, SuperelementError> {
         );
         return Err(wrong(message));
     }
+    let mut dashpots = found.dashpots_n_s_m.iter();
+    if let Some(wrong_one) = dashpots.find(|c| !(c.is_finite() && **c >= 0.0)) {
+        let message = format!("dashpots_n_s_m has {wrong_one}: all must be 0 or more and finite");
+        return Err(wrong(message));
+    }
     for excitation in &found.excitations {
         let is_finite = excitation.amplitude.is_finite() && excitation.phase_rad.is_finite();
         if excitation.harmonic == 0 || !is_finite {
@@ -442,7 +456,11 @@ impl Arrays<'_> {
         let points = &described.observed_points;
         let observed = self.on_both([OBSERVED_POINTS, OBSERVED_POINTS_ON_MODES], points.len())?;
         let observed = points.iter().zip(observed);
+        let damping = &described.dashpots_n_s_m;
+        let dashpots = self.on_both([DASHPOTS, DASHPOTS_ON_MODES], damping.len())?;
+        let dashpots: Vec<(f64, Load)> = damping.iter().copied().zip(dashpots).collect();
         Ok(ReducedModel {
+            dashpots: Dashpots::new(n, m, &dashpots),
             stiffness: symmetric(&self.folder.join(STIFFNESS), n)?,
             mass: symmetric(&self.folder.join(MASS), n)?,
             coupling: match has_modes {
@@ -581,6 +599,7 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
             .iter()
             .map(|point| [&point.on_x[..], &point.on_modes]),
     );
+    let dashpots = &model.dashpots;
     let all = [
         (STIFFNESS, model.stiffness.as_ref()),
         (MASS, model.mass.as_ref()),
@@ -592,6 +611,8 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         (STATIC_LOAD_ON_MODES, column(&model.static_load.on_modes)),
         (EXCITATIONS_ON_MODES, excitations_on_modes.as_ref()),
         (OBSERVED_POINTS_ON_MODES, points_on_modes.as_ref()),
+        (DASHPOTS, dashpots.on_x.as_ref()),
+        (DASHPOTS_ON_MODES, dashpots.on_modes.as_ref()),
     ];
     let is_there = |a: &MatRef<'_, f64>| a.nrows() > 0 && a.ncols() > 0;
     let mut files: Vec<(&str, MatRef<'_, f64>)> = Vec::new();
@@ -615,6 +636,7 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         contacts: element.contacts.clone(),
         excitations: element.excitations.clone(),
         observed_points: model.observations.iter().map(|o| o.name.clone()).collect(),
+        dashpots_n_s_m: dashpots.damping_n_s_m.clone(),
     };
     let path = part(DESCRIPTION);
     write_json(&path, &described).map_err(failed(path))?;
@@ -736,6 +758,11 @@ mod tests {
                     ObservedDisplacement::new("tip", vector(n, 40), vector(m, 50)),
                     ObservedDisplacement::new("root", vector(n, 41), vector(m, 51)),
                 ],
+                dashpots: Dashpots::new(
+                    n,
+                    m,
+                    &[(1.0 / 3.0, Load::new(vector(n, 60), vector(m, 70)))],
+                ),
                 ..ReducedModel::new(square(1), square(5), coupling, omega2)
             },
             excitations: vec![
@@ -794,6 +821,7 @@ mod tests {
         assert_eq!(a.mass, b.mass);
         assert_eq!(a.coupling, b.coupling);
         assert_eq!(a.omega2, b.omega2);
+        assert_eq!(a.dashpots, b.dashpots);
         assert_eq!(a.static_load, b.static_load);
         assert_eq!(a.unit_loads, b.unit_loads);
         assert_eq!(a.stuck_modes, b.stuck_modes);

@@ -124,6 +124,7 @@ mod tests {
                     frame: Some(frame),
                     area_m2: None,
                     gap_m: 0.0,
+                    friction: 0.3,
                 });
             }
         }

@@ -1,5 +1,6 @@
 //! Table of the pairs, from a mesh or from a folder.
 
+use crate::contact::PairLaw;
 use crate::model::{ContactPair, Model};
 use crate::reduction::superelement::Superelement;
 
@@ -29,6 +30,8 @@ pub struct PairRow {
     pub area_m2: Option<f64>,
     /// Initial clearance, m.
     pub gap_m: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
 }
 
 /// Properties of a pair that fields need.
@@ -82,13 +85,14 @@ impl PairTable {
                     frame: Some(pair.frame),
                     area_m2: Some(pair.area_m2),
                     gap_m: pair.law.gap_m,
+                    friction: pair.law.friction,
                 })
                 .collect(),
         }
     }
 
-    /// Table of a folder, each of whose pairs has the clearance `gap_m`.
-    pub fn of_superelement(element: &Superelement, gap_m: f64) -> Self {
+    /// Table of a folder, each of whose pairs follows `law`.
+    pub fn of_superelement(element: &Superelement, law: PairLaw) -> Self {
         let contacts = element.contacts.iter().enumerate();
         let contact_of: Vec<usize> = contacts
             .flat_map(|(number, contact)| std::iter::repeat_n(number, contact.pairs))
@@ -98,7 +102,8 @@ impl PairTable {
             position_m: element.positions_m[i],
             frame: None,
             area_m2: element.areas_m2.as_ref().map(|a| a[i]),
-            gap_m,
+            gap_m: law.gap_m,
+            friction: law.friction,
         };
         Self {
             contacts: element.contacts.iter().map(|c| c.name.clone()).collect(),

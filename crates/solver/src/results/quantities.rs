@@ -440,6 +440,7 @@ mod tests {
             frame: None,
             area_m2: Some(area_m2),
             gap_m: 1e-6,
+            friction: 0.3,
         }
     }
 

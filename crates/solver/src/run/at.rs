@@ -46,7 +46,7 @@ fn means(
     let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
     let resolution = scene.response.resolution;
     let harmonics = resolution.most_harmonics();
-    off_undamped_modes(reduced.model(), state, damping, &frequencies_hz, harmonics)?;
+    off_undamped_modes(&reduced.problem, state, damping, &frequencies_hz, harmonics)?;
     let ends = [frequencies_hz.first(), frequencies_hz.last()];
     let ends = ends.into_iter().flatten().copied().collect();
     let settings = settings(&scene.response, ends, resolution);
@@ -153,17 +153,21 @@ impl At {
         let same = own.folder == other.folder
             && own.law.gap_m == other.law.gap_m
             && self.scene.response.stuck_modes == scene.response.stuck_modes;
-        let model = self.reduced.model();
-        same.then(|| Reduced {
-            pairs: self.reduced.pairs.clone(),
-            problem: Problem::of_excitations(
-                model.clone(),
-                other.law,
-                &self.reduced.of_folder,
-                other.force_n,
-            ),
+        if !same {
+            return None;
+        }
+        let model = self.reduced.model().clone();
+        let excitations = &self.reduced.of_folder;
+        let problem = Problem::of_excitations(model, other.law, excitations, other.force_n);
+        let mut pairs = self.reduced.pairs.clone();
+        for row in &mut pairs.rows {
+            row.friction = other.law.friction;
+        }
+        Some(Reduced {
+            pairs,
+            problem: problem.with_modal_ratios(&scene.modal_ratios).ok()?,
             bodies: None,
-            of_folder: self.reduced.of_folder.clone(),
+            of_folder: excitations.clone(),
         })
     }
 }

@@ -193,6 +193,7 @@ impl Spun {
             joints: self.at_rest.joints.clone(),
             excitations: self.at_rest.excitations.clone(),
             observations: self.at_rest.observations.clone(),
+            dashpots: self.at_rest.dashpots.clone(),
         };
         let held = fixed_interface_modes(&structure.bodies[0], LISTED_MODES)?.omega2;
         let stuck = stuck_modes(&structure, LISTED_MODES)?;

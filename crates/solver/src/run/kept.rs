@@ -91,6 +91,7 @@ impl ReductionInputs {
             excitation.harmonic = 0;
         }
         model.maps.clear();
+        model.friction_maps.clear();
         Self {
             model,
             wanted,

@@ -33,6 +33,7 @@ mod statics;
 mod stress;
 mod verify;
 mod wear;
+mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
@@ -52,7 +53,8 @@ pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
 pub use stress::{PLACES, PeakStress, peak_stress};
 pub use verify::{Verification, Verified, verify};
-pub use wear::{Wear, WearBlock, WearCourse, WearQuestion, wear};
+pub use wear::{Wear, WearQuestion, wear};
+pub use worn::{WearBlock, WearCourse};
 
 use crate::description::{Scene, Subject};
 use crate::dlft::{Orbit, Response};
@@ -119,7 +121,7 @@ fn along_frequency(
     let frequencies_hz = response::frequencies_hz(&scene.response, linear_omega2)?;
     let resolution = scene.response.resolution;
     response::off_undamped_modes(
-        reduced.model(),
+        &reduced.problem,
         state,
         damping,
         &frequencies_hz,

@@ -244,7 +244,8 @@ impl At {
 
     /// Largest amplitude of the linear reference.
     fn linear_m(&self, observation: usize) -> Option<f64> {
-        let linear = self.state.linear.problem(&self.reduced.problem);
+        let linear = &self.state.linear;
+        let linear = linear.problem(&self.reduced.problem, self.damping);
         let system = ContactSystem::new(&linear, self.damping);
         let [from_hz, to_hz] = self.settings.frequencies_hz[..] else {
             return None;

@@ -38,7 +38,7 @@ impl Reduced {
             Subject::ReducedModel(spec) => {
                 let _stage = session.stage(Stage::ReducedModel);
                 let element = superelement::read(&spec.folder)?;
-                let pairs = PairTable::of_superelement(&element, spec.law.gap_m);
+                let pairs = PairTable::of_superelement(&element, spec.law);
                 let reduced = match scene.response.stuck_modes {
                     Some(modes) => element.model.with_modes(modes),
                     None => element.model,
@@ -50,7 +50,8 @@ impl Reduced {
                         spec.law,
                         &element.excitations,
                         spec.force_n,
-                    ),
+                    )
+                    .with_modal_ratios(&scene.modal_ratios)?,
                     bodies: None,
                     of_folder: element.excitations,
                 }
@@ -142,7 +143,7 @@ impl Bodies {
                 settled.reduction
             }
         };
-        let problem = Problem::new(kept.reduced, model);
+        let problem = Problem::new(kept.reduced, model).with_modal_ratios(&scene.modal_ratios)?;
         let bodies = Self {
             modes: kept.modes,
             displacement: kept.displacement,

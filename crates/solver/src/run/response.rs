@@ -14,8 +14,8 @@ use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Branch, Response, SolvedFrequency, StaticState, Told};
+use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
-use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::{ModeKind, hertz};
@@ -67,21 +67,23 @@ const ON_A_MODE: f64 = 1e-9;
 /// # Errors
 /// [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
 pub fn off_undamped_modes(
-    reduced: &ReducedModel,
+    problem: &Problem,
     state: &StaticState,
     damping: Rayleigh,
     frequencies_hz: &[f64],
     harmonics: usize,
 ) -> Result<(), Error> {
-    if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
+    let is_damped = damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0;
+    if is_damped && problem.modal_ratios.is_empty() {
         return Ok(());
     }
-    let modes = [
-        (ModeKind::Stuck, &reduced.omega2),
-        (ModeKind::Linear, &state.linear.omega2),
-    ];
-    for (kind, omega2) in modes {
-        let modes_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
+    let linear = state.linear.problem(problem, damping);
+    for (kind, problem) in [(ModeKind::Stuck, problem), (ModeKind::Linear, &linear)] {
+        let system = ContactSystem::new(problem, damping);
+        let omega2 = problem.reduced.omega2.iter().enumerate();
+        let undamped = omega2.filter(|(m, _)| !system.damps(*m));
+        let (modes, modes_hz): (Vec<usize>, Vec<f64>) =
+            undamped.map(|(m, w2)| (m, hertz(*w2))).unzip();
         for &frequency_hz in frequencies_hz {
             let on_it = |h: usize| Some((h, mode_at(&modes_hz, h as f64 * frequency_hz)?));
             if let Some((harmonic, mode)) = (1..=harmonics).find_map(on_it) {
@@ -89,7 +91,7 @@ pub fn off_undamped_modes(
                     frequency_hz,
                     harmonic,
                     kind,
-                    mode: mode + 1,
+                    mode: modes[mode] + 1,
                 });
             }
         }

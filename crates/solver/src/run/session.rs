@@ -16,7 +16,7 @@ use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
 use super::outcome::{PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
 use super::reduced::Reduced;
-use super::wear::WearCourse;
+use super::worn::WearCourse;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
 use crate::model::Assembly;
 use crate::reduction::Recovery;

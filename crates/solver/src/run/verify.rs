@@ -327,6 +327,7 @@ mod tests {
                     ratio: 0.001,
                     linear_mode: 1,
                 },
+                modal_ratios: Vec::new(),
                 static_state: StaticSpec::default(),
                 response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
                 engine_orders: Vec::new(),

@@ -18,6 +18,7 @@ use super::reduced::Reduced;
 use super::response::at_one_speed;
 use super::session::{Event, Session, Stage};
 use super::statics::newton as static_newton;
+use super::worn::{WearBlock, WearCourse, seconds_per_cycle};
 use crate::description::{MissionPart, Scene};
 use crate::dlft::branch::Guess;
 use crate::dlft::static_state::static_state_after;
@@ -52,81 +53,10 @@ pub struct WearQuestion<'a> {
     pub cycles: &'a [f64],
     /// Largest error of the depths worn in a block, as a fraction of the largest of them.
     pub tolerance: f64,
-    /// Vibrations that wear the contacts in turn, one or more.
+    /// Vibrations that wear the contacts in turn; empty for the peak alone.
     pub mission: &'a [MissionPart],
     /// Name of the observed displacement whose peaks are followed; `None`: the first one.
     pub observation: Option<&'a str>,
-}
-
-/// State after a number of cycles.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct WearBlock {
-    /// Cycles since the beginning.
-    pub cycles: f64,
-    /// Time of these cycles, s.
-    pub seconds: f64,
-    /// Estimated error of the depths worn in the block that ends here, as a fraction of the largest
-    /// of them; 0 at the beginning.
-    pub error: f64,
-    /// Steps inside of that block; 0 at the beginning.
-    pub steps: usize,
-    /// Worn depth of each pair, m.
-    pub depth_m: Vec<f64>,
-    /// Depth that each pair wears in a cycle here, m.
-    pub rate_m: Vec<f64>,
-    /// Compression of each pair in the static state that the vibration leaves, N.
-    pub at_rest_n: Vec<f64>,
-    /// Vibration of each part of the mission.
-    pub motions: Vec<Orbit>,
-}
-
-/// Wear of a scene so far.
-#[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
-pub struct WearCourse<'a> {
-    /// Reduced model.
-    pub reduced: &'a Reduced,
-    /// Number of the observed displacement whose peaks are followed.
-    pub observation: usize,
-    /// Parts of the mission, with shares that add up to 1.
-    pub mission: &'a [MissionPart],
-    /// Area of each pair, m2.
-    pub area_m2: &'a [f64],
-    /// State at the beginning, and after each block.
-    pub blocks: &'a [WearBlock],
-}
-
-impl WearCourse<'_> {
-    /// Worn volume of a state, m3.
-    pub fn volume_m3(&self, block: &WearBlock) -> f64 {
-        self.over_area(&block.depth_m)
-    }
-
-    /// Volume that is worn in a cycle of a state, m3.
-    pub fn volume_rate_m3(&self, block: &WearBlock) -> f64 {
-        self.over_area(&block.rate_m)
-    }
-
-    /// Mean depth of a state over the area of the pairs that can wear, m.
-    pub fn mean_depth_m(&self, block: &WearBlock) -> f64 {
-        let laws = self.reduced.problem.laws.iter().zip(self.area_m2);
-        let wearing = laws.filter(|(law, _)| law.wear_m2_n > 0.0);
-        self.volume_m3(block) / wearing.map(|(_, area)| area).sum::<f64>()
-    }
-
-    /// Friction power of a state, mean over the time of the mission, W.
-    pub fn friction_power_w(&self, block: &WearBlock) -> f64 {
-        let parts = self.mission.iter().zip(&block.motions);
-        let energy_j =
-            parts.map(|(part, orbit)| part.share * orbit.friction_power_w / orbit.frequency_hz);
-        energy_j.sum::<f64>() / seconds_per_cycle(self.mission, &block.motions)
-    }
-
-    fn over_area(&self, of_pairs: &[f64]) -> f64 {
-        let both = of_pairs.iter().zip(self.area_m2);
-        both.map(|(value, area)| value * area).sum()
-    }
 }
 
 /// Wear of a scene.
@@ -164,14 +94,6 @@ impl Wear {
     }
 }
 
-/// Mean duration of a cycle of the mission, s.
-fn seconds_per_cycle(mission: &[MissionPart], motions: &[Orbit]) -> f64 {
-    let parts = mission.iter().zip(motions);
-    parts
-        .map(|(part, orbit)| part.share / orbit.frequency_hz)
-        .sum()
-}
-
 /// Wears the contacts of a scene.
 ///
 /// # Errors
@@ -199,8 +121,13 @@ pub fn wear(
     let areas = at.reduced.pairs.rows.iter().map(|pair| pair.area_m2);
     let area_m2: Vec<f64> = areas.collect::<Option<_>>().ok_or(Error::NoAreas)?;
     let observation = at.reduced.observed(question.observation)?;
-    let whole: f64 = question.mission.iter().map(|part| part.share).sum();
-    let mission = question.mission.iter().map(|part| MissionPart {
+    let at_peak = [MissionPart::only(None)];
+    let asked = match question.mission {
+        [] => &at_peak[..],
+        asked => asked,
+    };
+    let whole: f64 = asked.iter().map(|part| part.share).sum();
+    let mission = asked.iter().map(|part| MissionPart {
         share: part.share / whole,
         ..*part
     });

@@ -78,6 +78,7 @@ fn one_pair(gap_m: f64) -> Problem {
         },
         laws: vec![PairLaw::rigid(0.5, gap_m)],
         excitations: vec![HarmonicLoad::cosine(1, load(SHAKE_N))],
+        modal_ratios: Vec::new(),
     }
 }
 

@@ -62,6 +62,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
             stiffness_s: 0.0,
             mass_per_s: 0.03,
         },
+        modal_ratios: Vec::new(),
         static_state: StaticSpec {
             load_steps: 1,
             overload: 1.0,

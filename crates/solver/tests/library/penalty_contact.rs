@@ -15,7 +15,7 @@ use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};
@@ -58,6 +58,7 @@ impl Mass {
                 sine: load(self.force_n[1]),
                 ..HarmonicLoad::cosine(1, load(self.force_n[0]))
             }],
+            modal_ratios: Vec::new(),
         }
     }
 
@@ -346,6 +347,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
                 observed.on_x,
                 observed.on_modes,
             )],
+            dashpots: Dashpots::none(n, 1),
         },
         laws: vec![
             PairLaw {
@@ -355,6 +357,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             HERTZ_PAIRS
         ],
         excitations: vec![HarmonicLoad::cosine(1, excited(in_phase.hypot(ahead)))],
+        modal_ratios: Vec::new(),
     };
     let resolution = Resolution::fixed(31, 512);
     let mut settings = SweepSettings::new(vec![omega / TAU], resolution);
@@ -428,6 +431,7 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
             ..PairLaw::rigid(0.0, 10.0)
         }],
         excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
+        modal_ratios: Vec::new(),
     };
     let damping = Rayleigh::of_mass(0.1 * 40.0_f64.sqrt());
     let resolution = Resolution::fixed(7, 1024);

@@ -38,6 +38,7 @@ fn pulled(gap_m: f64, force_n: f64) -> Problem {
             1,
             Load::new(vec![0.0, force_n, 0.0], vec![]),
         )],
+        modal_ratios: Vec::new(),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Assembly;
-use dovetail_solver::model::{Model, bind};
+use dovetail_solver::model::{DashpotSpec, ExcitationKind, ExcitationSpec, Model, bind};
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
@@ -25,7 +25,12 @@ const DAMPING: Rayleigh = Rayleigh {
 const ALL: usize = 10_000;
 
 fn assembled(modes: Option<usize>) -> (Model, Structure) {
+    assembled_with(modes, Vec::new())
+}
+
+fn assembled_with(modes: Option<usize>, dashpots: Vec<DashpotSpec>) -> (Model, Structure) {
     let mut assembly: Assembly = blocks_assembly();
+    assembly.dashpots = dashpots;
     for body in &mut assembly.bodies {
         body.fixed_interface_modes = modes;
     }
@@ -96,11 +101,73 @@ fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
         .collect()
 }
 
+/// Dashpots of which the one from a corner to ground leads to a damping ratio of 3 % or so in the
+/// first mode, and the one between both flanks to more.
+fn dashpots() -> Vec<DashpotSpec> {
+    let dashpot = |first: &str, second: Option<&str>, damping_n_s_m, direction| DashpotSpec {
+        name: first.to_owned(),
+        first: first.to_owned(),
+        second: second.map(str::to_owned),
+        damping_n_s_m,
+        direction,
+    };
+    vec![
+        dashpot("corner", None, 0.3, Some([0.0, 0.6, 0.8])),
+        dashpot("upper_bottom", Some("lower_top"), 5.0, None),
+        dashpot("corner", Some("lower_top"), 0.2, Some([1.0, 0.0, 0.0])),
+    ]
+}
+
+/// A dashpot acts on the means over its groups: a load of 1 N spread over a group does the same work.
+#[test]
+fn dashpots_act_on_the_mean_displacements_of_their_groups() {
+    let (_, structure) = assembled_with(None, dashpots());
+    let mut assembly = blocks_assembly();
+    let unit = |on: &str, direction| ExcitationSpec {
+        kind: ExcitationKind::force(on, direction),
+        amplitude: 1.0,
+        harmonic: 1,
+        phase_rad: 0.0,
+    };
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let between = |on: [&str; 2], along| on.map(|on| unit(on, along));
+    assembly.excitations = vec![unit("corner", [0.0, 0.6, 0.8])];
+    for along in axes {
+        let both = between(["upper_bottom", "lower_top"], along);
+        assembly.excitations.extend(both);
+    }
+    let both = between(["corner", "lower_top"], axes[0]);
+    assembly.excitations.extend(both);
+    let model = bind(&assembly, &ready("blocks_order2.msh"), None).unwrap();
+    let loads = assemble(&model).unwrap().excitations;
+    let expected = std::iter::once((&loads[0], None));
+    let expected = expected.chain(loads[1..].chunks(2).map(|both| (&both[0], Some(&both[1]))));
+    let coefficients: Vec<f64> = structure.dashpots.iter().map(|(c, _)| *c).collect();
+    assert_eq!(coefficients, [0.3, 5.0, 5.0, 5.0, 0.2]);
+    for ((_, found), (first, second)) in structure.dashpots.iter().zip(expected) {
+        for (body, found) in found.iter().enumerate() {
+            for (dof, found) in found.iter().enumerate() {
+                let less = second.map_or(0.0, |second| second[body][dof]);
+                assert!((found - (first[body][dof] - less)).abs() < 1e-12);
+            }
+        }
+    }
+}
+
 #[test]
 fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
-    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is
-    // then linear, and the full one can be solved at once.
-    let (model, structure) = assembled(None);
+    spring_response(assembled(None));
+}
+
+/// The full matrices have the dashpots as c v v^T.
+#[test]
+fn with_all_modes_dashpots_give_the_response_of_the_full_model() {
+    spring_response(assembled_with(None, dashpots()));
+}
+
+/// Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
+/// linear, and the full one can be solved at once.
+fn spring_response((model, structure): (Model, Structure)) {
     let problem = Problem::new(reduced(&structure).model, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
     let system = ContactSystem::new(&problem, DAMPING);
@@ -141,6 +208,14 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         }
         let pulled = Mat::from_fn(n, c.ncols(), |i, j| c[(i, j)] * spring(i));
         full += c.transpose() * pulled;
+        for (damping, on_bodies) in &structure.dashpots {
+            let all = on_bodies.concat();
+            for (j, moved) in all.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                for (i, pulled) in all.iter().enumerate() {
+                    full[(i, j)] += c64::new(0.0, w * damping * moved * pulled);
+                }
+            }
+        }
         let [first, second] = forces(&model, 1);
         let force = Mat::from_fn(c.ncols(), 1, |i, _| {
             if i < sizes[0] {

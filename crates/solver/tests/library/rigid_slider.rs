@@ -41,6 +41,7 @@ fn two_masses(friction: f64) -> Problem {
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
+        modal_ratios: Vec::new(),
     }
 }
 

@@ -86,6 +86,7 @@ fn beam(friction: f64) -> Problem {
         },
         laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
+        modal_ratios: Vec::new(),
     }
 }
 

@@ -73,6 +73,8 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
             force(1, flanks[1][3], [0.0, 4.0, 1.0], 3, 0.0),
         ],
         maps: Vec::new(),
+        dashpots: Vec::new(),
+        friction_maps: Vec::new(),
         observations: vec![
             Observation {
                 name: "tip".into(),

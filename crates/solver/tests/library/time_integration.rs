@@ -12,7 +12,7 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -75,6 +75,7 @@ impl OnePair {
             },
             laws: vec![PairLaw::rigid(self.friction, 0.0)],
             excitations: vec![HarmonicLoad::cosine(1, load(self.force_n))],
+            modal_ratios: Vec::new(),
         }
     }
 }
@@ -117,6 +118,44 @@ fn a_stuck_joint_is_the_linear_oscillator_whatever_the_step() {
             assert!(settled.steady && off.abs() < 1e-8, "{steps} steps: {off:e}");
             let work = settled.cycle.work;
             assert!(work.friction_j.abs() + work.impact_j.abs() < 1e-8 * work.input_j);
+            assert!((work.viscous_j / work.input_j - 1.0).abs() < 1e-7);
+        }
+    }
+}
+
+/// A dashpot on the mode and a damping ratio of it are alike: what they spend is all that is put in.
+#[test]
+fn a_stuck_joint_with_a_dashpot_or_a_ratio_is_that_oscillator_too() {
+    let b: f64 = 1.02;
+    let plain = OnePair {
+        press_n: 1e3,
+        share: 0.0,
+        mode: Some((0.3, 1.0)),
+        ..PLAIN
+    }
+    .model();
+    let (mut dashpot, mut ratio, mut both) = (plain.clone(), plain.clone(), plain);
+    // The pair does not move; its share in the dashpot does not count.
+    let on_both = Load::new(vec![0.0, 0.7, 0.0], vec![0.5]);
+    dashpot.reduced.dashpots = Dashpots::new(3, 1, &[(0.2, on_both)]);
+    ratio.modal_ratios = vec![0.025];
+    both.reduced.dashpots = dashpot.reduced.dashpots.clone();
+    both.modal_ratios = vec![0.01];
+    let material = Rayleigh::new(0.02, 0.03);
+    for (model, damping, c) in [
+        (&dashpot, UNDAMPED, 0.05),
+        (&dashpot, material, 0.1),
+        (&ratio, UNDAMPED, 0.05),
+        (&ratio, material, 0.05),
+        (&both, material, 0.07),
+    ] {
+        let exact = 1.0 / (1.0 - b * b).hypot(b * c);
+        for steps in [20, 200] {
+            let settled = settle(model, damping, b, steps, 400);
+            let [re, im] = settled.cycle.observed[0].first_harmonic_m;
+            let off = re.hypot(im) / exact - 1.0;
+            assert!(settled.steady && off.abs() < 1e-8, "{steps} steps: {off:e}");
+            let work = settled.cycle.work;
             assert!((work.viscous_j / work.input_j - 1.0).abs() < 1e-7);
         }
     }

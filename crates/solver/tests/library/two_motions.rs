@@ -43,6 +43,7 @@ fn oscillator() -> Problem {
         },
         laws: vec![PairLaw::rigid(0.0, GAP_M)],
         excitations: vec![HarmonicLoad::cosine(1, load(FORCE_N))],
+        modal_ratios: Vec::new(),
     }
 }
 

@@ -13,8 +13,8 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
-    Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
+    Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, DashpotSpec, ExcitationKind,
+    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
 use dovetail_solver::reduction::damping::DampingSpec;
 
@@ -99,8 +99,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             }
         }
         ul {
-            @for contact in &assembly.contacts { li { (contact_words(contact)) } }
+            @for contact in &assembly.contacts { li { (contact_words(contact, contents.model)) } }
             @for spring in &assembly.springs { li { (spring_words(spring)) } }
+            @for dashpot in &assembly.dashpots { li { (dashpot_words(dashpot)) } }
             @for load in &assembly.loads {
                 li {
                     "A steady load on " code { (load.on) } ": "
@@ -196,25 +197,39 @@ fn excitation_words(cause: &ExcitationSpec) -> Markup {
 
 fn spring_words(spring: &SpringSpec) -> Markup {
     html! {
-        "The spring " code { (spring.name) } " of " (quantity(spring.stiffness_n_m, "N/m", 4)) " joins "
-        code { (spring.first) } " to "
-        @match &spring.second {
+        "The spring " code { (spring.name) } " of " (quantity(spring.stiffness_n_m, "N/m", 4))
+        (joins(&spring.first, spring.second.as_deref(), spring.direction))
+    }
+}
+
+fn dashpot_words(dashpot: &DashpotSpec) -> Markup {
+    html! {
+        "The dashpot " code { (dashpot.name) } " of " (quantity(dashpot.damping_n_s_m, "N s/m", 4))
+        (joins(&dashpot.first, dashpot.second.as_deref(), dashpot.direction))
+    }
+}
+
+/// Ends and direction of a spring or a dashpot.
+fn joins(first: &str, second: Option<&str>, direction: Option<[f64; 3]>) -> Markup {
+    html! {
+        " joins " code { (first) } " to "
+        @match second {
             Some(second) => { code { (second) } },
             None => { "ground" },
         }
-        @if let Some(direction) = spring.direction { ", along " (vector(direction, 3)) }
+        @if let Some(direction) = direction { ", along " (vector(direction, 3)) }
         "."
     }
 }
 
-fn contact_words(contact: &ContactSpec) -> Markup {
+fn contact_words(contact: &ContactSpec, model: Option<&Model>) -> Markup {
     let second = contact.second.as_deref().unwrap_or("rigid ground");
     html! {
         "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
         @match contact.law {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
-                "it opens and slides, " (law_words(contact.pair_law, "N/m3"))
+                "it opens and slides, " (friction_words(contact, model)) (further_words(contact.pair_law, "N/m3"))
                 @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
                 @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
                 "."
@@ -223,10 +238,33 @@ fn contact_words(contact: &ContactSpec) -> Markup {
     }
 }
 
+/// Friction of a contact: one coefficient, or the range of those of a file.
+fn friction_words(contact: &ContactSpec, model: Option<&Model>) -> Markup {
+    let maps = model.iter().flat_map(|model| &model.friction_maps);
+    let map = maps.into_iter().find(|map| map.contact == contact.name);
+    html! {
+        @match (contact.friction_at.as_ref().and_then(FieldSource::file), map) {
+            (Some(file), Some(map)) => {
+                "dry friction of " (figure(map.range[0], 3)) " to " (figure(map.range[1], 3)) " from "
+                code { (file.file_name().unwrap_or(file.as_os_str()).display()) }
+                ", on average " (figure(map.mean, 3))
+            },
+            (Some(file), None) => {
+                "dry friction from " code { (file.file_name().unwrap_or(file.as_os_str()).display()) }
+            },
+            (None, _) => { "dry friction " (figure(contact.pair_law.friction, 3)) },
+        }
+    }
+}
+
 /// Law of a pair, with stiffnesses in this unit.
 fn law_words(law: PairLaw, unit: &str) -> Markup {
+    html! { "dry friction " (figure(law.friction, 3)) (further_words(law, unit)) }
+}
+
+/// Law of a pair besides its friction, with stiffnesses in this unit.
+fn further_words(law: PairLaw, unit: &str) -> Markup {
     html! {
-        "dry friction " (figure(law.friction, 3))
         @if let Some(stiffness) = law.stiffness {
             ", on springs of " (figure(stiffness.normal_n_m, 3)) " " (unit) " against penetration and "
             (figure(stiffness.tangential_n_m, 3)) " " (unit) " against shear"
@@ -248,6 +286,12 @@ fn solution_words(contents: &Contents<'_>) -> Markup {
                 DampingSpec::Rayleigh { stiffness_s, mass_per_s } => {
                     "Damping is " (figure(stiffness_s, 3)) " s times the stiffness and " (figure(mass_per_s, 3)) "/s times the mass."
                 }
+            }
+            @if !scene.modal_ratios.is_empty() {
+                " In place of it "
+                @if scene.modal_ratios.len() == 1 { "the first mode with all pairs stuck has " }
+                @else { "the first " (scene.modal_ratios.len()) " modes with all pairs stuck have " }
+                (scene.modal_ratios.iter().map(|ratio| percent(*ratio, 3)).collect::<Vec<_>>().join(", ")) " of critical."
             }
             @if contents.sweep.is_some() {
                 @match spec.points {

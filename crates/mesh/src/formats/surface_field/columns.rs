@@ -29,6 +29,7 @@ enum Quantity {
     Pressure(Part),
     Force(usize, Part),
     Area,
+    Friction,
     /// Number of a node, which is not used.
     Label,
 }
@@ -79,6 +80,7 @@ impl Quantity {
             Self::Pressure(_) => PRESSURES,
             Self::Force(..) => FORCES,
             Self::Area => AREAS,
+            Self::Friction => &[("", 1.0), ("1", 1.0), ("-", 1.0)],
             Self::Label => &[],
         }
     }
@@ -97,6 +99,7 @@ impl Quantity {
             Self::Pressure(p) => format!("pressure_{}", part(p, "pa")),
             Self::Force(k, p) => format!("force_{}_{}", axis(k), part(p, "n")),
             Self::Area => "area_m2".to_owned(),
+            Self::Friction => "friction".to_owned(),
             Self::Label => "node".to_owned(),
         }
     }
@@ -132,6 +135,7 @@ fn meaning(name: &str) -> Option<Meaning> {
         words.pop();
     }
     let (mut axis, mut part, mut noun) = (None, None, None);
+    let mut is_coefficient = false;
     for word in &words {
         match *word {
             "x" | "y" | "z" => {
@@ -140,12 +144,14 @@ fn meaning(name: &str) -> Option<Meaning> {
                     return None;
                 }
             }
-            "pressure" | "force" | "area" | "coordinate" | "node" | "nodenumber" | "cellnumber" => {
+            "pressure" | "force" | "area" | "friction" | "coordinate" | "node" | "nodenumber"
+            | "cellnumber" => {
                 if noun.replace(*word).is_some() {
                     return None;
                 }
             }
             "number" if noun == Some("node") => {}
+            "coefficient" | "of" => is_coefficient = true,
             "part" if part.is_some() => {}
             _ => {
                 let found = match *word {
@@ -162,6 +168,8 @@ fn meaning(name: &str) -> Option<Meaning> {
         }
     }
     let quantity = match (noun, axis, part) {
+        (Some("friction"), None, None) => Quantity::Friction,
+        _ if is_coefficient => return None,
         (None | Some("coordinate"), Some(k), None) => Quantity::Place(k),
         (Some("pressure"), None, part) => Quantity::Pressure(part.unwrap_or(Part::Whole)),
         (Some("force"), Some(k), part) => Quantity::Force(k, part.unwrap_or(Part::Whole)),
@@ -212,6 +220,7 @@ impl Complex {
 pub(super) enum ValueColumns {
     Forces([Complex; 3]),
     Pressures(Complex, Option<Column>),
+    Friction(Column),
 }
 
 /// Positions of the columns.
@@ -234,7 +243,19 @@ impl Columns {
         });
         let is_force = |quantity: &Quantity| matches!(quantity, Quantity::Force(..));
         let has_forces = all.found.iter().any(|(quantity, _)| is_force(quantity));
+        let friction = all.find(Quantity::Friction);
+        let load = all
+            .found
+            .iter()
+            .find_map(|(quantity, column)| (is_force(quantity)).then_some(column).or(pressure));
         let values = match (has_forces, pressure) {
+            _ if let (Some(_), Some(load)) = (&friction, load) => {
+                return Err(SurfaceFieldError::FrictionAndLoad {
+                    path: path.to_owned(),
+                    column: load.name.clone(),
+                });
+            }
+            _ if let Some(friction) = friction => ValueColumns::Friction(friction),
             (true, Some(column)) => {
                 return Err(SurfaceFieldError::TwoKinds {
                     path: path.to_owned(),

@@ -1,12 +1,13 @@
 //! CSV files of points in space with complex forces or pressures, as programs of fluid dynamics
-//! write them.
+//! write them, or with coefficients of friction.
 //!
-//! A file gives a [`SurfaceField`] and no [`Content`](super::Content): it is an excitation and no
-//! mesh, and [`detect`](fn@super::detect) does not know it.
+//! A file gives a [`SurfaceField`] and no [`Content`](super::Content): it is an excitation or the
+//! friction of a contact and no mesh, and [`detect`](fn@super::detect) does not know it.
 //!
 //! The first line names the columns, in any order: `x_m`, `y_m`, `z_m`, and either `pressure_re_pa`
 //! with `pressure_im_pa` and `area_m2` if there are any, or `force_x_re_n`, `force_y_re_n`,
-//! `force_z_re_n` with `force_x_im_n` and so on. Imaginary parts that are left out are zero.
+//! `force_z_re_n` with `force_x_im_n` and so on, or `friction`. Imaginary parts that are left out
+//! are zero.
 //! `pressure_amplitude_pa` and `pressure_phase_deg` may replace real and imaginary parts, and names
 //! of other programs may replace these names (`columns.rs`). A line that begins with `#` is a
 //! remark. In a file with sections, such as CFD-Post writes, the section `[Data]` is read.
@@ -59,6 +60,8 @@ pub enum SurfaceFieldError {
     ColumnTwice { path: PathBuf, column: String },
     #[error("{}: it has forces and `{column}`: keep the columns of the forces or those of the pressures", path.display())]
     TwoKinds { path: PathBuf, column: String },
+    #[error("{}: it has friction and `{column}`: keep the column of the friction or those of the load", path.display())]
+    FrictionAndLoad { path: PathBuf, column: String },
     #[error("{}, line {line}, column `{column}`: `{value}` is not {wanted}", path.display())]
     Value {
         path: PathBuf,
@@ -76,7 +79,8 @@ pub enum SurfaceFieldError {
 }
 
 const COLUMNS: &str = "the columns are x_m, y_m, z_m, and pressure_re_pa (and pressure_im_pa, area_m2) or \
-                       force_x_re_n, force_y_re_n, force_z_re_n (and force_x_im_n, force_y_im_n, force_z_im_n); \
+                       force_x_re_n, force_y_re_n, force_z_re_n (and force_x_im_n, force_y_im_n, force_z_im_n), or \
+                       friction; \
                        amplitude and phase may stand for re and im (pressure_amplitude_pa, pressure_phase_deg), and \
                        units in brackets (Pressure Amplitude [Pa])";
 /// Most units named in a message.
@@ -182,10 +186,10 @@ impl SurfaceField {
                     areas.push(value(area, "an area, 0 or more", 0.0)?);
                 }
             }
-            (ValueColumns::Forces(_), FieldValues::Pressures { .. })
-            | (ValueColumns::Pressures(..), FieldValues::Forces(_)) => {
-                unreachable!("the values are made by the columns")
+            (ValueColumns::Friction(column), FieldValues::Friction(friction)) => {
+                friction.push(value(column, "a coefficient of friction, 0 or more", 0.0)?);
             }
+            _ => unreachable!("the values are made by the columns"),
         }
         Ok(())
     }
@@ -201,6 +205,7 @@ fn section(record: &csv::StringRecord) -> Option<String> {
 fn no_values(columns: &Columns) -> FieldValues {
     match &columns.values {
         ValueColumns::Forces(_) => FieldValues::Forces(Vec::new()),
+        ValueColumns::Friction(_) => FieldValues::Friction(Vec::new()),
         ValueColumns::Pressures(_, area) => FieldValues::Pressures {
             pressures_pa: Vec::new(),
             areas_m2: area.as_ref().map(|_| Vec::new()),
@@ -253,6 +258,30 @@ mod tests {
         let text = "x_m,y_m,z_m,pressure_re_pa,area_m2\n0,0,0,1,0.5\n0,0,1,2,0\n";
         let expected = pressures(&[[1.0, 0.0], [2.0, 0.0]], Some(vec![0.5, 0.0]));
         assert_eq!(parse(text).unwrap().values, expected);
+    }
+
+    #[test]
+    fn coefficients_of_friction_are_read_by_their_name() {
+        let friction = |values: &[f64]| FieldValues::Friction(values.to_vec());
+        for name in [
+            "friction",
+            "Friction Coefficient",
+            "coefficient of friction [-]",
+        ] {
+            let field = parse(&format!("x_m,y_m,z_m,{name}\n1,2,3,0.3\n4,5,6,0\n")).unwrap();
+            assert_eq!(field.points_m, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+            assert_eq!(field.values, friction(&[0.3, 0.0]), "{name}");
+        }
+        refused(
+            r"
+            PLACE,friction\n1,2,3,-0.1 => line 2 & `friction` & `-0.1` & 0 or more
+            PLACE,friction\n1,2,3,nan => line 2 & `nan` & 0 or more
+            PLACE,friction [N] => `friction [N]` has no unit
+            PLACE,coefficient => `coefficient` is not known & friction
+            PLACE,friction,Pressure [Pa] => friction and `Pressure [Pa]`
+            PLACE,friction,Force X [N] => friction and `Force X [N]`
+            ",
+        );
     }
 
     /// Files as CFD-Post exports a surface, and as Fluent writes ASCII with commas.

@@ -15,6 +15,7 @@ use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{Run, SweepSettings};
 use crate::dlft::{Orbit, Outcome, StaticState};
 use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::nonlinear::NewtonOptions;
@@ -66,6 +67,7 @@ impl LinearMode {
         range: &BackboneRange,
     ) -> Option<Self> {
         let omega = state.linear.omega2[range.mode].sqrt();
+        let linear = state.linear.problem(problem, damping);
         let (mut x, q) = state.linear.motion(problem, range.mode);
         let larger = |a: &usize, b: &usize| q[*a].abs().total_cmp(&q[*b].abs());
         let tracked = (0..q.len()).max_by(larger).filter(|m| q[*m] != 0.0)?;
@@ -78,7 +80,7 @@ impl LinearMode {
             x,
             observed,
             omega,
-            ratio: 0.5 * (damping.stiffness_s * omega + damping.mass_per_s / omega),
+            ratio: ContactSystem::new(&linear, damping).damping_ratio(range.mode),
         })
     }
 }
@@ -376,10 +378,17 @@ impl<'b, 's: 'b> Follower<'b, 's> {
         let modes = motion.modal_amplitudes(1, &x, q);
         let squared = modal_mass(&motion, &x, &modes);
         let worked = first_harmonic_work(&motion, &x, &modes);
+        // Dashpots couple the linear modes, so that their part is not quite that of the linear mode.
+        let has_dashpots = motion.system.problem.reduced.dashpots.count() > 0;
+        let rubs = orbit.friction_power_w.abs() > NO_FRICTION * orbit.viscous_power_w;
+        let friction_ratio = match has_dashpots && !rubs {
+            true => 0.0,
+            false => of_friction(motion.damping_ratio, self.mode.ratio),
+        };
         let resonant = 2.0 * motion.damping_ratio * motion.omega_rad_s.powi(2) * squared;
         BackbonePoint {
             damping_ratio: motion.damping_ratio,
-            friction_ratio: of_friction(motion.damping_ratio, self.mode.ratio),
+            friction_ratio,
             tracked_amplitude: q,
             modal_amplitude: squared.sqrt(),
             excitation_scale: worked.map(|worked| resonant / worked),

@@ -50,6 +50,7 @@ fn jenkins() -> Problem {
             1,
             Load::new(along(follows), vec![1.0, 0.0]),
         )],
+        modal_ratios: Vec::new(),
     }
 }
 
