@@ -27,8 +27,6 @@ fn what_a_scene_cannot_ask_for_is_refused() {
         => expected a finite number
         Each contact has one coefficient of friction => contact.left.friction=[0.3,0.2]
         => expected a finite number
-        There is no wear => contact.left.wear_m3_j=1e-15
-        => unknown key `contact.left.wear_m3_j`
         and one stiffness per area => contact.left.normal_stiffness_n_m3=[1e14,1e13]
         => expected a finite number
         on linear springs between them => contact.left.normal_stiffness_n_m3=1e14

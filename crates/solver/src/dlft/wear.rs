@@ -306,8 +306,10 @@ mod tests {
                 expected(cycles),
                 block.steps
             );
-            assert!((forces[0] + forces[1] - PRESSES).abs() < 1e-6);
-            assert!((forces[0] - expected(cycles)).abs() < 0.01 * PRESSES);
+            // The spring to ground carries what the plate has come down.
+            let on_ground_n = 2e-9 * block.depth_m[0];
+            assert!((forces[0] + forces[1] - PRESSES).abs() < 1e-6 + on_ground_n);
+            assert!((forces[0] - expected(cycles)).abs() < 0.02 * PRESSES);
             // The depths differ by what the springs have given back.
             let gave = (PRESSES * share - forces[0]) * compliance;
             let depths = block.depth_m[0] - block.depth_m[1];
