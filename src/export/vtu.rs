@@ -81,8 +81,9 @@ pub fn write_static(
 ///
 /// Where there is stress, its tensors have the same harmonics: `mean_stress_pa`,
 /// `h<k>_stress_cos_pa` and `h<k>_stress_sin_pa`. `von_mises_mean_pa`, `von_mises_amplitude_pa` and
-/// `von_mises_largest_pa` are those of [`StressCycle`], `utilisation` is that of the strength, zero without one, and `singular` is 1 at supports, 2 at
-/// edges of flanks, 3 at point loads, and 0 elsewhere.
+/// `von_mises_largest_pa` are those of [`StressCycle`], `utilisation` is that of the strength, zero
+/// without one, and `singular` is 1 at supports, 2 at edges of flanks, 3 at point loads, and 0
+/// elsewhere.
 ///
 /// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With
 /// rotation the mean includes the static displacement.
