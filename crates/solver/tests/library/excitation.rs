@@ -8,7 +8,7 @@ use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::dlft::orbit::linear_point;
 use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
-    Material, ModelError, bind,
+    ModelError, bind,
 };
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
@@ -34,31 +34,6 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
 }
 
 // ------------------------------------------------------------------------------------ the base
-
-const LENGTH_M: f64 = 0.2;
-
-/// A bar along x whose base is its face x = 0, with no strain across it; its end is observed. The
-/// last value is the speed of sound in it.
-fn bar(element: ElementType, cells: usize, excitation: ExcitationSpec) -> (Assembly, Mesh, f64) {
-    let mut mesh = block(element, [cells, 1, 1], [LENGTH_M, 0.01, 0.01]);
-    rename(&mut mesh, &[("volume", "bar")]);
-    let material = Material {
-        young_pa: 70e9,
-        poisson: 0.0,
-        density_kg_m3: 2700.0,
-    };
-    let mut bar = body("bar", &["x_min"]);
-    bar.matrices = material.into();
-    let mut assembly = assembly(vec![bar], Vec::new(), "x_max");
-    assembly.rotation = None;
-    assembly.excitations = vec![excitation];
-    assembly.observations[0].direction = [1.0, 0.0, 0.0];
-    (
-        assembly,
-        mesh,
-        (material.young_pa / material.density_kg_m3).sqrt(),
-    )
-}
 
 /// Under the acceleration A cos(w t) of its base the end of a bar moves, relative to the base, by
 /// -(A / w^2) (1 / cos(w L / c) - 1), c the speed of sound: E u'' + rho w^2 (u + u_base) = 0 with

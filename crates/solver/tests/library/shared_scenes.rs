@@ -1,12 +1,12 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 
-use dovetail_mesh::Mesh;
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::model::{Assembly, Model, bind};
+use dovetail_solver::model::{Assembly, ExcitationSpec, Material, Model, bind};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use dovetail_testkit::block::side_by_side;
+use dovetail_testkit::block::{block, side_by_side};
 
 pub use crate::shared_bodies::{assembly, body, ready};
 pub use crate::shared_dovetail::{assert_vector, contact};
@@ -69,4 +69,34 @@ pub fn rename(mesh: &mut Mesh, names: &[(&str, &str)]) {
         let group = mesh.groups.remove(*old).unwrap();
         mesh.groups.insert((*new).to_owned(), group);
     }
+}
+
+/// Length of [`bar`], m.
+pub const LENGTH_M: f64 = 0.2;
+
+/// A bar along x whose base is its face x = 0, with no strain across it; its end is observed. The
+/// last value is the speed of sound in it.
+pub fn bar(
+    element: ElementType,
+    cells: usize,
+    excitation: ExcitationSpec,
+) -> (Assembly, Mesh, f64) {
+    let mut mesh = block(element, [cells, 1, 1], [LENGTH_M, 0.01, 0.01]);
+    rename(&mut mesh, &[("volume", "bar")]);
+    let material = Material {
+        young_pa: 70e9,
+        poisson: 0.0,
+        density_kg_m3: 2700.0,
+    };
+    let mut bar = body("bar", &["x_min"]);
+    bar.matrices = material.into();
+    let mut assembly = assembly(vec![bar], Vec::new(), "x_max");
+    assembly.rotation = None;
+    assembly.excitations = vec![excitation];
+    assembly.observations[0].direction = [1.0, 0.0, 0.0];
+    (
+        assembly,
+        mesh,
+        (material.young_pa / material.density_kg_m3).sqrt(),
+    )
 }

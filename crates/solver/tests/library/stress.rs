@@ -8,7 +8,7 @@ use dovetail_mesh::ElementType;
 use dovetail_solver::dlft::orbit::linear_orbit;
 use dovetail_solver::fem::{assemble, expand_to_nodes};
 use dovetail_solver::model::{
-    ExcitationKind, ExcitationSpec, LoadKind, LoadSpec, Material, Model, NodeMotion, Strength, bind,
+    ExcitationKind, ExcitationSpec, LoadKind, LoadSpec, Model, NodeMotion, Strength, bind,
 };
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
@@ -21,7 +21,6 @@ use dovetail_solver::results::stress::{
 use dovetail_testkit::block::{block, map_nodes};
 use faer::Mat;
 
-const LENGTH_M: f64 = 0.2;
 const STEADY_PA: f64 = 3e6;
 const SHAKEN_PA: f64 = 2e6;
 
@@ -37,31 +36,21 @@ fn pulled(pa: f64) -> LoadSpec {
 /// A bar along x that is held at x = 0 and pulled at its end, with no strain across it, at a share
 /// of its first frequency. Returns the model, the motion of its nodes, m, and w over the speed of
 /// sound, 1/m.
-fn bar(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
-    let mut mesh = block(ElementType::HEX20, [24, 1, 1], [LENGTH_M, 0.01, 0.01]);
-    rename(&mut mesh, &[("volume", "bar")]);
-    let material = Material {
-        young_pa: 70e9,
-        poisson: 0.0,
-        density_kg_m3: 2700.0,
-    };
-    let mut bar = body("bar", &["x_min"]);
-    bar.matrices = material.into();
-    let mut assembly = assembly(vec![bar], Vec::new(), "x_max");
-    assembly.rotation = None;
-    assembly.loads = vec![pulled(STEADY_PA)];
-    assembly.excitations = vec![ExcitationSpec {
+fn vibrating(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
+    let shaken = ExcitationSpec {
         kind: ExcitationKind::Load(pulled(1.0)),
         amplitude: SHAKEN_PA,
         harmonic: 1,
         phase_rad: 0.0,
-    }];
+    };
+    let (mut assembly, mesh, sound_m_s) = crate::shared_scenes::bar(ElementType::HEX20, 24, shaken);
+    assembly.loads = vec![pulled(STEADY_PA)];
     let model = bind(&assembly, &mesh, None).unwrap();
     let wanted = StuckModes::new(Some(60), Highest::RadS(0.0));
     let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
-    let omega = wave_1_m * (material.young_pa / material.density_kg_m3).sqrt();
+    let omega = wave_1_m * sound_m_s;
     let system = ContactSystem::new(&problem, Rayleigh::NONE);
     let orbit = linear_orbit(&system, 1, (0, omega / TAU));
     let modes = orbit.modal.len() / 3;
@@ -82,7 +71,7 @@ fn bar(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
 #[test]
 fn stress_of_a_bar_in_axial_vibration_is_that_of_the_wave_equation() {
     for share in [0.01, 0.6, 1.4] {
-        let (model, motion, wave_1_m) = bar(share);
+        let (model, motion, wave_1_m) = vibrating(share);
         let stress = &dynamic_stress(&model, &motion)[0];
         let mut worst: f64 = 0.0;
         let largest = 1.0 / (wave_1_m * LENGTH_M).cos().abs();
@@ -118,7 +107,7 @@ fn von_mises_of(stress: [f64; 6]) -> f64 {
 /// without it the others are ranked.
 #[test]
 fn the_support_of_a_bar_is_set_apart_from_the_ranked_places() {
-    let (model, motion, _) = bar(0.6);
+    let (model, motion, _) = vibrating(0.6);
     let stress = dynamic_stress(&model, &motion);
     let singular = singular_nodes(&model);
     let strength = Strength {
