@@ -159,7 +159,7 @@ pub(super) enum Command {
     /// Frequency and damping of a mode over its amplitude
     #[command(after_help = BACKBONE_HELP)]
     Backbone(BackboneArguments),
-    /// Wear of the contacts over the cycles, and the vibration that it leaves
+    /// Wear of the contacts over cycles, and the vibration left
     #[command(after_help = WEAR_HELP)]
     Wear(WearArguments),
     /// Compare the response with a time integration at a few frequencies

@@ -49,6 +49,8 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         ("body", "rotation_deg" | "rotation_point_m" | "translation_m") => {
             "mesh_file = \"a.msh\"\nrotation_axis = [1, 0, 0]\n"
         }
+        ("body", "endurance_pa") => "ultimate_pa = 1e9\n",
+        ("body", "ultimate_pa") => "endurance_pa = 1e8\n",
         _ => "",
     };
     let subject = match section {
@@ -67,7 +69,7 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              [[load]]\non = \"a2\"\n{load}\n\
              [[excitation]]\n{cause}\n\
              [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]\n\
-             [[engine_order]]\norder = 4"
+             [[engine_order]]\norder = 4\n[[mission]]\nforce_scale = 1"
         ),
     };
     let resolution = match key {
