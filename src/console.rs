@@ -308,7 +308,7 @@ impl Console {
         let Some(block) = course.blocks.last() else {
             return;
         };
-        let largest_m = block.depth_m.iter().copied().fold(0.0, f64::max);
+        let largest_m = block.largest_depth_m();
         let hz = block
             .motions
             .iter()

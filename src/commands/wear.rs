@@ -131,7 +131,7 @@ fn table(found: &Wear) -> String {
     let every = count.div_ceil(ROWS);
     let rows = found.blocks.iter().enumerate();
     for (_, block) in rows.filter(|(i, _)| i % every == 0 || i + 1 == count) {
-        let largest_m = block.depth_m.iter().copied().fold(0.0, f64::max);
+        let largest_m = block.largest_depth_m();
         for (part, orbit) in block.motions.iter().enumerate() {
             let of_block = |words: String| if part == 0 { words } else { String::new() };
             text += &format!(

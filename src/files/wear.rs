@@ -46,7 +46,6 @@ pub fn draw(
     };
     let amplitude = format!("amplitude of {observation}");
     let depth = "worn depth".to_owned();
-    let largest = |block: &WearBlock| block.depth_m.iter().copied().fold(0.0, f64::max);
     let pictures: [(&str, String, String, &'static str, Vec<Series>); 3] = [
         (
             "wear_amplitude",
@@ -70,7 +69,7 @@ pub fn draw(
             depth,
             "m",
             vec![
-                series("largest".to_owned(), &largest),
+                series("largest".to_owned(), &WearBlock::largest_depth_m),
                 series("mean".to_owned(), &|block| course.mean_depth_m(block)),
             ],
         ),

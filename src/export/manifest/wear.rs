@@ -48,7 +48,7 @@ pub fn wear_summary(course: &WearCourse<'_>) -> Option<WearSummary> {
         cycles: last.cycles,
         seconds_of_vibration: last.seconds,
         blocks: course.blocks.len() - 1,
-        largest_depth_m: last.depth_m.iter().copied().fold(0.0, f64::max),
+        largest_depth_m: last.largest_depth_m(),
         mean_depth_m: course.mean_depth_m(last),
         volume_m3: course.volume_m3(last),
         parts: parts.map(part).collect(),

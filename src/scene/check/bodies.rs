@@ -154,16 +154,15 @@ fn body(
 
 /// Strength of the material, where it is given.
 fn strength(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Option<Strength>> {
+    let remedy = "give both, or leave both out: the use of a strength needs the two";
     let (endurance, ultimate) = match (&raw.endurance_pa, &raw.ultimate_pa) {
         (None, None) => return Some(None),
         (Some(endurance), Some(ultimate)) => (endurance, ultimate),
         (Some(alone), None) => {
-            let remedy = "give both, or leave both out: the use of a strength needs the two";
             checker.lacks(at, "endurance_pa", "ultimate_pa", alone.span(), remedy);
             return None;
         }
         (None, Some(alone)) => {
-            let remedy = "give both, or leave both out: the use of a strength needs the two";
             checker.lacks(at, "ultimate_pa", "endurance_pa", alone.span(), remedy);
             return None;
         }

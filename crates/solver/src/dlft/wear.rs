@@ -236,6 +236,8 @@ mod tests {
     const OPTIONS: NewtonOptions = NewtonOptions::new(1e-12, 50);
     /// Stiffness of the springs behind both pairs, N/m.
     const SPRINGS: [f64; 2] = [4.0, 1.0];
+    /// Depth of each pair in a cycle over its force, m/N.
+    const RATES: [f64; 2] = [2e-3, 1e-3];
     /// Force that presses the plate, N.
     const PRESSES: f64 = 3.0;
 
@@ -274,8 +276,21 @@ mod tests {
         }
     }
 
+    /// Rates of both pairs, which slide, in this state.
+    fn rates(state: &StaticState) -> [WearRate; 2] {
+        [0, 1].map(|pair| {
+            let at_rest_n = -state.lambda[3 * pair];
+            WearRate {
+                depth_m: RATES[pair] * at_rest_n,
+                at_rest_n,
+                scale_n: at_rest_n,
+                slides: true,
+            }
+        })
+    }
+
     /// The force P of the first pair of two that share a load goes to what equal rates of depth ask
-    /// for. Of rates a_i P_i the difference of the depths is that of the springs: with
+    /// for. With rates a_i P_i the difference of the depths is that of the springs: with
     /// s = 1 / k_1 + 1 / k_2, P_1' s = a_2 (F - P_1) - a_1 P_1.
     #[test]
     fn two_pairs_share_a_load_as_the_closed_form_has_it() {
@@ -283,16 +298,7 @@ mod tests {
         let rest = settled_after(&problem, (&[0.0; 6], &[0.0; 6]), OPTIONS);
         let share = SPRINGS[0] / (SPRINGS[0] + SPRINGS[1]);
         assert!((-rest.lambda[0] - PRESSES * share).abs() < 1e-6);
-        let a = [2e-3, 1e-3];
-        let rates = [0, 1].map(|pair| {
-            let at_rest_n = -rest.lambda[3 * pair];
-            WearRate {
-                depth_m: a[pair] * at_rest_n,
-                at_rest_n,
-                scale_n: at_rest_n,
-                slides: true,
-            }
-        });
+        let (a, rates) = (RATES, rates(&rest));
         let compliance = 1.0 / SPRINGS[0] + 1.0 / SPRINGS[1];
         let (limit, decay) = (PRESSES * a[1] / (a[0] + a[1]), (a[0] + a[1]) / compliance);
         let expected = |cycles: f64| limit + (PRESSES * share - limit) * (-decay * cycles).exp();
@@ -323,22 +329,13 @@ mod tests {
         );
     }
 
-    /// Of a depth e of the first pair its force loses P, and the depths become e - n a_1 P and n a_2 P,
+    /// A depth e more takes the force P from the first pair. The depths become e - n a_1 P and n a_2 P,
     /// whose difference the springs take: P s = e - n (a_1 + a_2) P.
     #[test]
     fn pressures_resist_an_error_of_the_depths_the_more_the_longer_the_block() {
         let mut problem = plate();
         let state = settled_after(&problem, (&[0.0; 6], &[0.0; 6]), OPTIONS);
-        let a = [2e-3, 1e-3];
-        let rates = [0, 1].map(|pair| {
-            let at_rest_n = -state.lambda[3 * pair];
-            WearRate {
-                depth_m: a[pair] * at_rest_n,
-                at_rest_n,
-                scale_n: at_rest_n,
-                slides: true,
-            }
-        });
+        let (a, rates) = (RATES, rates(&state));
         let compliance = 1.0 / SPRINGS[0] + 1.0 / SPRINGS[1];
         let error_m = 1e-3;
         for cycles in [1.0, 100.0, 1e6] {

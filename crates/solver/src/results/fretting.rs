@@ -5,11 +5,10 @@
 //! fretting in a dovetail joint", Experimental Mechanics 24 (1984) 208-217: friction stress times
 //! slip for wear, and that times the tension of the surface along the slip for cracks.
 
-use super::signals::pair_signals;
+use super::signals::{over_period, pair_signals};
 use super::stress::{BodyStress, of_node};
 use crate::dlft::{Orbit, PairCycle};
 use crate::model::{BodyNode, ContactPair, Model};
-use dovetail_numerics::fourier::Fourier;
 
 /// Instants of a period at which the largest values are taken.
 const INSTANTS: usize = 128;
@@ -82,9 +81,7 @@ fn tension_pa(stress: &BodyStress, node: u32, d: [f64; 3]) -> f64 {
         .iter()
         .map(along)
         .collect();
-    let harmonics = coefficients.len() / 2;
-    let fourier = Fourier::new(harmonics, INSTANTS.max(4 * (harmonics + 1)));
-    let mut signal = vec![0.0; fourier.samples()];
-    fourier.to_time(&coefficients, &mut signal);
-    signal.into_iter().fold(0.0, f64::max)
+    over_period(&coefficients, INSTANTS)
+        .into_iter()
+        .fold(0.0, f64::max)
 }

@@ -1,8 +1,8 @@
 //! Forces and moments that contacts transmit over a period.
 
+use super::signals::over_period;
 use crate::dlft::Orbit;
 use crate::model::Model;
-use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::space::{add_scaled, cross, sub};
 use dovetail_numerics::spectrum::{Spectrum, blocks};
 
@@ -24,12 +24,8 @@ pub struct Resultant {
 /// Least and largest value over a period of a signal with these coefficients: mean, cosine 1, sine
 /// 1, ...
 pub fn ends_of(coefficients: &[f64]) -> [f64; 2] {
-    let harmonics = coefficients.len() / 2;
-    let fourier = Fourier::new(harmonics, INSTANTS.max(4 * (harmonics + 1)));
-    let mut signal = vec![0.0; fourier.samples()];
-    fourier.to_time(coefficients, &mut signal);
     let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    signal
+    over_period(coefficients, INSTANTS)
         .into_iter()
         .fold(ends, |[least, largest], v| [least.min(v), largest.max(v)])
 }

@@ -47,8 +47,10 @@ impl StressCycle {
         let equivalent = von_mises(*mean);
         let trace = mean[0] + mean[1] + mean[2];
         // A length in this space is an equivalent stress.
-        let (mean, moving): (_, Vec<_>) =
-            (deviator(*mean), moving.iter().map(deviator_of).collect());
+        let (mean, moving): (_, Vec<_>) = (
+            deviator(*mean),
+            moving.iter().copied().map(deviator).collect(),
+        );
         let harmonics = moving.len() / 2;
         let at = |phase_rad: f64| {
             let mut sum = [0.0; 6];
@@ -109,10 +111,6 @@ fn deviator(s: [f64; 6]) -> [f64; 6] {
         three * s[4],
         three * s[5],
     ]
-}
-
-fn deviator_of(s: &[f64; 6]) -> [f64; 6] {
-    deviator(*s)
 }
 
 fn distance(a: [f64; 6], b: [f64; 6]) -> f64 {

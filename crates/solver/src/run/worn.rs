@@ -3,6 +3,7 @@
 use super::reduced::Reduced;
 use crate::description::MissionPart;
 use crate::dlft::Orbit;
+use crate::dlft::wear::largest;
 
 /// State after a number of cycles.
 #[derive(Debug, Clone)]
@@ -41,6 +42,13 @@ pub struct WearCourse<'a> {
     pub area_m2: &'a [f64],
     /// State at the beginning, and after each block.
     pub blocks: &'a [WearBlock],
+}
+
+impl WearBlock {
+    /// Largest worn depth, m.
+    pub fn largest_depth_m(&self) -> f64 {
+        largest(&self.depth_m)
+    }
 }
 
 impl WearCourse<'_> {
