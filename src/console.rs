@@ -159,10 +159,7 @@ fn print(message: &str) {
 
 /// Short text of the result of a frequency.
 fn news(orbit: &Orbit, failed: usize) -> String {
-    let found = match (
-        orbit.outcome.has_motion(),
-        orbit.observed_amplitude_m.first(),
-    ) {
+    let found = match (orbit.outcome.has_motion(), orbit.observed_amplitude.first()) {
         (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
         _ => orbit.outcome.to_string().replace('_', " "),
     };

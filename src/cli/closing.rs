@@ -16,7 +16,7 @@ use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
-use dovetail_solver::run::Run;
+use dovetail_solver::run::{Observed, Run};
 
 /// Share of the time below which a stage is not named.
 const LEAST_SHARE: f64 = 0.1;
@@ -27,12 +27,12 @@ const WIDTHS: [usize; 2] = [14, 16];
 
 /// Last lines of a run; one line if the verbosity is quiet.
 pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosity) -> String {
-    let names = run.reduced.observations();
+    let observed = run.reduced.observations();
     let peaks: Vec<PeakLines> = match &run.response {
         Some(found) => {
             let response = &found.response;
-            let own = names.iter().enumerate();
-            own.filter_map(|(i, name)| PeakLines::of(name, i, response, &run.reduced.pairs))
+            let own = observed.iter().enumerate();
+            own.filter_map(|(i, one)| PeakLines::of(one, i, response, &run.reduced.pairs))
                 .collect()
         }
         None => Vec::new(),
@@ -50,6 +50,8 @@ pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosi
 /// Peak of an observation.
 struct PeakLines {
     name: String,
+    /// Unit of its amplitude.
+    unit: &'static str,
     peak: Peak,
     /// Estimated relative error of its amplitude; `None` if it is not known.
     error: Option<f64>,
@@ -64,13 +66,19 @@ struct PeakLines {
 }
 
 impl PeakLines {
-    fn of(name: &str, observation: usize, response: &Response, table: &PairTable) -> Option<Self> {
+    fn of(
+        observed: &Observed,
+        observation: usize,
+        response: &Response,
+        table: &PairTable,
+    ) -> Option<Self> {
         let peak = peak(response, observation)?;
         let orbit = &response.orbits[peak.index];
         let local = local_peaks(response, observation);
         let error = orbit.amplitude_error(observation);
         Some(Self {
-            name: name.to_owned(),
+            name: observed.name.clone(),
+            unit: observed.quantity.unit(),
             // Without pairs nothing is left out, and nothing is said of it.
             error: error.filter(|_| !orbit.cycles.is_empty()),
             digits: supported_digits(peak.amplitude_m, error),
@@ -100,7 +108,7 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
         let linear = p.linear.as_ref().map_or(String::new(), |l| {
             format!(
                 " (linear {} at {} Hz)",
-                quantity(l.amplitude_m, "m", 4),
+                quantity(l.amplitude_m, p.unit, 4),
                 figure(l.frequency_hz, 6)
             )
         });
@@ -110,7 +118,7 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
         format!(
             "{}: peak {}{error} at {} Hz{linear}; ",
             p.name,
-            quantity(p.peak.amplitude_m, "m", p.digits),
+            quantity(p.peak.amplitude_m, p.unit, p.digits),
             figure(p.peak.frequency_hz, 6)
         )
     };
@@ -163,7 +171,9 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         };
         let linear_m = p.linear.as_ref().map_or(0.0, |linear| linear.amplitude_m);
         let largest_m = p.peak.amplitude_m.max(linear_m);
-        let amplitudes = cells(&|p, digits| quantity_beside(p.amplitude_m, largest_m, "m", digits));
+        let amplitude =
+            |of: &Peak, digits| quantity_beside(of.amplitude_m, largest_m, p.unit, digits);
+        let amplitudes = cells(&amplitude);
         let frequencies = cells(&|p, _| format!("{} Hz", figure(p.frequency_hz, 6)));
         let digits = p.digits.min(3);
         let ratio = p
@@ -265,6 +275,7 @@ mod tests {
     #[test]
     fn columns_begin_behind_the_longest_name() {
         let peak = |name: &str| PeakLines {
+            unit: "m",
             name: name.to_owned(),
             error: None,
             digits: 4,

@@ -103,7 +103,7 @@ impl Work<'_> {
             .collect();
         if let Some(files) = &self.files {
             let written = BackboneFiles {
-                observation: found.reduced.observations()[found.observation],
+                observation: &found.reduced.observations()[found.observation].name,
                 mode: asked.mode,
                 rows: &rows,
             };
@@ -124,7 +124,7 @@ impl Work<'_> {
     fn warn_of_backbone(&self, asked: &AskedBackbone, found: &ModeBackbone) {
         let points = &found.backbone.points;
         let from_m = points.last().map_or(0.0, |point| {
-            point.orbit.observed_amplitude_m[found.observation]
+            point.orbit.observed_amplitude[found.observation]
         });
         let why = match found.backbone.end {
             BackboneEnd::Open => Some(
@@ -165,7 +165,7 @@ impl Work<'_> {
         let error_of = |point: &BackbonePoint| point.estimated_error.unwrap_or(0.0);
         if let Some(first) = points.iter().find(|point| error_of(point) > LARGE_ERROR) {
             let largest = points.iter().map(error_of).fold(0.0, f64::max);
-            let from_m = first.orbit.observed_amplitude_m[found.observation];
+            let from_m = first.orbit.observed_amplitude[found.observation];
             let text = format!(
                 "from {} on damping ratios are estimated to err by up to {}: ask for more \
                  response.harmonics, or for response.accuracy",
@@ -197,7 +197,7 @@ fn table(asked: &AskedBackbone, found: &ModeBackbone, rows: &[BackboneRow<'_>]) 
         asked.mode,
         figure(backbone.linear_hz, 6),
         short(rounded(backbone.linear_ratio, 4)),
-        found.reduced.observations()[found.observation],
+        found.reduced.observations()[found.observation].name,
         "amplitude",
         "frequency, Hz",
         "damping ratio",

@@ -299,7 +299,7 @@ impl PeakQuestion {
 
 /// Line of peaks for the files.
 fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) -> PeakLine<'a> {
-    let name = peaks.reduced.observations()[peaks.observation].to_owned();
+    let name = peaks.reduced.observations()[peaks.observation].name.clone();
     PeakLine {
         label: (question.words_of_second(*value)).unwrap_or_else(|| name.clone()),
         observation: name,
@@ -316,7 +316,7 @@ fn table(question: &PeakQuestion, also: Option<f64>, peaks: &Peaks) -> String {
     let at = also.map_or(String::new(), |also| format!(", {also}"));
     let mut text = format!(
         "peak of {} over {}{at}\n{:>14}{:>14}{:>14}{:>12}{:>14}{:>14}\n",
-        peaks.reduced.observations()[observation],
+        peaks.reduced.observations()[observation].name,
         over.key,
         title(over.word()),
         "amplitude",

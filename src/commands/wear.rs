@@ -118,7 +118,7 @@ fn table(found: &Wear) -> String {
     let course = found.course();
     let mut text = format!(
         "wear, amplitude of {}\n{:>12}{:>12}{:>14}{:>14}{:>16}{:>16}{:>14}\n",
-        found.reduced.observations()[found.observation],
+        found.reduced.observations()[found.observation].name,
         "cycles",
         "hours",
         "largest depth",
@@ -140,7 +140,7 @@ fn table(found: &Wear) -> String {
                 of_block(figure(block.seconds / 3600.0, 4)),
                 of_block(quantity(largest_m, "m", 4)),
                 of_block(quantity(course.mean_depth_m(block), "m", 4)),
-                quantity(orbit.observed_amplitude_m[found.observation], "m", 4),
+                quantity(orbit.observed_amplitude[found.observation], "m", 4),
                 figure(orbit.frequency_hz, 6),
                 of_block(short(rounded(course.volume_m3(block), 4))),
             );

@@ -13,7 +13,7 @@ use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
-use dovetail_solver::model::Model;
+use dovetail_solver::model::{Model, Observation};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
@@ -22,8 +22,11 @@ use dovetail_solver::results::quantities::{
 };
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
-use dovetail_solver::run::{Crossing, CrossingPeak, Family, PeakAt, Peaks, WearBlock, WearCourse};
+use dovetail_solver::run::{
+    Crossing, CrossingPeak, Family, Observed, PeakAt, Peaks, WearBlock, WearCourse,
+};
 use dovetail_solver::spectrum::{cosine, sine};
+use dovetail_solver::structure::Quantity;
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -32,14 +35,14 @@ pub const ASSEMBLY: &str = "assembly";
 /// from 1. `stable` is empty on a grid. `point` is the number of the point, which is also in the name of its file of the flanks.
 /// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
-/// reference. A point that did not converge keeps its outcome, iterations, residual and linear
+/// reference. Of a strain, `_strain` stands in place of `_m`. A point that did not converge keeps its outcome, iterations, residual and linear
 /// amplitude; its other cells are empty.
 ///
-/// `names` are the names of the observations. `along` is the engine order of a run-up, whose rows
+/// `observed` are the observations. `along` is the engine order of a run-up, whose rows
 /// have a speed, `speed_rpm`.
 pub fn write_response(
     path: &Path,
-    names: &[&str],
+    observed: &[Observed],
     response: &Response,
     along: Option<EngineOrder>,
 ) -> Result<(), ExportError> {
@@ -58,21 +61,24 @@ pub fn write_response(
         table.add("speed_rpm", move |(_, o)| order.speed_rpm(o.frequency_hz));
     }
     table.add("outcome", |(_, o)| o.outcome.to_string());
-    for (i, name) in names.iter().enumerate() {
+    for (i, Observed { name, quantity }) in observed.iter().enumerate() {
+        let suffix = quantity.suffix();
         table.add(
-            format!("{name}_amplitude_m"),
-            of_motion(move |o| o.observed_amplitude_m.get(i).copied()),
+            format!("{name}_amplitude_{suffix}"),
+            of_motion(move |o| o.observed_amplitude.get(i).copied()),
         );
-        table.add(format!("{name}_linear_amplitude_m"), move |(_, o)| {
-            linear_amplitude(response, o.frequency_hz, i)
-        });
+        table.add(
+            format!("{name}_linear_amplitude_{suffix}"),
+            move |(_, o)| linear_amplitude(response, o.frequency_hz, i),
+        );
     }
-    for (i, name) in names.iter().enumerate() {
+    for (i, Observed { name, quantity }) in observed.iter().enumerate() {
+        let suffix = quantity.suffix();
         for k in 0..harmonics {
             let phasor = move |o: &Orbit| phasors(o.observed.get(i)?).get(k).copied();
             let name = format!("{name}_h{}", k + 1);
             table.add(
-                format!("{name}_amplitude_m"),
+                format!("{name}_amplitude_{suffix}"),
                 of_motion(move |o| Some(phasor(o)?.amplitude)),
             );
             table.add(
@@ -103,7 +109,7 @@ pub fn write_response(
     });
     table.add("harmonics", |(_, o)| o.harmonics);
     table.add("estimated_error", of_motion(|o| o.estimated_error));
-    for (i, name) in names.iter().enumerate() {
+    for (i, Observed { name, .. }) in observed.iter().enumerate() {
         table.add(
             format!("{name}_estimated_error"),
             of_motion(move |o| o.observed_error.get(i).copied()),
@@ -163,22 +169,30 @@ pub fn write_static(
     table.write(path, &numbers(count))
 }
 
-/// Writes static_observed.csv: the observed displacements in the static state, computed from those
-/// of all nodes of each body.
+/// Writes static_observed.csv: the observed displacements and strains in the static state, computed
+/// from the displacements of all nodes of each body.
 pub fn write_static_observations(
     path: &Path,
     model: &Model,
     displacements_m: &[&[[f64; 3]]],
 ) -> Result<(), ExportError> {
     let mut table = Columns::default();
-    table.add("name", |(name, _): &(&str, f64)| *name);
-    table.add("displacement_m", |(_, displacement_m)| *displacement_m);
+    table.add("name", |(observation, _): &(&Observation, f64)| {
+        observation.name.as_str()
+    });
+    let of = |wanted| {
+        move |(observation, value): &(&Observation, f64)| {
+            Some(*value).filter(|_| observation.quantity == wanted)
+        }
+    };
+    table.add("displacement_m", of(Quantity::Displacement));
+    table.add("strain", of(Quantity::Strain));
     let rows = model.observations.iter().map(|observation| {
         let terms = observation.terms.iter().map(|&(at, direction)| {
             let u = displacements_m[at.body][at.node as usize];
             (0..3).map(|k| direction[k] * u[k]).sum::<f64>()
         });
-        (observation.name.as_str(), terms.sum())
+        (observation, terms.sum())
     });
     table.write(path, &rows.collect::<Vec<_>>())
 }
@@ -540,7 +554,7 @@ pub struct BackboneRow<'a> {
 impl BackboneRow<'_> {
     /// Amplitude of the observed displacement, m.
     pub fn amplitude_m(&self) -> f64 {
-        self.point.orbit.observed_amplitude_m[self.observation]
+        self.point.orbit.observed_amplitude[self.observation]
     }
 
     /// Force at whose resonance the motion is, N.
@@ -604,7 +618,7 @@ pub fn write_wear(path: &Path, course: &WearCourse<'_>) -> Result<(), ExportErro
         };
         table.add(named("frequency_hz"), move |b| b.motions[part].frequency_hz);
         table.add(named("amplitude_m"), move |b| {
-            b.motions[part].observed_amplitude_m[course.observation]
+            b.motions[part].observed_amplitude[course.observation]
         });
         table.add(named("outcome"), move |b| {
             b.motions[part].outcome.to_string()

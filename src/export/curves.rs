@@ -10,6 +10,8 @@ use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
+use dovetail_solver::run::Observed;
+use dovetail_solver::structure::Quantity;
 
 /// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
 /// the latter.
@@ -140,7 +142,9 @@ impl Point {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakMark {
     pub frequency_hz: f64,
-    pub amplitude_m: f64,
+    pub amplitude: f64,
+    /// Unit of the amplitude.
+    pub unit: &'static str,
     /// Number of digits of the amplitude that its estimated error supports.
     pub digits: usize,
     /// Engine order of a run-up.
@@ -150,10 +154,16 @@ pub struct PeakMark {
 impl PeakMark {
     /// Mark of a peak with the estimated relative error of its amplitude, if known. `None` if
     /// nothing moves.
-    fn of(peak: Peak, error: Option<f64>, along: Option<EngineOrder>) -> Option<Self> {
+    fn of(
+        peak: Peak,
+        unit: &'static str,
+        error: Option<f64>,
+        along: Option<EngineOrder>,
+    ) -> Option<Self> {
         (peak.amplitude_m > 0.0).then(|| Self {
             frequency_hz: peak.frequency_hz,
-            amplitude_m: peak.amplitude_m,
+            amplitude: peak.amplitude_m,
+            unit,
             digits: supported_digits(peak.amplitude_m, error),
             along,
         })
@@ -161,12 +171,12 @@ impl PeakMark {
 
     /// Label of the peak, such as `6.5 mm at 450.085 Hz`, in the unit of an axis up to this
     /// amplitude. The place of a run-up is a speed.
-    pub fn words(&self, largest_m: f64) -> String {
+    pub fn words(&self, largest: f64) -> String {
         let place = match self.along {
             Some(order) => format!("{} rpm", figure(order.speed_rpm(self.frequency_hz), 5)),
             None => format!("{} Hz", figure(self.frequency_hz, 6)),
         };
-        let amplitude = quantity_beside(self.amplitude_m, largest_m, "m", self.digits);
+        let amplitude = quantity_beside(self.amplitude, largest, self.unit, self.digits);
         format!("{amplitude} at {place}")
     }
 }
@@ -188,10 +198,11 @@ impl Sweep<'_> {
         self.response.orbits.get(peak.index)
     }
 
-    /// Amplitude of observation `i` of this name: linear, compared, and the result.
-    pub fn amplitude(&self, name: &str, i: usize) -> Curves {
+    /// Amplitude of observation `i`: linear, compared, and the result.
+    pub fn amplitude(&self, observed: &Observed, i: usize) -> Curves {
+        let unit = observed.quantity.unit();
         let at = |point: &LinearPoint| {
-            let amplitude = point.observed_amplitude_m.get(i).copied();
+            let amplitude = point.observed_amplitude.get(i).copied();
             Point::exact(point.frequency_hz, amplitude.filter(|a| a.is_finite()))
         };
         let linear = Curve {
@@ -200,20 +211,23 @@ impl Sweep<'_> {
             dashed: true,
             points: self.response.linear_curve.iter().map(at).collect(),
             peak: linear_peak(self.response, i)
-                .and_then(|peak| PeakMark::of(peak, Some(0.0), self.along)),
+                .and_then(|peak| PeakMark::of(peak, unit, Some(0.0), self.along)),
         };
         let of_response = |kind, response: &Response| Curve {
             peak: peak(response, i).and_then(|peak| {
                 let error = response.orbits[peak.index].amplitude_error(i);
-                PeakMark::of(peak, error, self.along)
+                PeakMark::of(peak, unit, error, self.along)
             }),
             ..curve(harmonics_label(response), kind, response, |o| Point {
                 error: o.amplitude_error(i),
-                ..Point::of(o, |o| o.observed_amplitude_m.get(i).copied())
+                ..Point::of(o, |o| o.observed_amplitude.get(i).copied())
             })
         };
-        let quantity = format!("amplitude of {name}");
-        self.curves(quantity, "m", Some(linear), &of_response)
+        let quantity = match observed.quantity {
+            Quantity::Displacement => format!("amplitude of {}", observed.name),
+            Quantity::Strain => format!("amplitude of strain {}", observed.name),
+        };
+        self.curves(quantity, unit, Some(linear), &of_response)
     }
 
     /// Lag of the first harmonic of observation `i` of this name behind the force.
@@ -535,7 +549,7 @@ fn columns<S: Serializer>(points: &[Point], serializer: S) -> Result<S::Ok, S::E
 
 /// Peak with its words.
 fn in_words<S: Serializer>(peak: &Option<PeakMark>, serializer: S) -> Result<S::Ok, S::Error> {
-    let with_words = peak.map(|p| (p.frequency_hz, p.amplitude_m, p.words(p.amplitude_m)));
+    let with_words = peak.map(|p| (p.frequency_hz, p.amplitude, p.words(p.amplitude)));
     with_words.serialize(serializer)
 }
 
@@ -694,7 +708,7 @@ mod tests {
                 frequency_hz: 287.6921,
                 amplitude_m,
             };
-            PeakMark::of(at, error, None)
+            PeakMark::of(at, "m", error, None)
         };
         let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
         assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");

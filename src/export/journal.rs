@@ -257,7 +257,7 @@ mod tests {
             lambda: vec![-1.0 / 3.0; 9],
             modal: vec![1e-300; 3],
             observed: vec![vec![0.0, -0.0, 2.0]],
-            observed_amplitude_m: vec![2.0],
+            observed_amplitude: vec![2.0],
             newton_iterations: 3,
             krylov_iterations: 4,
             residual: f64::INFINITY,
@@ -265,7 +265,7 @@ mod tests {
         };
         let linear = LinearPoint {
             frequency_hz,
-            observed_amplitude_m: vec![1.0],
+            observed_amplitude: vec![1.0],
         };
         SolvedFrequency {
             orbit,

@@ -16,13 +16,17 @@ use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::contact_resultants;
-use dovetail_solver::run::{Bodies, Reduced, StaticResult, peak_stress};
+use dovetail_solver::run::{Bodies, Observed, Reduced, StaticResult, peak_stress};
 use dovetail_solver::spectrum::{cosine, sine};
 
 impl Files {
     /// Draws the curves of each observation against frequency: amplitude, and the further pictures
     /// requested.
-    pub(super) fn write_curves(&self, names: &[&str], sweep: &Sweep<'_>) -> Result<(), RunError> {
+    pub(super) fn write_curves(
+        &self,
+        observed: &[Observed],
+        sweep: &Sweep<'_>,
+    ) -> Result<(), RunError> {
         let further = |kind| self.further_plots.contains(&kind);
         let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
             let path = self.out.file(&format!("plots/{file}.svg"))?;
@@ -33,8 +37,9 @@ impl Files {
             };
             Ok(write_curves(&path, heading, scale, curves)?)
         };
-        for (i, name) in names.iter().enumerate() {
-            let amplitude = sweep.amplitude(name, i);
+        for (i, one) in observed.iter().enumerate() {
+            let name = &one.name;
+            let amplitude = sweep.amplitude(one, i);
             draw(format!("response_{name}"), Scale::Linear, &amplitude)?;
             if further(FurtherPlot::Logarithmic) {
                 let file = format!("response_{name}_logarithmic");

@@ -548,7 +548,7 @@ impl Files {
         let own = &self.solving[0];
         let (partial, pairs) = (own.partial(), &own.pairs);
         csv::write_contact(&self.out.file("contact.csv")?, pairs, &partial)?;
-        let first = own.names.first().map(String::as_str);
+        let first = own.observed.first().map(|first| first.name.as_str());
         let summary = manifest::response_summary(pairs, first, &partial, self.along);
         self.summary.response = Some(summary);
         self.write_tables()?;
@@ -562,11 +562,10 @@ impl Files {
     /// Writes the tables of the responses under way, and all that is needed to resume.
     fn write_tables(&self) -> Result<(), RunError> {
         for solving in &self.solving {
-            let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
             let partial = solving.partial();
             csv::write_response(
                 &self.out.file(&solving.table)?,
-                &names,
+                &solving.observed,
                 &partial,
                 self.along,
             )?;
@@ -671,11 +670,7 @@ impl Files {
         self.solving.push(Solving {
             inputs: Inputs::default(),
             table: table_of(compared_harmonics),
-            names: reduced
-                .observations()
-                .into_iter()
-                .map(str::to_owned)
-                .collect(),
+            observed: reduced.observations(),
             pairs: reduced.pairs.clone(),
             frequencies_hz: frequencies_hz.to_vec(),
             solved: BTreeMap::new(),
@@ -728,21 +723,21 @@ impl Files {
 
     fn response(&mut self, reduced: &Reduced, found: &ResponseResult) -> Result<(), RunError> {
         let response = &found.response;
-        let first = reduced.observations().first().copied();
+        let observed = reduced.observations();
+        let first = observed.first().map(|first| first.name.as_str());
         let of_response = manifest::response_summary(&reduced.pairs, first, response, self.along);
         self.summary.response = Some(of_response);
         if let Some(truncation) = &mut self.summary.truncation {
             truncation.modes_reach = found.modes_reach;
         }
-        let (out, names) = (&self.out, reduced.observations());
-        let along = self.along;
-        csv::write_response(&out.file(&table_of(None))?, &names, response, along)?;
+        let (out, along) = (&self.out, self.along);
+        csv::write_response(&out.file(&table_of(None))?, &observed, response, along)?;
         if let Some(compared) = &found.compared {
             let file = table_of(Some(compared.harmonics));
-            csv::write_response(&out.file(&file)?, &names, &compared.response, along)?;
+            csv::write_response(&out.file(&file)?, &observed, &compared.response, along)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
-        self.write_curves(&names, &sweep(found))?;
+        self.write_curves(&observed, &sweep(found))?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             flanks.keep_alone(out.path(), &response.orbits)?;
             flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;

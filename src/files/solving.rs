@@ -10,6 +10,7 @@ use crate::export::journal::Inputs;
 use dovetail_solver::dlft::branch::so_far;
 use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
 use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::run::Observed;
 
 /// Number of files of the flanks that are named in summary.json at once before they are written.
 const LISTED: usize = 200;
@@ -20,7 +21,7 @@ pub(super) struct Solving {
     pub inputs: Inputs,
     /// Name of its table.
     pub table: String,
-    pub names: Vec<String>,
+    pub observed: Vec<Observed>,
     pub pairs: PairTable,
     /// All requested frequencies, Hz.
     pub frequencies_hz: Vec<f64>,

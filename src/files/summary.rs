@@ -71,7 +71,7 @@ pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
         stuck_frequency_hz: reduced.model().omega2.first().copied().map(hertz),
         observations: match reduced.bodies.as_ref().map(Bodies::model) {
             Some(model) => manifest::observation_summaries(model),
-            None => manifest::probe_summaries(&reduced.observations()),
+            None => manifest::probe_summaries(reduced.observations()),
         },
         ..earlier.clone()
     }

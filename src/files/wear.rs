@@ -27,7 +27,7 @@ pub fn draw(
     conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
 ) -> Result<(), RunError> {
-    let observation = course.reduced.observations()[course.observation];
+    let observation = &course.reduced.observations()[course.observation].name;
     let series = |label: String, value: &dyn Fn(&WearBlock) -> f64| {
         let points = course.blocks.iter().map(|b| (b.cycles, Some(value(b))));
         Series::new(label, points)
@@ -53,7 +53,7 @@ pub fn draw(
             amplitude.clone(),
             "m",
             of_parts(&amplitude, &|block, part| {
-                block.motions[part].observed_amplitude_m[course.observation]
+                block.motions[part].observed_amplitude[course.observation]
             }),
         ),
         (

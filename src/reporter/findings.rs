@@ -364,27 +364,30 @@ fn of_frequencies(
     } else {
         warnings.extend(truncation(response));
     }
-    let names = reduced.observations();
+    let observed = reduced.observations();
     let unstable = if folds(response).is_empty() {
         ""
     } else {
         ", and those on the dashed part of the curve are unstable (column stable of response.csv)"
     };
     for several in &response.second_motions {
+        let (name, unit) = observed
+            .get(several.observation)
+            .map_or(("", "m"), |one| (one.name.as_str(), one.quantity.unit()));
         warnings.push(doubt(format!(
             "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} in the largest and {} in the \
              smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{unstable}",
             several.from_hz,
             several.to_hz,
             several.frequency_hz,
-            names.get(several.observation).copied().unwrap_or_default(),
-            quantity(several.amplitude_m, "m", 4),
-            quantity(several.other_amplitude_m, "m", 4),
+            name,
+            quantity(several.amplitude_m, unit, 4),
+            quantity(several.other_amplitude_m, unit, 4),
         )));
     }
     warnings.extend(gaps(response));
-    for (i, name) in names.into_iter().enumerate() {
-        warnings.extend(hidden_peak((name, i), response, modes_hz, keys));
+    for (i, one) in observed.iter().enumerate() {
+        warnings.extend(hidden_peak((&one.name, i), response, modes_hz, keys));
     }
     warnings
 }

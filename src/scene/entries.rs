@@ -498,18 +498,24 @@ section! {
 
 section! {
     OBSERVE: RawObserve, "observe", List, "one or more",
-        "a displacement that is followed",
+        "a displacement or a strain that is followed",
         "[[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\n\
                   direction = [0, 1, 0]" {
         name: Name, "-",
-            "a name, each different; heads the columns `<name>_amplitude_m` and so on",
+            "a name, each different; heads the columns `<name>_amplitude_m` and so on, of a strain \
+             `<name>_amplitude_strain`",
             "\"tip\"";
         points: Text("group"), "-",
-            "usually a point group",
+            "usually a point group; for a strain, the surface under a gauge, or nodes, of which all \
+             faces count that touch one of them",
             "\"tip_trailing_edge\"  # a physical point of the mesh";
         direction: Numbers(3, ""), "-",
-            "not all 0; any length",
+            "not all 0; any length; that of a strain lies in the surface, on which it is projected",
             "[0, 1, 0]";
+        quantity: Choice(&["displacement", "strain"]), "`\"displacement\"`",
+            "`strain` is what a strain gauge along the direction measures; the first [[observe]] is a \
+             displacement",
+            "\"strain\"";
     }
 }
 

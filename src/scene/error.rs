@@ -202,6 +202,8 @@ pub enum Fault {
     NoBody,
     #[error("`{path}` is the same group as `first`")]
     SameFlank { path: String },
+    #[error("the first [[observe]] is a strain")]
+    FirstIsStrain { path: String },
     #[error("no body is fixed anywhere, and no [[spring]] holds one to ground")]
     NothingFixed,
     #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
@@ -288,6 +290,7 @@ impl Fault {
             Self::StuckModesNotKept { kept, .. } => format!("at most {kept} values"),
             Self::NoBody => "a body is needed".to_owned(),
             Self::SameFlank { .. } => "a flank against itself".to_owned(),
+            Self::FirstIsStrain { .. } => "the first one".to_owned(),
             Self::NothingFixed => "every body floats".to_owned(),
             Self::OverrideSyntax { .. } => "no `=` with a key before it".to_owned(),
             Self::OverrideTooDeep { .. } => "too deep".to_owned(),
@@ -316,6 +319,7 @@ impl Fault {
             | Self::EmptyRange { path, .. }
             | Self::HarmonicNotKept { path, .. }
             | Self::SameFlank { path }
+            | Self::FirstIsStrain { path }
             | Self::OverrideNotATable { path, .. }
             | Self::OverrideNothingToRemove { path } => of(path),
             Self::OverrideNoElement { path, segment, .. } => Some(format!("{path}.{segment}")),
@@ -396,6 +400,9 @@ impl Fault {
                 .to_owned(),
             Self::SameFlank { .. } => "name the surface that lies opposite, or leave it out: the flank `first` then \
                  touches rigid ground"
+                .to_owned(),
+            Self::FirstIsStrain { .. } => "put an [[observe]] of a displacement before it: the peak of a run is that of the first \
+                 one"
                 .to_owned(),
             Self::NothingFixed => "name a group of the mesh that does not move in at least one [[body]], for \
                  example: fixed = [\"jaw_base\"]; let a contact be with rigid ground (no `second`), \

@@ -7,7 +7,7 @@ use crate::shared_runs::{number, rows};
 use crate::shared_work::in_folder;
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::Options;
 use dovetail_testkit::folder::root;
 use faer::Mat;
@@ -270,11 +270,7 @@ fn bar(elements: usize) -> Superelement {
         model: ReducedModel {
             static_load: load((0..n).map(preload).collect()),
             unit_loads: vec![load(first(1.0))],
-            observations: vec![ObservedDisplacement {
-                name: "tip".into(),
-                on_x: first(1.0),
-                on_modes: vec![],
-            }],
+            observations: vec![ObservedPoint::new("tip", first(1.0), vec![])],
             ..ReducedModel::of_pairs(stiffness, Mat::zeros(n, n))
         },
         excitations: vec![NamedExcitation::cosine("force")],

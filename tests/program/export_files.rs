@@ -20,11 +20,13 @@ use dovetail_mesh::ElementOrder;
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
-use dovetail_solver::model::{BodyPrestress, Rotation};
+use dovetail_solver::model::{BodyPrestress, Observation, Rotation};
 use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{linear_peak, peak, sweep_fields};
+use dovetail_solver::run::Observed;
+use dovetail_solver::structure::Quantity;
 use dovetail_testkit::block::mixed_block;
 use dovetail_testkit::folder::root;
 use dovetail_testkit::words::has;
@@ -37,9 +39,20 @@ fn pairs(run: &Run) -> PairTable {
     PairTable::of_model(&run.model)
 }
 
-fn names(run: &Run) -> Vec<&str> {
+fn all_observed(run: &Run) -> Vec<Observed> {
     let observations = run.model.observations.iter();
-    observations.map(|o| o.name.as_str()).collect()
+    let of = |o: &Observation| Observed {
+        name: o.name.clone(),
+        quantity: o.quantity,
+    };
+    observations.map(of).collect()
+}
+
+fn tip() -> Observed {
+    Observed {
+        name: "tip".into(),
+        quantity: Quantity::Displacement,
+    }
 }
 
 fn summary(run: &Run) -> Summary {
@@ -127,7 +140,13 @@ fn sweep(response: &Response) -> Sweep<'_> {
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
     let (model, response) = (&run.model, &run.response);
-    csv::write_response(&out.join("response.csv"), &names(run), response, None).unwrap();
+    csv::write_response(
+        &out.join("response.csv"),
+        &all_observed(run),
+        response,
+        None,
+    )
+    .unwrap();
     csv::write_static(&out.join("static.csv"), &pairs(run), &run.static_state).unwrap();
     csv::write_contact(&out.join("contact.csv"), &pairs(run), response).unwrap();
     vtu::write_static(&out.join("static.vtu"), model, &static_fields(run)).unwrap();
@@ -163,7 +182,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     };
     vtu::write_modes(&out.join("modes.vtu"), model, &[mode]).unwrap();
     write_json(&out.join("summary.json"), &summary(run)).unwrap();
-    let curves = sweep(response).amplitude("tip", 0);
+    let curves = sweep(response).amplitude(&tip(), 0);
     let plot = |file: &str, scale, curves| {
         plots::write_curves(&out.join(file), HEADING, scale, curves).unwrap();
     };
@@ -231,7 +250,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("unconverged");
     let path = out.join("response.csv");
-    csv::write_response(&path, &names(&run), &run.response, None).unwrap();
+    csv::write_response(&path, &all_observed(&run), &run.response, None).unwrap();
     let header = fs::read_to_string(&path)
         .unwrap()
         .lines()
@@ -268,7 +287,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
             assert_eq!(cell.is_empty(), !converged, "row {i}, {name}: '{cell}'");
         }
         let linear: f64 = row["tip_linear_amplitude_m"].parse().unwrap();
-        assert_eq!(linear, run.response.linear[i].observed_amplitude_m[0]);
+        assert_eq!(linear, run.response.linear[i].observed_amplitude[0]);
         assert!(!row["newton_iterations"].is_empty());
     }
     assert_eq!(rows[3]["outcome"], "iteration_limit");
@@ -599,7 +618,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
 
     fs::write(out.join("blocked"), "a file where a folder should be").unwrap();
     let path = out.join("blocked/response.csv");
-    let error = csv::write_response(&path, &names(&run), &run.response, None).unwrap_err();
+    let error = csv::write_response(&path, &all_observed(&run), &run.response, None).unwrap_err();
     has(&error.to_string(), "blocked & --out");
 
     let field = Field {
@@ -636,9 +655,9 @@ fn figures_show_every_pair_and_every_lost_point() {
         .orbits
         .iter_mut()
         .for_each(|o| o.outcome = Outcome::Converged);
-    gapless.orbits[17].observed_amplitude_m = gapless.orbits[16].observed_amplitude_m.clone();
+    gapless.orbits[17].observed_amplitude = gapless.orbits[16].observed_amplitude.clone();
     let draw = |response: &Response| {
-        let curves = sweep(response).amplitude("tip", 0);
+        let curves = sweep(response).amplitude(&tip(), 0);
         let path = out.join("one.svg");
         plots::write_curves(&path, HEADING, Scale::Linear, &curves).unwrap();
         let text = fs::read_to_string(&path).unwrap();

@@ -123,15 +123,15 @@ fn response() -> &'static Response {
 fn ratios(response: &Response) -> Vec<f64> {
     let pairs = response.orbits.iter().zip(&response.linear);
     pairs
-        .map(|(orbit, stuck)| orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0])
+        .map(|(orbit, stuck)| orbit.observed_amplitude[0] / stuck.observed_amplitude[0])
         .collect()
 }
 
 /// Largest amplitude over the largest of the stuck assembly.
 fn cut(response: &Response) -> f64 {
     let largest = |amplitudes: &mut dyn Iterator<Item = f64>| amplitudes.fold(0.0, f64::max);
-    largest(&mut response.orbits.iter().map(|o| o.observed_amplitude_m[0]))
-        / largest(&mut response.linear.iter().map(|s| s.observed_amplitude_m[0]))
+    largest(&mut response.orbits.iter().map(|o| o.observed_amplitude[0]))
+        / largest(&mut response.linear.iter().map(|s| s.observed_amplitude[0]))
 }
 
 /// For each pair that opens at some frequency: its static normal force over the mean of all pairs.
@@ -329,7 +329,7 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
                 let orbit = response.orbits.iter().find(|o| o.frequency_hz == hz);
                 let orbit = orbit.unwrap();
                 let stuck = orbit.counts().stuck;
-                (orbit.observed_amplitude_m[0], orbit.retention_n, stuck)
+                (orbit.observed_amplitude[0], orbit.retention_n, stuck)
             })
             .collect();
         println!("{hz} Hz: amplitude, retention, pairs that stick: {found:?}");
@@ -357,7 +357,7 @@ fn truncation_explains_what_is_left_at_the_peak() {
     let model = &Problem::new(reduction.model, &joint().model);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);
-        1e3 * response.orbits[0].observed_amplitude_m[0]
+        1e3 * response.orbits[0].observed_amplitude[0]
     });
     println!("H = 3, 7, 15, 21, 31: {amplitudes_mm:.5?} mm");
     let off = amplitudes_mm.map(|a| a / INTEGRATED_MM - 1.0);

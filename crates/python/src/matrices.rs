@@ -17,7 +17,9 @@ use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::model::{Asymmetry, asymmetry};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::{Load, StuckModes, reduce};
-use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, Structure};
+use dovetail_solver::structure::{
+    BodyMatrices, InterfaceNode, Joint, ObservedWork, Quantity, Structure,
+};
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -588,7 +590,11 @@ fn structure_of(
         observations: loads
             .observed
             .iter()
-            .map(|(name, vector)| (name.clone(), on_body(vector)))
+            .map(|(name, vector)| ObservedWork {
+                name: name.clone(),
+                quantity: Quantity::Displacement,
+                load: on_body(vector),
+            })
             .collect(),
         dashpots: Vec::new(),
     })

@@ -150,7 +150,7 @@ impl PyMotion {
         table(py, [harmonics + 1, values.len() / (harmonics + 1)], values)
     }
 
-    /// Observed displacements, m, complex, (observations, H+1).
+    /// Observed displacements, m, complex, (observations, H+1); of a strain gauge, its strain.
     #[getter]
     fn observed_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         let orbit = self.orbit();
@@ -159,10 +159,11 @@ impl PyMotion {
         table(py, [orbit.observed.len(), orbit.harmonics + 1], values)
     }
 
-    /// Largest departure of each observed displacement from its mean, m, (observations,).
+    /// Largest departure of each observed displacement from its mean, m, (observations,); of a strain
+    /// gauge, its strain.
     #[getter]
     fn amplitude_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.orbit().observed_amplitude_m.clone())
+        vector(py, self.orbit().observed_amplitude.clone())
     }
 
     /// Estimated relative error of each amplitude for the harmonics left out, (observations,); NaN

@@ -33,7 +33,7 @@ use dovetail_solver::memory;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::reduction::{
-    Highest, Load, ObservedDisplacement, ReducedModel, StuckModes, superelement,
+    Highest, Load, ObservedPoint, ReducedModel, StuckModes, superelement,
 };
 use dovetail_solver::results::far_slip::ShorterSides;
 use dovetail_solver::results::modes::hertz;
@@ -443,7 +443,7 @@ impl PyProblem {
             let name: String = name.extract()?;
             let weights: (Bound<'_, PyAny>, Bound<'_, PyAny>) = weights.extract()?;
             let Load { on_x, on_modes } = load(&format!("observe[\"{name}\"]"), &weights)?;
-            observations.push(ObservedDisplacement::new(name, on_x, on_modes));
+            observations.push(ObservedPoint::new(name, on_x, on_modes));
         }
         let pairs = n / 3;
         let friction = of_each("friction", friction, pairs)?;

@@ -107,7 +107,7 @@ impl PyResponse {
         points: &[LinearPoint],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let count = self.subject.observations().len();
-        let values = points.iter().flat_map(|p| p.observed_amplitude_m.clone());
+        let values = points.iter().flat_map(|p| p.observed_amplitude.clone());
         table(py, [points.len(), count], values.collect())
     }
 }
@@ -139,7 +139,7 @@ impl PyResponse {
     /// observed displacement where several are.
     fn nearest(&self, frequency_hz: f64) -> PyResult<PyMotion> {
         let far = |orbit: &Orbit| (orbit.frequency_hz - frequency_hz).abs();
-        let size = |orbit: &Orbit| orbit.observed_amplitude_m.first().copied().unwrap_or(0.0);
+        let size = |orbit: &Orbit| orbit.observed_amplitude.first().copied().unwrap_or(0.0);
         let moving = self.orbits().iter().enumerate();
         let moving = moving.filter(|(_, orbit)| orbit.outcome.has_motion());
         let found = moving
@@ -163,10 +163,10 @@ impl PyResponse {
     }
 
     /// Largest departures of the observed displacements from their means, m, (points,
-    /// observations).
+    /// observations); of a strain gauge, its strain.
     #[getter]
     fn amplitude_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.each_observed(py, |orbit, i| orbit.observed_amplitude_m[i])
+        self.each_observed(py, |orbit, i| orbit.observed_amplitude[i])
     }
 
     /// Estimated relative errors of the amplitudes for the harmonics left out, (points,

@@ -67,7 +67,7 @@ impl Message {
             News::Event(Event::LoopEnds) => Self::LoopEnds,
             News::Event(Event::Frequency(solved)) => Self::Frequency {
                 frequency_hz: solved.orbit.frequency_hz,
-                amplitude_m: solved.orbit.observed_amplitude_m.clone(),
+                amplitude_m: solved.orbit.observed_amplitude.clone(),
                 outcome: solved.orbit.outcome.to_string(),
             },
             News::Event(_) => return None,
@@ -162,7 +162,7 @@ impl Wire {
             Told::Solved(solved) => {
                 self.send(Message::Frequency {
                     frequency_hz: solved.orbit.frequency_hz,
-                    amplitude_m: solved.orbit.observed_amplitude_m.clone(),
+                    amplitude_m: solved.orbit.observed_amplitude.clone(),
                     outcome: solved.orbit.outcome.to_string(),
                 });
                 self.send(Message::LoopAdvances(usize::from(!solved.again)));

@@ -14,7 +14,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 /// Ratio of the frequency of the force to that of the mass on its spring.
@@ -47,7 +47,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
         reduced: ReducedModel {
             // Compression is negative.
             static_load: load(vec![-1.0, 0.0, 0.0]),
-            observations: vec![ObservedDisplacement::new("mass", along_ground(), vec![])],
+            observations: vec![ObservedPoint::new("mass", along_ground(), vec![])],
             // Nothing moves while the pair sticks: there are no stuck modes.
             ..ReducedModel::of_pairs(identity(), identity())
         },
@@ -63,5 +63,5 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
     let response = sweep(&model, undamped, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];
     assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
-    orbit.observed_amplitude_m[0]
+    orbit.observed_amplitude[0]
 }

@@ -14,7 +14,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 fn main() {
@@ -31,7 +31,7 @@ pub fn curve() -> Vec<(f64, f64)> {
     let normal = |size: f64| vec![size, 0.0, 0.0];
     let problem = Problem {
         reduced: ReducedModel {
-            observations: vec![ObservedDisplacement::new("mass", normal(1.0), vec![])],
+            observations: vec![ObservedPoint::new("mass", normal(1.0), vec![])],
             ..ReducedModel::of_pairs(identity(), identity())
         },
         laws: vec![PairLaw {
@@ -48,6 +48,6 @@ pub fn curve() -> Vec<(f64, f64)> {
     let response = follow(&problem, damping, &state, &settings, &[], &|_| ());
     let points = response.orbits.iter();
     points
-        .map(|orbit| (orbit.frequency_hz, orbit.observed_amplitude_m[0]))
+        .map(|orbit| (orbit.frequency_hz, orbit.observed_amplitude[0]))
         .collect()
 }

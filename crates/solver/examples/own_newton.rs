@@ -86,7 +86,7 @@ pub fn amplitudes_m() -> Result<[f64; 2], Box<dyn Error>> {
     });
     let settings = SweepSettings::new(vec![FREQUENCY_HZ], Resolution::fixed(HARMONICS, SAMPLES));
     let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
-    Ok([own[0], response.orbits[0].observed_amplitude_m[0]])
+    Ok([own[0], response.orbits[0].observed_amplitude[0]])
 }
 
 /// Jacobian at U, column by column, factored.

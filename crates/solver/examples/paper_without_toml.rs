@@ -16,6 +16,7 @@ use dovetail_solver::model::{
 use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::results::quantities::{linear_peak, peak};
 use dovetail_solver::run::{self, Options, Run, Session};
+use dovetail_solver::structure::Quantity;
 
 /// Gmsh files carry no unit: this one is in millimetres.
 const METRES_PER_UNIT: f64 = 1e-3;
@@ -100,6 +101,7 @@ fn assembly(mesh: PathBuf) -> Assembly {
             name: "tip".into(),
             points: "tip_trailing_edge".into(),
             direction: [0.0, 1.0, 0.0],
+            quantity: Quantity::Displacement,
         }],
         ..Assembly::default()
     }

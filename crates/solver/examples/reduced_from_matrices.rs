@@ -19,7 +19,9 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, Structure};
+use dovetail_solver::structure::{
+    BodyMatrices, InterfaceNode, Joint, ObservedWork, Quantity, Structure,
+};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -67,7 +69,11 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
             turned: Some([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
         }],
         excitations: vec![vec![along_the_mass.clone()]],
-        observations: vec![("mass".into(), vec![along_the_mass])],
+        observations: vec![ObservedWork {
+            name: "mass".into(),
+            quantity: Quantity::Displacement,
+            load: vec![along_the_mass],
+        }],
         dashpots: Vec::new(),
     }
 }
@@ -100,5 +106,5 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     if !orbit.outcome.is_converged() {
         return Err(format!("{} Hz: {:?}", orbit.frequency_hz, orbit.outcome).into());
     }
-    Ok(orbit.observed_amplitude_m[0])
+    Ok(orbit.observed_amplitude[0])
 }

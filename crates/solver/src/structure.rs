@@ -2,6 +2,7 @@
 //! finite elements of this library or of another program.
 
 use nalgebra_sparse::CscMatrix;
+use serde::{Deserialize, Serialize};
 
 /// Bodies, the nodes at which they meet, and their loads.
 #[derive(Debug, Clone)]
@@ -13,12 +14,51 @@ pub struct Structure {
     pub joints: Vec<Joint>,
     /// One unit of each excitation.
     pub excitations: Vec<BodyVectors>,
-    /// Observed displacements: their names, and the loads whose work on a motion is the observed
-    /// displacement.
-    pub observations: Vec<(String, BodyVectors)>,
+    /// Observed displacements and strains.
+    pub observations: Vec<ObservedWork>,
     /// Dashpots: their coefficients, N s/m, and the loads whose work on a motion is the displacement
     /// that a dashpot acts on.
     pub dashpots: Vec<(f64, BodyVectors)>,
+}
+
+/// Quantity that is observed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Displacement along a direction, m.
+    #[default]
+    Displacement,
+    /// Strain of a surface along a direction, m/m: what a strain gauge measures.
+    Strain,
+}
+
+impl Quantity {
+    /// Unit in words.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement => "m",
+            Self::Strain => "m/m",
+        }
+    }
+
+    /// Last word of the names of columns that have this quantity: `<name>_amplitude_m`.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Displacement => "m",
+            Self::Strain => "strain",
+        }
+    }
+}
+
+/// Displacement or strain that is observed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedWork {
+    /// Name in the results.
+    pub name: String,
+    /// What is observed.
+    pub quantity: Quantity,
+    /// Load whose work on a motion is what is observed.
+    pub load: BodyVectors,
 }
 
 /// Vector on the degrees of freedom of each body.

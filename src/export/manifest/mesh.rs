@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::export::unrolled::Orientation;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyNode, FlankMatch, Model, Observation, StraightenedEdges};
+use dovetail_solver::run::Observed;
+use dovetail_solver::structure::Quantity;
 
 /// Origin of a mesh.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -82,6 +84,8 @@ pub struct BodySummary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservationSummary {
     pub name: String,
+    #[serde(default)]
+    pub quantity: Quantity,
     pub terms: Vec<ObservationTerm>,
 }
 
@@ -150,16 +154,18 @@ pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
     };
     let summary = |o: &Observation| ObservationSummary {
         name: o.name.clone(),
+        quantity: o.quantity,
         terms: o.terms.iter().map(term).collect(),
     };
     model.observations.iter().map(summary).collect()
 }
 
-/// Observations of a model without nodes: only their names.
-pub fn probe_summaries(names: &[&str]) -> Vec<ObservationSummary> {
-    let summary = |name: &&str| ObservationSummary {
-        name: (*name).to_owned(),
+/// Observations of a model without nodes: only what they are.
+pub fn probe_summaries(observed: Vec<Observed>) -> Vec<ObservationSummary> {
+    let summary = |Observed { name, quantity }| ObservationSummary {
+        name,
+        quantity,
         terms: Vec::new(),
     };
-    names.iter().map(summary).collect()
+    observed.into_iter().map(summary).collect()
 }

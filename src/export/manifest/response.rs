@@ -229,7 +229,7 @@ pub fn response_summary(
     let fold = |row: usize| FoldSummary {
         row,
         frequency_hz: response.orbits[row].frequency_hz,
-        amplitude_m: response.orbits[row].observed_amplitude_m.first().copied(),
+        amplitude_m: response.orbits[row].observed_amplitude.first().copied(),
     };
     ResponseSummary {
         points: response.orbits.len(),

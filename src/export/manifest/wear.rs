@@ -42,7 +42,7 @@ pub fn wear_summary(course: &WearCourse<'_>) -> Option<WearSummary> {
     let part = |(i, part): (usize, &dovetail_solver::description::MissionPart)| WearPartSummary {
         share: part.share,
         frequency_hz: ends(&|block| block.motions[i].frequency_hz),
-        amplitude_m: ends(&|block| block.motions[i].observed_amplitude_m[course.observation]),
+        amplitude_m: ends(&|block| block.motions[i].observed_amplitude[course.observation]),
     };
     Some(WearSummary {
         cycles: last.cycles,

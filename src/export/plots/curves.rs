@@ -56,7 +56,7 @@ impl Curve {
 
     /// Peak that an axis up to `highest` shows.
     fn peak_below(&self, highest: f64) -> Option<PeakMark> {
-        self.peak.filter(|peak| peak.amplitude_m <= highest)
+        self.peak.filter(|peak| peak.amplitude <= highest)
     }
 }
 
@@ -178,7 +178,7 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
     }
     let marked = |chart: &Chart, curve: &Curve| {
         let peak = curve.peak_below(top)?;
-        let at = chart.at((curves.place(peak.frequency_hz), peak.amplitude_m))?;
+        let at = chart.at((curves.place(peak.frequency_hz), peak.amplitude))?;
         Some((at, peak.words(curves.highest), curve.colour()))
     };
     let curves = curves.curves.iter();
@@ -312,7 +312,8 @@ mod tests {
         };
         let peak = PeakMark {
             frequency_hz: 1.5,
-            amplitude_m: 20.0,
+            amplitude: 20.0,
+            unit: "m",
             digits: 3,
             along: None,
         };

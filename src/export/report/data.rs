@@ -14,6 +14,7 @@ use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{cycle_fields, with_motion};
 use dovetail_solver::results::signals::{PairSignals, pair_signals};
+use dovetail_solver::run::Observed;
 
 /// Largest number of hysteresis loops in a report.
 const LOOPS: usize = 4;
@@ -91,13 +92,13 @@ impl Data {
         let still = model.zip(contents.static_state);
         let still = still.and_then(|(model, state)| at_rest(state, &model.pairs));
         let fields = moving.chain(still.into_iter().flatten());
-        let names = || contents.observations.iter().enumerate();
-        let curves = |of: &dyn Fn(usize, &str) -> Option<Curves>| {
-            names().filter_map(|(i, name)| of(i, name)).collect()
+        let observed = || contents.observations.iter().enumerate();
+        let curves = |of: &dyn Fn(usize, &Observed) -> Option<Curves>| {
+            observed().filter_map(|(i, one)| of(i, one)).collect()
         };
         Self {
-            amplitudes: curves(&|i, name| Some(sweep?.amplitude(name, i))),
-            phases: curves(&|i, name| Some(sweep?.phase(name, i))),
+            amplitudes: curves(&|i, one| Some(sweep?.amplitude(one, i))),
+            phases: curves(&|i, one| Some(sweep?.phase(&one.name, i))),
             pairs: of_pairs.map(|sweep| sweep.pairs()),
             powers: of_pairs.map(|sweep| sweep.powers()),
             peak_hz,

@@ -28,7 +28,7 @@ use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
-use dovetail_solver::run::PeakStress;
+use dovetail_solver::run::{Observed, PeakStress};
 
 /// File name of the report.
 pub const REPORT: &str = "report.html";
@@ -40,8 +40,8 @@ pub struct Contents<'a> {
     pub summary: &'a Summary,
     /// Excitation, speed and friction in a few words.
     pub conditions: &'a str,
-    /// Names of the observed displacements.
-    pub observations: &'a [&'a str],
+    /// Observed displacements and strains.
+    pub observations: &'a [Observed],
     pub pairs: &'a PairTable,
     /// Model of the scene; `None` without a mesh.
     pub model: Option<&'a Model>,

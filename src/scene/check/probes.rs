@@ -4,22 +4,42 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
 use crate::scene::entries::RawObserve;
+use crate::scene::error::Fault;
 use dovetail_solver::model::ObservationSpec;
+use dovetail_solver::structure::Quantity;
 
 pub fn observations(
     checker: &mut Checker,
     raw: &[Spanned<RawObserve>],
 ) -> Option<Vec<ObservationSpec>> {
-    checker.items("observe", raw, |raw| &raw.name, observation)
+    let all = checker.items("observe", raw, |raw| &raw.name, observation)?;
+    if let (Some(spec), Some(item)) = (all.first(), raw.first())
+        && spec.quantity == Quantity::Strain
+    {
+        let given = &item.get_ref().quantity;
+        let span = given.as_ref().map_or(item.span(), Spanned::span);
+        let path = format!("observe.{}.quantity", spec.name);
+        checker.fault(span, Fault::FirstIsStrain { path });
+        return None;
+    }
+    Some(all)
 }
 
 fn observation(checker: &mut Checker, at: &Table, raw: &RawObserve) -> Option<ObservationSpec> {
     let name = checker.required_name(at, &raw.name);
     let points = checker.text(at, "points", &raw.points);
     let direction = checker.direction(at, "direction", &raw.direction);
+    let quantity = match &raw.quantity {
+        None => Some(Quantity::Displacement),
+        given => {
+            let quantities = [Quantity::Displacement, Quantity::Strain];
+            checker.choice(at, "quantity", given, &quantities)
+        }
+    };
     Some(ObservationSpec {
         name: name?,
         points: points?,
         direction: direction?,
+        quantity: quantity?,
     })
 }

@@ -15,6 +15,7 @@ use dovetail_solver::model::{
 use dovetail_solver::problem::LinearReference;
 use dovetail_solver::reduction::ReducedModel;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::structure::Quantity;
 use faer::Mat;
 
 const HARMONICS: usize = 3;
@@ -226,6 +227,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         observations: vec![
             Observation {
                 name: "tip".into(),
+                quantity: Quantity::Displacement,
                 terms: vec![
                     (at(0, observed), [0.0, 0.6, 0.8]),
                     (at(0, observed - 1), [0.5, 0.0, 0.0]),
@@ -233,6 +235,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             },
             Observation {
                 name: "rim".into(),
+                quantity: Quantity::Displacement,
                 terms: vec![(at(1, 0), [1.0, 0.0, 0.0])],
             },
         ],
@@ -383,7 +386,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             modal: vec![],
             newton_residuals: vec![],
             cycles,
-            observed_amplitude_m: observed.iter().map(|c| amplitude(c) * bad).collect(),
+            observed_amplitude: observed.iter().map(|c| amplitude(c) * bad).collect(),
             observed,
             friction_power_w: friction_power_w * bad,
             viscous_power_w: 0.01 * g * g,
@@ -399,7 +402,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
     });
     let linear = (0..points).map(|i| LinearPoint {
         frequency_hz: frequency(i),
-        observed_amplitude_m: shape
+        observed_amplitude: shape
             .iter()
             .map(|s| amplitude(s) * gain(frequency(i), 0.001))
             .collect(),

@@ -15,7 +15,7 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -73,7 +73,7 @@ pub fn problem(pairs: usize) -> Problem {
     let load = |seed: usize| Load::new(mixed_of(n, seed), mixed_of(MODES, seed + 1));
     let observation = |seed: usize| {
         let Load { on_x, on_modes } = load(seed);
-        ObservedDisplacement::new(seed.to_string(), on_x, on_modes)
+        ObservedPoint::new(seed.to_string(), on_x, on_modes)
     };
     let g = Mat::from_fn(n, MASSES, |i, j| 0.3 * mixed(i * MASSES + j, 1));
     let coupling = Mat::from_fn(n, MODES, |i, j| 0.2 * mixed(i * MODES + j, 2));

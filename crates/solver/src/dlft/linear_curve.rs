@@ -38,10 +38,10 @@ pub fn linear_curve(
     }
     points.extend(resonances.into_iter().map(|(_, f)| at(f)));
     in_order(&mut points);
-    let observations = points.first().map_or(0, |p| p.observed_amplitude_m.len());
+    let observations = points.first().map_or(0, |p| p.observed_amplitude.len());
     let mut between = Vec::new();
     for observation in 0..observations {
-        let amplitude = |p: &LinearPoint| p.observed_amplitude_m[observation];
+        let amplitude = |p: &LinearPoint| p.observed_amplitude[observation];
         for three in points.windows(3) {
             if amplitude(&three[1]) >= amplitude(&three[0])
                 && amplitude(&three[1]) > amplitude(&three[2])
@@ -111,7 +111,7 @@ mod tests {
                 .map(|i| first_hz * (0.95 + 0.011 * f64::from(i)))
                 .collect();
             let curve = linear_curve(&system, 3, &grid);
-            let amplitude = |p: &LinearPoint| p.observed_amplitude_m[0];
+            let amplitude = |p: &LinearPoint| p.observed_amplitude[0];
             let top = |points: &[LinearPoint]| points.iter().map(amplitude).fold(0.0, f64::max);
             let fine: Vec<LinearPoint> = (-400..=400)
                 .map(|i| linear_point(&system, 3, first_hz * (1.0 + step * f64::from(i))))

@@ -6,7 +6,7 @@ use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::sync::Mutex;
 
@@ -14,7 +14,7 @@ use std::sync::Mutex;
 pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
     Orbit {
         observed: amplitudes_m.iter().map(|a| vec![0.0, *a, 0.0]).collect(),
-        observed_amplitude_m: amplitudes_m.to_vec(),
+        observed_amplitude: amplitudes_m.to_vec(),
         ..Orbit::without_motion(frequency_hz, outcome)
     }
 }
@@ -26,7 +26,7 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
     let normal = |size: f64| vec![size, 0.0, 0.0];
     Problem {
         reduced: ReducedModel {
-            observations: vec![ObservedDisplacement::new("mass", normal(1.0), vec![])],
+            observations: vec![ObservedPoint::new("mass", normal(1.0), vec![])],
             ..ReducedModel::of_pairs(Mat::identity(3, 3), Mat::identity(3, 3))
         },
         laws: vec![PairLaw {

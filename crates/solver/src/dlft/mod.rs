@@ -167,10 +167,11 @@ pub struct Orbit {
     pub modal: Vec<f64>,
     /// Cycle of each pair.
     pub cycles: Vec<PairCycle>,
-    /// Fourier coefficients (mean, cosine, sine...) of each observed displacement, m, 2H+1 each.
+    /// Fourier coefficients (mean, cosine, sine...) of each observed displacement, m, or strain,
+    /// 2H+1 each.
     pub observed: Vec<Vec<f64>>,
-    /// Largest departure of each observed displacement from its mean over the period, m.
-    pub observed_amplitude_m: Vec<f64>,
+    /// Largest departure of each observed displacement, m, or strain from its mean over the period.
+    pub observed_amplitude: Vec<f64>,
     /// Friction power of all pairs, mean over a period, W.
     pub friction_power_w: f64,
     /// Power of the damping, mean over a period, W.
@@ -212,7 +213,7 @@ impl Orbit {
             modal: Vec::new(),
             cycles: Vec::new(),
             observed: Vec::new(),
-            observed_amplitude_m: Vec::new(),
+            observed_amplitude: Vec::new(),
             friction_power_w: 0.0,
             viscous_power_w: 0.0,
             input_power_w: 0.0,
@@ -269,8 +270,8 @@ pub struct PairCycle {
 pub struct LinearPoint {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
-    /// Largest departure of each observed displacement from its mean, m.
-    pub observed_amplitude_m: Vec<f64>,
+    /// Largest departure of each observed displacement, m, or strain from its mean.
+    pub observed_amplitude: Vec<f64>,
 }
 
 /// Progress of a running sweep.
@@ -386,7 +387,7 @@ impl SolvedFrequency {
         Self {
             linear: LinearPoint {
                 frequency_hz: orbit.frequency_hz,
-                observed_amplitude_m: Vec::new(),
+                observed_amplitude: Vec::new(),
             },
             orbit,
             mean: retention::Mean::Free,

@@ -6,7 +6,7 @@ use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
-use crate::reduction::{Load, ObservedDisplacement};
+use crate::reduction::{Load, ObservedPoint};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
@@ -109,7 +109,7 @@ fn motion_of(
     Orbit {
         harmonics,
         modal,
-        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed_amplitude: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
         viscous_power_w: viscous_w,
         input_power_w: input_w,
@@ -168,7 +168,7 @@ pub fn linear_point(
 ) -> LinearPoint {
     LinearPoint {
         frequency_hz,
-        observed_amplitude_m: amplitudes_m(system, harmonics, &[], frequency_hz),
+        observed_amplitude: amplitudes_m(system, harmonics, &[], frequency_hz),
     }
 }
 
@@ -298,7 +298,7 @@ fn observe(
 ) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
     let (n, m) = (system.unknowns(), reduced.omega2.len());
-    let of_point = |point: &ObservedDisplacement| {
+    let of_point = |point: &ObservedPoint| {
         let block = |h: usize| {
             dot(&point.on_x, &u[h * n..(h + 1) * n])
                 + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
@@ -633,7 +633,7 @@ mod tests {
                 }
             }
             let amplitudes: Vec<f64> = orbit.observed.iter().map(|c| amplitude(c)).collect();
-            assert_eq!(orbit.observed_amplitude_m, amplitudes);
+            assert_eq!(orbit.observed_amplitude, amplitudes);
             assert_eq!(observed_amplitudes_m(balance, u, FREQUENCY_HZ), amplitudes);
 
             let samples = setting.fourier.samples();
@@ -701,7 +701,7 @@ mod tests {
             let stuck = ContactSystem::new(&stuck, system.damping);
             let stuck = linear_point(&stuck, harmonics, FREQUENCY_HZ);
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
-            assert_eq!(stuck.observed_amplitude_m, expected);
+            assert_eq!(stuck.observed_amplitude, expected);
             assert!(expected.iter().all(|a| *a > 0.0));
         });
     }
@@ -715,7 +715,7 @@ mod tests {
         let problem = Problem {
             reduced: ReducedModel {
                 static_load: load(mean),
-                observations: vec![ObservedDisplacement::new("u", vec![], vec![2.0])],
+                observations: vec![ObservedPoint::new("u", vec![], vec![2.0])],
                 ..ReducedModel::new(none(), none(), Mat::zeros(0, 1), vec![w2])
             },
             laws: vec![],
@@ -729,7 +729,7 @@ mod tests {
         let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));
         let q = force / stiff.hypot(damp);
         assert_near(orbit.observed[0][0], 2.0 * mean / w2);
-        assert_near(orbit.observed_amplitude_m[0], 2.0 * q);
+        assert_near(orbit.observed_amplitude[0], 2.0 * q);
         let power = 0.5 * w * damp * q * q;
         assert_near(orbit.input_power_w, power);
         assert_near(orbit.viscous_power_w, power);

@@ -18,7 +18,7 @@ const MOST_SQUARED: f64 = 1e4;
 pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (usize, f64)> {
     let numbered = orbits.iter().enumerate();
     numbered.filter_map(move |(i, orbit)| {
-        let amplitude = orbit.observed_amplitude_m.get(observation).copied();
+        let amplitude = orbit.observed_amplitude.get(observation).copied();
         let amplitude = amplitude.filter(|a| orbit.outcome.has_motion() && a.is_finite());
         Some((i, amplitude?))
     })
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn points_with_a_motion_have_a_height_and_their_position() {
         let orbit = |outcome, amplitude_m: &[f64]| Orbit {
-            observed_amplitude_m: amplitude_m.to_vec(),
+            observed_amplitude: amplitude_m.to_vec(),
             ..Orbit::without_motion(1.0, outcome)
         };
         let orbits = [

@@ -475,7 +475,7 @@ impl Run<'_> {
         orbit.observed_error = resolved.estimated_errors;
         orbit
             .observed_error
-            .truncate(orbit.observed_amplitude_m.len());
+            .truncate(orbit.observed_amplitude.len());
         orbit.newton_iterations = work.newton_iterations;
         orbit.newton_residuals = work.residuals.clone();
         orbit.krylov_iterations = work.krylov_iterations;

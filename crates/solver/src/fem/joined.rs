@@ -6,7 +6,7 @@ use crate::model::{
     AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Model, NodeMotion, Observation, Side,
     Slave,
 };
-use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, Structure};
+use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
 
 /// Bodies with the joints, the excitations and the observed points of the model that their matrices
 /// belong to.
@@ -36,9 +36,10 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
         }
         load
     };
-    let observation = |observation: &Observation| {
-        let load = displacement(&observation.terms);
-        (observation.name.clone(), load)
+    let observation = |observation: &Observation| ObservedWork {
+        name: observation.name.clone(),
+        quantity: observation.quantity,
+        load: displacement(&observation.terms),
     };
     let dashpot = |dashpot: &Dashpot| {
         let mut load = displacement(&dashpot.terms);

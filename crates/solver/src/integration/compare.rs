@@ -210,7 +210,7 @@ fn beside(problem: &Problem, orbit: &Orbit, larger_by: f64) -> State {
 
 fn of_orbit(orbit: &Orbit) -> Figures {
     Figures {
-        amplitude_m: orbit.observed_amplitude_m.first().copied(),
+        amplitude_m: orbit.observed_amplitude.first().copied(),
         first_harmonic_m: orbit
             .observed
             .first()

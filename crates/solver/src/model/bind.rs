@@ -3,13 +3,14 @@
 
 use super::builder::{BodyBuilder, Source};
 use super::excitations::excitations;
-use super::groups::{find_group, first_tags};
+use super::groups::first_tags;
 use super::joints::joints;
-use super::loads::{applied_load, check_owned, is_fixed};
+use super::loads::applied_load;
 use super::matrices::axes_of;
+use super::observations::observation;
 use super::springs::{add_spring, dashpots_of};
-use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use super::{BodyPrestress, Prestress};
+use super::{Model, ModelError, Rotation};
 use crate::model::{Assembly, BodySpec, MatrixSource, NamedFiles};
 use dovetail_mesh::Mesh;
 
@@ -17,7 +18,7 @@ use dovetail_mesh::Mesh;
 /// that its excitations and bodies name, and is not needed where they name none.
 ///
 /// Pairs are ordered contact by contact, each along the slot and then across it, whatever the
-/// numbering of the mesh. An observation is the mean of the nodes of its group.
+/// numbering of the mesh.
 ///
 /// # Errors
 /// A name that the mesh does not have, a group of the wrong kind, or a file that `files` lacks:
@@ -63,17 +64,9 @@ pub fn bind(
     for spec in &assembly.dashpots {
         dashpots.extend(dashpots_of(mesh, &bodies, spec)?);
     }
-    let mut observations = Vec::new();
-    for spec in &assembly.observations {
-        let used_by = format!("observation `{}`", spec.name);
-        let nodes = group_nodes(mesh, &bodies, &spec.points, used_by)?;
-        let share = 1.0 / nodes.len() as f64;
-        let term = |at| (at, spec.direction.map(|d| d * share));
-        observations.push(Observation {
-            name: spec.name.clone(),
-            terms: nodes.into_iter().map(term).collect(),
-        });
-    }
+    let observations = assembly.observations.iter();
+    let observations = observations.map(|spec| observation(mesh, &bodies, spec));
+    let observations = observations.collect::<Result<_, _>>()?;
 
     for (number, spec) in assembly.loads.iter().enumerate() {
         let used_by = format!("load {}", number + 1);
@@ -128,33 +121,6 @@ fn source<'a>(
         }
     };
     Ok(Source::Given(given, axes_of(assembly, spec)))
-}
-
-/// Nodes of a group on their bodies.
-fn group_nodes(
-    mesh: &Mesh,
-    bodies: &[BodyBuilder],
-    group: &str,
-    used_by: String,
-) -> Result<Vec<BodyNode>, ModelError> {
-    let found = find_group(mesh, group, None, &used_by)?;
-    check_owned(mesh, bodies, found, &used_by, group)?;
-    let nodes = &found.nodes;
-    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| is_fixed(bodies, n)));
-    if count > 0 {
-        return Err(ModelError::NodesFixed {
-            used_by,
-            group: group.to_string(),
-            count,
-            tags,
-        });
-    }
-    let on_body = |n: u32| {
-        let body = bodies.iter().position(|b| b.has(n))?;
-        let node = bodies[body].local(n);
-        Some(BodyNode { body, node })
-    };
-    Ok(nodes.iter().filter_map(|&n| on_body(n)).collect())
 }
 
 fn check_disjoint(bodies: &[BodyBuilder], mesh: &Mesh) -> Result<(), ModelError> {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{GivenMatrices, MeshSource};
 use crate::contact::PairLaw;
+use crate::structure::Quantity;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
@@ -472,13 +473,16 @@ impl ExcitationKind {
     }
 }
 
-/// Observed displacement.
+/// Observed displacement or strain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationSpec {
     /// Name in the results.
     pub name: String,
-    /// Point group, over whose nodes the displacement is averaged.
+    /// Group of nodes over which the displacement is averaged. For a strain, a surface, over whose
+    /// area the strain is averaged, or nodes, of which all faces are taken that touch one of them.
     pub points: String,
-    /// Direction, of unit length.
+    /// Direction, of unit length. That of a strain is projected on the surface.
     pub direction: [f64; 3],
+    /// What is observed.
+    pub quantity: Quantity,
 }

@@ -304,6 +304,26 @@ pub enum ModelError {
         body: String,
     },
     #[error(
+        "{used_by}: group `{group}` is a {found}; a strain gauge lies on a surface or on a group of nodes"
+    )]
+    GaugeDimension {
+        used_by: String,
+        group: String,
+        found: &'static str,
+    },
+    #[error(
+        "{used_by}: direction [{}, {}, {}] leaves {} `{group}` at {degrees:.0} degrees; a strain gauge lies in the surface, 30 degrees at most",
+        direction[0], direction[1], direction[2],
+        if *among_several { "all faces at" } else { "a face of" }
+    )]
+    GaugeSteep {
+        used_by: String,
+        group: String,
+        direction: [f64; 3],
+        degrees: f64,
+        among_several: bool,
+    },
+    #[error(
         "{used_by}: group `{group}` is a {found}; a spring or a dashpot acts on a surface or on a group of nodes"
     )]
     SpringDimension {

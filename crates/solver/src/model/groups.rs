@@ -103,11 +103,38 @@ pub(super) struct Outside<'a> {
 /// nodes they are the faces on the surface of the body all of whose nodes are in it. The surface of
 /// a body without elements is its facets, counter-clockwise seen from outside.
 pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Face> {
-    let of_nodes = group.dimension == 0;
     let is_in_set = |node: &u32| group.nodes.binary_search(node).is_ok();
+    // Most faces have a corner outside.
+    let within = |corners: &[u32; 4], nodes: &dyn Fn() -> Vec<u32>| {
+        corners.iter().all(|c| *c == u32::MAX || is_in_set(c)) && nodes().iter().all(is_in_set)
+    };
+    match group.dimension {
+        0 => bounding(mesh, &[], outside, Some(&within)),
+        _ => bounding(mesh, &group.elements, outside, None),
+    }
+}
+
+/// Faces on the surface of a body that have one of these nodes, ascending.
+pub(super) fn faces_touching(mesh: &Mesh, nodes: &[u32], outside: &Outside<'_>) -> Vec<Face> {
+    let is_in_set = |node: &u32| nodes.binary_search(node).is_ok();
+    let touches = |_: &[u32; 4], nodes: &dyn Fn() -> Vec<u32>| nodes().iter().any(is_in_set);
+    bounding(mesh, &[], outside, Some(&touches))
+}
+
+/// Chooses a face by its sorted corners and its nodes.
+type Chooses<'a> = &'a dyn Fn(&[u32; 4], &dyn Fn() -> Vec<u32>) -> bool;
+
+/// Faces of the elements of a body that are these facets of the mesh, in their order, or those on
+/// its surface that are chosen.
+fn bounding(
+    mesh: &Mesh,
+    facets: &[u32],
+    outside: &Outside<'_>,
+    chosen: Option<Chooses<'_>>,
+) -> Vec<Face> {
     let mut all: Vec<Face> = Vec::new();
     let mut number: HashMap<[u32; 4], usize> = HashMap::new();
-    for &f in &group.elements {
+    for &f in facets {
         number
             .entry(sorted_facet(mesh.facets.of(f as usize)))
             .or_insert(all.len());
@@ -120,11 +147,7 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Fa
     let mut bounds = |corners: [u32; 4], tag: u64, nodes: &dyn Fn() -> Vec<u32>| {
         let at = match number.get(&corners) {
             Some(&at) => at,
-            // Most faces have a corner outside.
-            None if of_nodes
-                && corners.iter().all(|c| *c == u32::MAX || is_in_set(c))
-                && nodes().iter().all(is_in_set) =>
-            {
+            None if chosen.is_some_and(|chosen| chosen(&corners, nodes)) => {
                 number.insert(corners, all.len());
                 all.push(Face {
                     tag,
@@ -148,7 +171,7 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, outside: &Outside<'_>) -> Vec<Fa
     for &(tag, nodes) in &outside.facets {
         bounds(sorted_facet(nodes), tag, &|| nodes.to_vec());
     }
-    if of_nodes {
+    if chosen.is_some() {
         all.retain(|face| face.bounded == 1);
     }
     all

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
+use crate::structure::Quantity;
 use dovetail_mesh::{Connectivity, ElementType};
 
 mod bind;
@@ -39,6 +40,7 @@ mod matrices;
 mod mesh_source;
 mod mortar;
 mod neighbours;
+mod observations;
 mod springs;
 
 pub use bind::bind;
@@ -492,11 +494,14 @@ pub struct Dashpot {
     pub terms: Vec<(BodyNode, [f64; 3])>,
 }
 
-/// Observed displacement: sum over `terms` of `direction . u(node)`.
+/// Observed displacement or strain: sum over `terms` of `vector . u(node)`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     /// Name in the results.
     pub name: String,
-    /// Nodes, each with the direction times the node's weight.
+    /// What is observed.
+    pub quantity: Quantity,
+    /// Nodes, each with a vector: for a displacement the direction times the node's weight, for a
+    /// strain over m.
     pub terms: Vec<(BodyNode, [f64; 3])>,
 }

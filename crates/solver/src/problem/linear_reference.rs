@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
 
@@ -114,8 +114,8 @@ impl LinearReference {
             sine: load(&excitation.sine),
             growth: excitation.growth,
         };
-        let observed = |observed: &ObservedDisplacement| {
-            ObservedDisplacement::new(
+        let observed = |observed: &ObservedPoint| {
+            ObservedPoint::new(
                 observed.name.clone(),
                 Vec::new(),
                 self.shares(&observed.on_x, &observed.on_modes),

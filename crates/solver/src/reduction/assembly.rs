@@ -29,8 +29,7 @@ use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{
-    Dashpots, Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError,
-    StuckModes,
+    Dashpots, Highest, Load, ObservedPoint, ReducedModel, Reduction, ReductionError, StuckModes,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::dense::parallel::product;
@@ -169,7 +168,7 @@ impl<'a> Loads<'a> {
         let steady = structure.bodies.iter().map(|b| b.load_n.as_slice());
         let excitations = structure.excitations.iter().map(on_bodies);
         let observations = structure.observations.iter();
-        let observations = observations.map(|(_, vectors)| on_bodies(vectors));
+        let observations = observations.map(|observed| on_bodies(&observed.load));
         let dashpots = structure.dashpots.iter().map(|(_, load)| on_bodies(load));
         let steady = std::iter::once(steady.collect());
         let vibrating = excitations.chain(observations).chain(dashpots);
@@ -415,9 +414,9 @@ impl<'a> Joined<'a> {
         let first_observed = 1 + structure.excitations.len();
         let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
         let observations = structure.observations.iter().enumerate();
-        let observations = observations.map(|(o, (name, _))| {
+        let observations = observations.map(|(o, observed)| {
             let Load { on_x, on_modes } = load(first_observed + o);
-            ObservedDisplacement::new(name.clone(), on_x, on_modes)
+            ObservedPoint::new(observed.name.clone(), on_x, on_modes).of(observed.quantity)
         });
         let first_dashpot = first_observed + structure.observations.len();
         let dashpots = structure.dashpots.iter().enumerate();

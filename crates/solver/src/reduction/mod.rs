@@ -27,6 +27,7 @@ use faer::{ColRef, Mat, c64};
 
 use serde::{Deserialize, Serialize};
 
+use crate::structure::Quantity;
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
@@ -212,8 +213,8 @@ pub struct ReducedModel {
     pub static_load: Load,
     /// One unit of each excitation.
     pub unit_loads: Vec<Load>,
-    /// Observed displacements.
-    pub observations: Vec<ObservedDisplacement>,
+    /// Observed displacements and strains.
+    pub observations: Vec<ObservedPoint>,
     /// Dashpots between the bodies, or from them to ground.
     pub dashpots: Dashpots,
 }
@@ -355,25 +356,33 @@ impl Load {
     }
 }
 
-/// Observed displacement `on_x . X + on_modes . q`.
+/// Observed displacement or strain `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ObservedDisplacement {
+pub struct ObservedPoint {
     /// Name in the results.
     pub name: String,
-    /// Weights of the relative displacements, n.
+    /// What is observed.
+    pub quantity: Quantity,
+    /// Weights of the relative displacements, n; of a strain, over m.
     pub on_x: Vec<f64>,
     /// Weights of the modal amplitudes, m.
     pub on_modes: Vec<f64>,
 }
 
-impl ObservedDisplacement {
+impl ObservedPoint {
     /// Displacement of these weights, n of X and m of the modal amplitudes.
     pub fn new(name: impl Into<String>, on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
         Self {
             name: name.into(),
+            quantity: Quantity::Displacement,
             on_x,
             on_modes,
         }
+    }
+
+    /// This point, whose weights give a quantity of this kind.
+    pub fn of(self, quantity: Quantity) -> Self {
+        Self { quantity, ..self }
     }
 }
 

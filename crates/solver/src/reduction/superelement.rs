@@ -32,8 +32,9 @@ use faer::{Accum, Mat, MatRef, Par};
 use serde::{Deserialize, Serialize};
 
 use super::matrix_market;
-use super::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use super::{Dashpots, Load, ObservedPoint, ReducedModel};
 use crate::input;
+use crate::structure::Quantity;
 use dovetail_numerics::dense;
 
 /// Contents of the folder.
@@ -106,6 +107,9 @@ struct Description {
     contacts: Vec<NamedContact>,
     excitations: Vec<NamedExcitation>,
     observed_points: Vec<String>,
+    /// Those of the observed points that are strains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    observed_strains: Vec<String>,
     /// Coefficients of the dashpots.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     dashpots_n_s_m: Vec<f64>,
@@ -358,6 +362,20 @@ fn description(path: &Path) -> Result<Description, SuperelementError> {
         let message = format!("dashpots_n_s_m has {wrong_one}: all must be 0 or more and finite");
         return Err(wrong(message));
     }
+    let first = found.observed_points.first();
+    for name in &found.observed_strains {
+        let message = if first == Some(name) {
+            format!(
+                "the first of observed_points, \"{name}\", is one of observed_strains: put a \
+                 displacement first, whose peak is that of a run"
+            )
+        } else if !found.observed_points.contains(name) {
+            format!("observed_strains has \"{name}\", which is none of observed_points")
+        } else {
+            continue;
+        };
+        return Err(wrong(message));
+    }
     for excitation in &found.excitations {
         let is_finite = excitation.amplitude.is_finite() && excitation.phase_rad.is_finite();
         if excitation.harmonic == 0 || !is_finite {
@@ -441,6 +459,21 @@ struct Arrays<'a> {
     modes: usize,
 }
 
+impl Description {
+    fn quantity(&self, name: &String) -> Quantity {
+        match self.observed_strains.contains(name) {
+            true => Quantity::Strain,
+            false => Quantity::Displacement,
+        }
+    }
+}
+
+/// Names of the observed points of these quantities.
+fn names_of(model: &ReducedModel, wanted: impl Fn(Quantity) -> bool) -> Vec<String> {
+    let points = model.observations.iter().filter(|o| wanted(o.quantity));
+    points.map(|o| o.name.clone()).collect()
+}
+
 impl Arrays<'_> {
     fn reduced(&self, described: &Description) -> Result<ReducedModel, SuperelementError> {
         let (n, m) = (3 * self.pairs, self.modes);
@@ -478,7 +511,10 @@ impl Arrays<'_> {
             },
             unit_loads,
             observations: observed
-                .map(|(name, on)| ObservedDisplacement::new(name, on.on_x, on.on_modes))
+                .map(|(name, on)| {
+                    let quantity = described.quantity(name);
+                    ObservedPoint::new(name, on.on_x, on.on_modes).of(quantity)
+                })
                 .collect(),
         })
     }
@@ -635,7 +671,8 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         modes: model.omega2.len(),
         contacts: element.contacts.clone(),
         excitations: element.excitations.clone(),
-        observed_points: model.observations.iter().map(|o| o.name.clone()).collect(),
+        observed_points: names_of(model, |_| true),
+        observed_strains: names_of(model, |quantity| quantity == Quantity::Strain),
         dashpots_n_s_m: dashpots.damping_n_s_m.clone(),
     };
     let path = part(DESCRIPTION);
@@ -755,8 +792,8 @@ mod tests {
                     Load::new(vector(n, 21), vector(m, 31)),
                 ],
                 observations: vec![
-                    ObservedDisplacement::new("tip", vector(n, 40), vector(m, 50)),
-                    ObservedDisplacement::new("root", vector(n, 41), vector(m, 51)),
+                    ObservedPoint::new("tip", vector(n, 40), vector(m, 50)),
+                    ObservedPoint::new("root", vector(n, 41), vector(m, 51)),
                 ],
                 dashpots: Dashpots::new(
                     n,

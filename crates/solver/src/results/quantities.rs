@@ -256,7 +256,7 @@ pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
             Some(length) => *length,
             None => orbit.frequency_hz,
         };
-        Some((place, *orbit.observed_amplitude_m.get(observation)?))
+        Some((place, *orbit.observed_amplitude.get(observation)?))
     };
     let places: Option<Vec<(f64, f64)>> = around.zip(near).map(place).collect();
     rise_above(places?.try_into().ok()?)
@@ -274,7 +274,7 @@ pub fn jump_hz(response: &Response, observation: usize) -> Option<[f64; 2]> {
     let four = (response.orbits.windows(4)).filter(|_| !response.is_followed());
     four.filter(|four| four.iter().all(|orbit| orbit.outcome.has_motion()))
         .find(|four| {
-            let amplitude = |i: usize| four[i].observed_amplitude_m.get(observation);
+            let amplitude = |i: usize| four[i].observed_amplitude.get(observation);
             let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(amplitude) else {
                 return false;
             };
@@ -340,7 +340,7 @@ fn local_peaks_of(response: &Response, branch: &Branch, observation: usize) -> V
 /// Mass of an oscillator that vibrates with an observed amplitude and has the kinetic energy of the
 /// orbit: the modal mass of the motion at that point, kg. `None` where it does not move.
 pub fn modal_mass_kg(orbit: &Orbit, observation: usize) -> Option<f64> {
-    let amplitude_m = *orbit.observed_amplitude_m.get(observation)?;
+    let amplitude_m = *orbit.observed_amplitude.get(observation)?;
     let squared = (TAU * orbit.frequency_hz * amplitude_m).powi(2);
     (squared > 0.0).then(|| 4.0 * orbit.kinetic_energy_j / squared)
 }
@@ -356,7 +356,7 @@ pub fn loss_factor(orbit: &Orbit) -> Option<f64> {
 pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
     let points = response.linear_curve.iter().enumerate();
     largest(points.filter_map(|(index, s)| {
-        let amplitude_m = *s.observed_amplitude_m.get(observation)?;
+        let amplitude_m = *s.observed_amplitude.get(observation)?;
         Some(Peak {
             index,
             frequency_hz: s.frequency_hz,
@@ -388,7 +388,7 @@ pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usi
         .linear
         .iter()
         .find(|s| s.frequency_hz == frequency_hz)?;
-    point.observed_amplitude_m.get(observation).copied()
+    point.observed_amplitude.get(observation).copied()
 }
 
 /// Largest estimated error of the frequencies with a motion; `None` where nothing is estimated.
@@ -465,7 +465,7 @@ mod tests {
                 cycle(false, false, 0.0),
             ],
             observed: vec![vec![0.0, amplitude, 0.0]],
-            observed_amplitude_m: vec![amplitude],
+            observed_amplitude: vec![amplitude],
             friction_power_w: 5.0,
             viscous_power_w: 1.0,
             input_power_w: 6.0,
@@ -481,7 +481,7 @@ mod tests {
         let linear = [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
             .map(|(frequency_hz, a)| LinearPoint {
                 frequency_hz,
-                observed_amplitude_m: vec![a],
+                observed_amplitude: vec![a],
             })
             .to_vec();
         Response {
@@ -748,7 +748,7 @@ mod tests {
         assert!(!linear_peak_is_at_an_end(&curve, 0));
         let mut still = response();
         for point in &mut still.linear_curve {
-            point.observed_amplitude_m = vec![0.0];
+            point.observed_amplitude = vec![0.0];
         }
         assert!(!linear_peak_is_at_an_end(&still, 0));
     }
@@ -756,11 +756,11 @@ mod tests {
     #[test]
     fn of_equal_points_the_first_is_the_peak_and_nothing_has_no_ratio() {
         let mut level = response();
-        level.orbits[2].observed_amplitude_m = vec![1.0];
+        level.orbits[2].observed_amplitude = vec![1.0];
         assert_eq!(peak(&level, 0).unwrap().index, 0);
         let mut still = response();
         for point in &mut still.linear_curve {
-            point.observed_amplitude_m = vec![0.0];
+            point.observed_amplitude = vec![0.0];
         }
         assert_eq!(peak_ratio(&still, 0), None);
     }

@@ -7,6 +7,7 @@ use super::pairs::PairTable;
 use crate::dlft::{Response, StaticState};
 use crate::model::Model;
 use crate::results::quantities::{cycle_fields, static_fields, with_motion};
+use crate::structure::Quantity;
 use dovetail_numerics::space::extent;
 
 /// Displacement that deserves a warning, relative to the longest side of its body.
@@ -110,10 +111,13 @@ impl<'m> Sizes<'m> {
     pub fn farthest_observed(&self, response: &Response) -> Option<Moved> {
         let of_point = |i: usize| {
             let observation = &self.model.observations[i];
+            if observation.quantity != Quantity::Displacement {
+                return None;
+            }
             let body = observation.terms.first()?.0.body;
             let largest = with_motion(response).filter_map(|orbit| {
                 let mean = orbit.observed.get(i)?.first()?.abs();
-                Some(mean + orbit.observed_amplitude_m.get(i)?)
+                Some(mean + orbit.observed_amplitude.get(i)?)
             });
             Some(self.moved(&observation.name, body, largest.fold(0.0, f64::max)))
         };

@@ -105,7 +105,7 @@ pub fn backbone(
     session.goes_on()?;
     let mut backbone = followed.ok_or_else(|| Error::NotInMode {
         mode: question.mode,
-        name: reduced.observations()[observation].to_owned(),
+        name: reduced.observations()[observation].name.clone(),
     })?;
     let sides = ShorterSides::of(&reduced.pairs);
     let orbits = backbone.points.iter_mut().map(|point| &mut point.orbit);

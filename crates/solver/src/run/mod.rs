@@ -47,7 +47,7 @@ pub use outcome::{
     Compared, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs, StaticResult,
 };
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
-pub use reduced::{Reduced, stuck_modes};
+pub use reduced::{Observed, Reduced, stuck_modes};
 pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};

@@ -69,7 +69,7 @@ pub struct PeakAt {
 impl PeakAt {
     /// Amplitude of an observed displacement, m.
     pub fn amplitude_m(&self, observation: usize) -> f64 {
-        self.orbit.observed_amplitude_m[observation]
+        self.orbit.observed_amplitude[observation]
     }
 }
 
@@ -253,7 +253,7 @@ impl At {
         let even_hz = of_smooth_curve_hz(from_hz, to_hz);
         let harmonics = self.reduced.problem.highest_excited().max(1);
         let points = linear_curve(&system, harmonics, &even_hz).into_iter();
-        let amplitudes = points.map(|point| point.observed_amplitude_m[observation]);
+        let amplitudes = points.map(|point| point.observed_amplitude[observation]);
         amplitudes.reduce(f64::max).filter(|most| *most > 0.0)
     }
 }

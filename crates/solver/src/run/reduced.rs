@@ -10,6 +10,7 @@ use crate::reduction::superelement::NamedExcitation;
 use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
 use crate::results::pairs::PairTable;
+use crate::structure::Quantity;
 
 /// Reduced model of a scene with its laws and excitations, and the table of its pairs.
 #[derive(Debug)]
@@ -23,6 +24,15 @@ pub struct Reduced {
     pub bodies: Option<Bodies>,
     /// Excitations of the folder; empty where there are bodies, which have their own.
     pub of_folder: Vec<NamedExcitation>,
+}
+
+/// Displacement or strain that is observed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Observed {
+    /// Name in the results.
+    pub name: String,
+    /// What is observed.
+    pub quantity: Quantity,
 }
 
 impl Reduced {
@@ -57,22 +67,28 @@ impl Reduced {
         Some(last_hz / highest_hz)
     }
 
-    /// Names of the observed displacements.
-    pub fn observations(&self) -> Vec<&str> {
-        let probes = self.model().observations.iter();
-        probes.map(|probe| probe.name.as_str()).collect()
+    /// Observed displacements and strains.
+    pub fn observations(&self) -> Vec<Observed> {
+        let points = self.model().observations.iter();
+        let observed = points.map(|point| Observed {
+            name: point.name.clone(),
+            quantity: point.quantity,
+        });
+        observed.collect()
     }
 
     /// Number of the observed displacement of this name, or of the first one.
     pub(super) fn observed(&self, name: Option<&str>) -> Result<usize, Error> {
-        let names = self.observations();
-        let found = match name {
-            Some(name) => names.iter().position(|other| *other == name),
-            None => (!names.is_empty()).then_some(0),
+        let all = self.observations();
+        let fits = |o: &Observed| {
+            o.quantity == Quantity::Displacement && name.is_none_or(|name| o.name == name)
         };
-        found.ok_or_else(|| Error::NoObservation {
-            name: name.map(str::to_owned),
-            names: names.into_iter().map(str::to_owned).collect(),
+        all.iter().position(fits).ok_or_else(|| {
+            let displacements = all.iter().filter(|o| o.quantity == Quantity::Displacement);
+            Error::NoObservation {
+                name: name.map(str::to_owned),
+                names: displacements.map(|o| o.name.clone()).collect(),
+            }
         })
     }
 

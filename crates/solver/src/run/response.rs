@@ -322,7 +322,7 @@ mod tests {
             orbit: made_up::orbit(frequency_hz, Outcome::Converged, &[]),
             linear: LinearPoint {
                 frequency_hz,
-                observed_amplitude_m: Vec::new(),
+                observed_amplitude: Vec::new(),
             },
             mean: Mean::Free,
             next_level: 0,

@@ -250,7 +250,7 @@ fn without_static_state(point: usize, frequency_hz: f64, outcome: Outcome) -> So
     SolvedFrequency {
         linear: LinearPoint {
             frequency_hz,
-            observed_amplitude_m: Vec::new(),
+            observed_amplitude: Vec::new(),
         },
         ..SolvedFrequency::alone(orbit)
     }

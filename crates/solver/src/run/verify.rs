@@ -252,7 +252,7 @@ fn peak_and_flanks(response: &Response) -> Vec<usize> {
     };
     let below = |i: &usize| {
         let orbit: &Orbit = &response.orbits[*i];
-        orbit.outcome.has_motion() && orbit.observed_amplitude_m[0] < FLANK * top.amplitude_m
+        orbit.outcome.has_motion() && orbit.observed_amplitude[0] < FLANK * top.amplitude_m
     };
     let left = (0..top.index).rev().find(below);
     let right = (top.index + 1..response.orbits.len()).find(below);

@@ -5,7 +5,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::ObservedDisplacement;
+use dovetail_solver::reduction::ObservedPoint;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -42,7 +42,7 @@ fn errors(response: &Response) -> Vec<f64> {
     orbits
         .map(|(orbit, fine)| {
             assert!(orbit.outcome.is_converged() && fine.outcome.is_converged());
-            (orbit.observed_amplitude_m[0] / fine.observed_amplitude_m[0] - 1.0).abs()
+            (orbit.observed_amplitude[0] / fine.observed_amplitude[0] - 1.0).abs()
         })
         .collect()
 }
@@ -137,7 +137,7 @@ fn every_observed_point_keeps_the_accuracy() {
     let (pairs, modes) = (model.reduced.pairs(), model.reduced.omega2.len());
     let mut slip = vec![0.0; 3 * pairs];
     slip.iter_mut().skip(1).step_by(3).for_each(|t| *t = 1.0);
-    let observed = ObservedDisplacement::new("slip", slip, vec![0.0; modes]);
+    let observed = ObservedPoint::new("slip", slip, vec![0.0; modes]);
     model.reduced.observations.push(observed);
     let both = respond_at(&ratios, &model, Resolution::Accuracy(accuracy));
     let mut more = 0;

@@ -256,7 +256,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
         let off = [
             apart(&a.x, &b.x, &shift_m),
             apart(&a.lambda, &b.lambda, &[]),
-            apart(&a.observed_amplitude_m, &b.observed_amplitude_m, &[]),
+            apart(&a.observed_amplitude, &b.observed_amplitude, &[]),
         ];
         println!("{} Hz: {off:?}", a.frequency_hz);
         assert!(off.iter().all(|o| *o < 1e-6), "{off:?}");

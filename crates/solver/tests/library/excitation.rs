@@ -58,14 +58,14 @@ fn a_bar_on_a_shaken_base_moves_as_the_wave_equation_says() {
         let omega = share * FRAC_PI_2 * sound_m_s / LENGTH_M;
         let expected =
             acceleration / omega.powi(2) * (1.0 / (omega * LENGTH_M / sound_m_s).cos() - 1.0);
-        let found = linear_point(&system, 1, omega / TAU).observed_amplitude_m[0];
+        let found = linear_point(&system, 1, omega / TAU).observed_amplitude[0];
         assert!(
             (found / expected.abs() - 1.0).abs() < 1e-5,
             "{share}: {found:e} {expected:e}"
         );
         // The acceleration of a displacement is w^2 times it.
         let expected = displacement * omega.powi(2) / acceleration * found;
-        let found = linear_point(&displaced, 1, omega / TAU).observed_amplitude_m[0];
+        let found = linear_point(&displaced, 1, omega / TAU).observed_amplitude[0];
         assert!((found / expected - 1.0).abs() < 1e-9, "{share}: {found:e}");
     }
 }
@@ -85,7 +85,7 @@ fn the_mass_of_the_base_nodes_loads_the_elements_that_hang_on_them() {
         let relative = reduced(&assembly, &mesh);
         let system = ContactSystem::new(&relative, UNDAMPED);
         let first_hz = relative.reduced.omega2[0].sqrt() / TAU;
-        let found = linear_point(&system, 1, 1e-5 * first_hz).observed_amplitude_m[0];
+        let found = linear_point(&system, 1, 1e-5 * first_hz).observed_amplitude[0];
         let expected = acceleration * (LENGTH_M / sound_m_s).powi(2) / 2.0;
         assert!(
             (found / expected - 1.0).abs() < 1e-8,

@@ -114,7 +114,7 @@ fn without_friction_the_response_is_that_of_hardly_any() {
     let (without, hardly) = (response(0.0), response(1e-6));
     for (a, b) in without.orbits.iter().zip(&hardly.orbits) {
         assert!(a.outcome.is_converged() && b.outcome.is_converged());
-        let [a_m, b_m] = [a, b].map(|o| o.observed_amplitude_m[0]);
+        let [a_m, b_m] = [a, b].map(|o| o.observed_amplitude[0]);
         assert!((a_m / b_m - 1.0).abs() < 1e-4, "{a_m} {b_m}");
     }
 }
@@ -128,7 +128,7 @@ fn flanks_too_rough_to_slide_jam_and_the_response_converges() {
         let response = respond(&model, &statics(&model), &[0.98, 1.02], 1);
         let amplitude = |o: &dovetail_solver::dlft::Orbit| {
             assert_eq!(o.outcome, Outcome::Converged, "{friction}");
-            o.observed_amplitude_m[0]
+            o.observed_amplitude[0]
         };
         response.orbits.iter().map(amplitude).collect::<Vec<_>>()
     };

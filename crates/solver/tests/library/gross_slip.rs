@@ -39,7 +39,7 @@ fn a_cube_in_gross_slip_is_within_its_accuracy_or_says_that_it_is_not() {
         let exact_m = integrated_m(hz);
         for (accuracy, eps_scale) in [(0.05, 1.0), (0.05, 1000.0), (0.01, 1.0), (0.01, 1000.0)] {
             let orbit = solve(hz, Resolution::Accuracy(accuracy), eps_scale);
-            let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+            let error = (orbit.observed_amplitude[0] / exact_m - 1.0).abs();
             let estimated = orbit.estimated_error.unwrap();
             println!(
                 "{hz} Hz, to {accuracy}, eps x {eps_scale}: {:.2} um, H {}, off by {error:.1e}, estimated {estimated:.1e}",
@@ -84,7 +84,7 @@ fn few_samples_do(harmonics: &[usize], samples: &[usize]) {
                         Outcome::Converged,
                         "{harmonics}, {samples}, {hz} Hz"
                     );
-                    100.0 * (orbit.observed_amplitude_m[0] / integrated_m(hz) - 1.0)
+                    100.0 * (orbit.observed_amplitude[0] / integrated_m(hz) - 1.0)
                 });
                 println!("H {harmonics}, N {samples}: {errors:+.2?} %");
                 errors.iter().fold(0.0_f64, |m, e| m.max(e.abs()))

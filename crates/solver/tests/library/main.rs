@@ -31,6 +31,7 @@ mod reduction;
 mod reference_dovetail72;
 mod rigid_slider;
 mod rubbing_beam;
+mod strain_gauge;
 mod stress;
 mod time_integration;
 mod transitions;

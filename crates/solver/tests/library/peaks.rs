@@ -12,7 +12,7 @@ use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::reduction::superelement::{
     NamedContact, NamedExcitation, Superelement, write,
 };
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::run::{
     self, Error, Meshes, Options, PeakRange, Peaks, Session, peaks as peaks_over,
@@ -30,7 +30,7 @@ fn stop_and_mass() -> ReducedModel {
     ReducedModel {
         static_load: Load::new(along(0.0), vec![0.0]),
         unit_loads: vec![Load::new(along(1.0), vec![1.6])],
-        observations: vec![ObservedDisplacement::new("tip", along(1.0), vec![1.0])],
+        observations: vec![ObservedPoint::new("tip", along(1.0), vec![1.0])],
         ..ReducedModel::new(
             diagonal([1.0, 1.0, 1.0]),
             diagonal([1.0, 1.0, 1.0]),
@@ -132,7 +132,7 @@ fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told
     assert_eq!(found.rows.len(), values.len());
     for (row, force_n) in found.rows.iter().zip(values) {
         let [frequency_hz, amplitude_m] = of_curve(&folder, force_n);
-        let off = row.orbit.observed_amplitude_m[0] / amplitude_m - 1.0;
+        let off = row.orbit.observed_amplitude[0] / amplitude_m - 1.0;
         assert!(off.abs() < 1e-3, "{force_n} N: {off:e}");
         let off = row.orbit.frequency_hz / frequency_hz - 1.0;
         assert!(off.abs() < 5e-3, "{force_n} N: {off:e}");

@@ -15,7 +15,7 @@ use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};
@@ -38,7 +38,7 @@ impl Mass {
         let identity = || diagonal([1.0; 3]);
         let load = |on_x: [f64; 3]| Load::new(on_x.to_vec(), vec![]);
         let along = |axis: usize| {
-            ObservedDisplacement::new(
+            ObservedPoint::new(
                 axis.to_string(),
                 (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
                 vec![],
@@ -105,7 +105,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     for solver in [Solver::NewtonKrylov, Solver::Powell] {
         let orbit = jenkins.orbit(omega, 31, solver);
         let work = orbit.friction_power_w * TAU / omega;
-        let amplitude = orbit.observed_amplitude_m[1];
+        let amplitude = orbit.observed_amplitude[1];
         println!("A = {amplitude:.6}, W = {work:.6}");
         assert!((amplitude / 1.946123 - 1.0).abs() < 2e-5);
         assert!((work / 1.236895 - 1.0).abs() < 2e-4);
@@ -140,7 +140,7 @@ fn a_pair_that_sticks_is_a_spring() {
     let orbit = stuck.orbit(omega, 3, Solver::NewtonKrylov);
     let flexibility = 1.0 / (1.5 - omega * omega).hypot(0.1 * omega);
     let expected = [0.25, 0.1_f64.hypot(0.2)].map(|force| force * flexibility);
-    for (found, expected) in orbit.observed_amplitude_m[1..].iter().zip(expected) {
+    for (found, expected) in orbit.observed_amplitude[1..].iter().zip(expected) {
         assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
     }
     assert!(orbit.friction_power_w.abs() < 1e-12);
@@ -191,7 +191,7 @@ fn harmonic_balance_and_steps_in_time_agree_where_pairs_with_springs_slide_and_l
         );
         for axis in 0..3 {
             let (found, steps) = (
-                orbit.observed_amplitude_m[axis],
+                orbit.observed_amplitude[axis],
                 settled.cycle.observed[axis].amplitude_m,
             );
             println!("{what}, axis {axis}: {found:.6} m, in time {steps:.6} m");
@@ -232,8 +232,8 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
             orbit.outcome
         );
         [
-            orbit.observed_amplitude_m[0],
-            response.linear[0].observed_amplitude_m[0],
+            orbit.observed_amplitude[0],
+            response.linear[0].observed_amplitude[0],
         ]
     };
     let rigid = amplitude_m(None);
@@ -342,11 +342,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             stuck_modes: 1,
             static_load: Load::new((0..n).map(pressing).collect(), vec![0.0]),
             unit_loads: Vec::new(),
-            observations: vec![ObservedDisplacement::new(
-                "body",
-                observed.on_x,
-                observed.on_modes,
-            )],
+            observations: vec![ObservedPoint::new("body", observed.on_x, observed.on_modes)],
             dashpots: Dashpots::none(n, 1),
         },
         laws: vec![
@@ -423,7 +419,7 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let problem = Problem {
         reduced: ReducedModel {
             static_load: load(0.0),
-            observations: vec![ObservedDisplacement::new("mass", along(1.0), vec![])],
+            observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
             ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
         },
         laws: vec![PairLaw {
@@ -462,7 +458,7 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
         assert!(orbit.outcome.is_converged(), "{omega:.1} rad/s");
         // The motion that does not strike is that of the mass on its spring.
         let free = 100.0 / (40.0 - omega * omega).hypot(damping.mass_per_s * omega);
-        let amplitude = orbit.observed_amplitude_m[0];
+        let amplitude = orbit.observed_amplitude[0];
         assert!(
             amplitude > 10.0 || (amplitude / free - 1.0).abs() < 1e-9,
             "{omega:.1} rad/s: {amplitude}"

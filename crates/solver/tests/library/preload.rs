@@ -8,7 +8,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 use crate::shared_problems::diagonal;
@@ -21,11 +21,7 @@ fn pulled(gap_m: f64, force_n: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 1.0, 0.0], Vec::new()),
-            observations: vec![ObservedDisplacement::new(
-                "mass",
-                vec![0.0, 1.0, 0.0],
-                vec![],
-            )],
+            observations: vec![ObservedPoint::new("mass", vec![0.0, 1.0, 0.0], vec![])],
             ..ReducedModel::new(
                 diagonal([1.0, 1.0, 1.0]),
                 diagonal([1.0, 1.0, 1.0]),

@@ -149,7 +149,7 @@ fn the_hybrid_powell_solver_finds_the_same_motion() {
 }
 
 fn assert_linear(orbit: &Orbit, linear: &LinearPoint, tolerance: f64) {
-    let off = orbit.observed_amplitude_m[0] / linear.observed_amplitude_m[0] - 1.0;
+    let off = orbit.observed_amplitude[0] / linear.observed_amplitude[0] - 1.0;
     assert!(off.abs() < tolerance, "{} Hz: {off:e}", orbit.frequency_hz);
 }
 

@@ -10,7 +10,7 @@ use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::time::Instant;
 
@@ -27,11 +27,7 @@ fn two_masses(friction: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0]),
-            observations: vec![ObservedDisplacement::new(
-                "second",
-                vec![0.0, 1.0, 0.0],
-                vec![1.0],
-            )],
+            observations: vec![ObservedPoint::new("second", vec![0.0, 1.0, 0.0], vec![1.0])],
             ..ReducedModel::new(
                 diagonal([1.0, 1.0, 1.0]),
                 diagonal([0.0, 2.0, 2.0]),
@@ -120,7 +116,7 @@ fn two_masses_with_rigid_friction_move_as_by_steps_in_time() {
         let until = Until::new(3000, 1e-6);
         let settled = settled_from_rest(&model, DAMPING, hz, 2000, until);
         let exact_m = settled.cycle.observed[0].amplitude_m;
-        let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+        let error = (orbit.observed_amplitude[0] / exact_m - 1.0).abs();
         println!(
             "mu {friction}, {hz} Hz: {exact_m:.5} m, off by {error:.1e}, estimated {:.1e}",
             orbit.estimated_error.unwrap()

@@ -13,7 +13,7 @@ use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 use crate::shared_problems::diagonal;
@@ -72,7 +72,7 @@ fn beam(friction: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0; ROOTS.len()]),
-            observations: vec![ObservedDisplacement::new(
+            observations: vec![ObservedPoint::new(
                 "middle",
                 along(bent(0.5)),
                 at_middle.clone(),
@@ -131,7 +131,7 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
                     Outcome::Converged,
                     "F {friction}, {hz} Hz, {harmonics} harmonics, eps x {scale}"
                 );
-                orbit.observed_amplitude_m[0]
+                orbit.observed_amplitude[0]
             });
             let [low, own, high] = amplitudes;
             spreads.push((low / own - 1.0).abs().max((high / own - 1.0).abs()));
@@ -152,7 +152,7 @@ fn assert_estimates(accuracy: f64) {
         let exact_m = integrated_m(friction, hz);
         for scale in [0.3, 1.0, 3.0] {
             let orbit = solve(friction, hz, Resolution::Accuracy(accuracy), scale);
-            let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+            let error = (orbit.observed_amplitude[0] / exact_m - 1.0).abs();
             let estimated = orbit.estimated_error.unwrap();
             println!(
                 "F {friction}, {hz} Hz, eps x {scale}, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}",
@@ -181,7 +181,7 @@ fn a_fine_accuracy_is_met_or_said_to_be_missed() {
     let exact_m = integrated_m(friction, hz);
     for accuracy in [0.01, 1e-3] {
         let orbit = solve(friction, hz, Resolution::Accuracy(accuracy), 1.0);
-        let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+        let error = (orbit.observed_amplitude[0] / exact_m - 1.0).abs();
         let estimated = orbit.estimated_error.unwrap();
         println!(
             "F {friction}, {hz} Hz, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}, {:?}",

@@ -7,7 +7,7 @@ use dovetail_solver::model::{
     AppliedLoad, Body, BodyNode, ContactPair, Excitation, Growth, Model, NodeMotion, Observation,
     Side, Slave,
 };
-use dovetail_solver::structure::{BodyMatrices, Structure};
+use dovetail_solver::structure::{BodyMatrices, Quantity, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
 use faer::{Mat, c64};
 
@@ -78,10 +78,12 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         observations: vec![
             Observation {
                 name: "tip".into(),
+                quantity: Quantity::Displacement,
                 terms: vec![(at(0, tip), [0.0, 0.6, 0.8])],
             },
             Observation {
                 name: "mixed".into(),
+                quantity: Quantity::Displacement,
                 terms: vec![
                     (at(0, tied), [1.0, 0.0, -1.0]),
                     (at(1, flanks[1][0]), [0.0, 2.0, 0.0]),

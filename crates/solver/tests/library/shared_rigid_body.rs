@@ -8,7 +8,7 @@ use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::sync::Mutex;
@@ -25,11 +25,7 @@ pub fn body(mass_kg: f64, friction: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![]),
-            observations: vec![ObservedDisplacement::new(
-                "cube",
-                vec![0.0, 1.0, 0.0],
-                vec![],
-            )],
+            observations: vec![ObservedPoint::new("cube", vec![0.0, 1.0, 0.0], vec![])],
             ..ReducedModel::of_pairs(
                 diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
                 diagonal(mass_kg),

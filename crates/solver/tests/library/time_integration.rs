@@ -12,7 +12,7 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -61,11 +61,7 @@ impl OnePair {
         Problem {
             reduced: ReducedModel {
                 static_load: Load::new(vec![-self.press_n, 0.0, 0.0], vec![0.0; modes]),
-                observations: vec![ObservedDisplacement::new(
-                    "u",
-                    along(self.share),
-                    vec![1.0; modes],
-                )],
+                observations: vec![ObservedPoint::new("u", along(self.share), vec![1.0; modes])],
                 ..ReducedModel::new(
                     diagonal(self.stiffness),
                     diagonal(self.mass),

@@ -9,7 +9,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, SecondMotion};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::results::quantities::{jump_hz, peak};
 use faer::Mat;
 use std::f64::consts::TAU;
@@ -33,7 +33,7 @@ fn oscillator() -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: load(0.0),
-            observations: vec![ObservedDisplacement::new("mass", along(of_x), vec![1.0])],
+            observations: vec![ObservedPoint::new("mass", along(of_x), vec![1.0])],
             ..ReducedModel::new(
                 diagonal([stiffness, 1.0, 1.0]),
                 diagonal([of_x * of_x, 1.0, 1.0]),

@@ -15,7 +15,7 @@ use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::{DampingError, Rayleigh};
-use dovetail_solver::reduction::{Dashpots, Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use std::f64::consts::TAU;
@@ -39,7 +39,7 @@ fn sliding_mass(friction: f64, damping_n_s_m: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![]),
-            observations: vec![ObservedDisplacement::new("mass", along(1.0), vec![])],
+            observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
             dashpots: Dashpots::new(3, 0, &[dashpot]),
             ..ReducedModel::of_pairs(diagonal([1.0; 3]), diagonal([1.0; 3]))
         },
@@ -57,7 +57,7 @@ fn a_mass_on_a_dashpot_is_the_damped_oscillator() {
     let response = respond(&sliding_mass(0.0, c), Rayleigh::NONE, &settings(&omegas, 3));
     for (orbit, w) in response.orbits.iter().zip(omegas) {
         let exact = 1.0 / (1.0 - w * w).hypot(w * c);
-        let off = orbit.observed_amplitude_m[0] / exact - 1.0;
+        let off = orbit.observed_amplitude[0] / exact - 1.0;
         assert!(off.abs() < 1e-9, "{w}: {off:e}");
         let power = 0.5 * c * (w * exact).powi(2);
         for found in [orbit.viscous_power_w, orbit.input_power_w] {
@@ -75,7 +75,7 @@ fn two_masses(friction: f64, modal_ratios: Vec<f64>) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0; 2]),
-            observations: vec![ObservedDisplacement::new("u", along(1.0), vec![0.7, 0.2])],
+            observations: vec![ObservedPoint::new("u", along(1.0), vec![0.7, 0.2])],
             dashpots: Dashpots::new(
                 3,
                 2,
@@ -172,13 +172,13 @@ fn dashpots_and_ratios_couple_the_modes_as_the_equations_solved_at_once() {
                     assert!(off.abs() < 1e-8, "{what}, {ratios:?}, {w}: {off:e}");
                 };
                 let exact = at_once(&free, damping, w, true);
-                near("free", orbit.observed_amplitude_m[0], exact);
+                near("free", orbit.observed_amplitude[0], exact);
                 let spent = orbit.viscous_power_w;
                 near("power", spent, orbit.input_power_w);
                 let at = |problem: &Problem| {
                     let system = ContactSystem::new(problem, damping);
                     let hz = [w / TAU];
-                    linear_curve(&system, 1, &hz)[0].observed_amplitude_m[0]
+                    linear_curve(&system, 1, &hz)[0].observed_amplitude[0]
                 };
                 near("stuck", at(&stuck), at_once(&free, damping, w, false));
                 near("released", at(&released), exact);
@@ -206,7 +206,7 @@ fn a_mode_with_a_ratio_has_its_peak_and_its_width() {
     let load = |modes: [f64; 2]| Load::new(vec![], modes.to_vec());
     let problem = |excited: [f64; 2]| Problem {
         reduced: ReducedModel {
-            observations: vec![ObservedDisplacement::new("u", vec![], excited.to_vec())],
+            observations: vec![ObservedPoint::new("u", vec![], excited.to_vec())],
             ..ReducedModel::new(none(), none(), Mat::zeros(0, 2), omega2.to_vec())
         },
         laws: vec![],
@@ -220,7 +220,7 @@ fn a_mode_with_a_ratio_has_its_peak_and_its_width() {
         assert!((system.damping_ratio(mode) / ratio - 1.0).abs() < 1e-12);
         let at = |share: f64| {
             let hz = [share * omega / TAU];
-            linear_curve(&system, 1, &hz)[0].observed_amplitude_m[0]
+            linear_curve(&system, 1, &hz)[0].observed_amplitude[0]
         };
         let resonant = 1.0 / (2.0 * ratio * omega * omega);
         assert!((at(1.0) / resonant - 1.0).abs() < 1e-9, "{omega}");

@@ -14,7 +14,7 @@ use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::reduction::superelement::{
     NamedContact, NamedExcitation, Superelement, write,
 };
-use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::{Error, Session, Wear, WearQuestion, wear};
 use dovetail_testkit::folder::Folder;
 use faer::Mat;
@@ -64,7 +64,7 @@ fn punch(shear: f64) -> ReducedModel {
             unit(0).iter().map(|v| -PRESSES_N * v).collect(),
         ),
         unit_loads: vec![Load::new(of(1), unit(1))],
-        observations: vec![ObservedDisplacement::new("punch", of(1), unit(1))],
+        observations: vec![ObservedPoint::new("punch", of(1), unit(1))],
         ..ReducedModel::new(
             Mat::from_fn(n, n, |i, j| {
                 let own = if i == j { layer(i) } else { 0.0 };

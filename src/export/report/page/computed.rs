@@ -17,6 +17,7 @@ use dovetail_solver::model::{
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
 use dovetail_solver::reduction::damping::DampingSpec;
+use dovetail_solver::structure::Quantity;
 
 pub(super) fn computed(contents: &Contents<'_>) -> Markup {
     html! {
@@ -122,7 +123,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             }
             @for probe in &assembly.observations {
                 li {
-                    (probe.name) " is the displacement of " code { (probe.points) } " along "
+                    (probe.name) " is the "
+                    @match probe.quantity { Quantity::Displacement => "displacement", Quantity::Strain => "strain" }
+                    " of " code { (probe.points) } " along "
                     (vector(probe.direction, 3)) "."
                 }
             }

@@ -36,9 +36,9 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
             h3 {
                 "Amplitude of "
                 @match contents.observations {
-                    [name] => (name),
-                    names => select #observation aria-label="observed displacement" {
-                        @for (i, name) in names.iter().enumerate() { option value=(i) { (name) } }
+                    [one] => (one.name),
+                    several => select #observation aria-label="observed point" {
+                        @for (i, one) in several.iter().enumerate() { option value=(i) { (one.name) } }
                     },
                 }
                 @if !contents.conditions.is_empty() { ", " (contents.conditions) }
@@ -97,7 +97,7 @@ fn peaks(summary: &ResponseSummary) -> Markup {
 }
 
 fn harmonics(contents: &Contents<'_>, orbit: &Orbit) -> Markup {
-    let Some((name, observed)) = contents.observations.first().zip(orbit.observed.first()) else {
+    let Some((one, observed)) = contents.observations.first().zip(orbit.observed.first()) else {
         return html! {};
     };
     let phasors = phasors(observed);
@@ -109,14 +109,14 @@ fn harmonics(contents: &Contents<'_>, orbit: &Orbit) -> Markup {
     let width =
         |amplitude: f64| 100.0 * ((amplitude / largest).log10() / 6.0 + 1.0).clamp(0.0, 1.0);
     html! {
-        h3 { "Harmonics of " (name) " at the peak" }
+        h3 { "Harmonics of " (one.name) " at the peak" }
         p.quiet { "The bars are logarithmic: a sixth of the width is a factor of ten." }
         div.wide { table.bars {
             @for (i, phasor) in phasors.iter().enumerate() {
                 tr {
                     td { (i + 1) }
                     td.bar { div style={ "width:" (format!("{:.1}", width(phasor.amplitude))) "%" } {} }
-                    td { (quantity(phasor.amplitude, "m", 3)) }
+                    td { (quantity(phasor.amplitude, one.quantity.unit(), 3)) }
                     td { (figure(phasor.phase_rad.to_degrees(), 3)) "°" }
                 }
             }

@@ -348,7 +348,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             .find_map(|start| settled(solver, &family, start, &mut self.work));
         let (solution, further) = found?;
         let point = self.point(&solution, &family, &further);
-        let amplitude_m = point.orbit.observed_amplitude_m[self.observation];
+        let amplitude_m = point.orbit.observed_amplitude[self.observation];
         (amplitude_m.is_finite() && amplitude_m > 0.0).then(|| Solved {
             log_q,
             mean: solution.balance.mean(),

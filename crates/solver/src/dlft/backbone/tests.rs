@@ -7,7 +7,7 @@ use crate::dlft::static_state::static_state;
 use crate::dlft::sweep::sweep;
 use crate::problem::HarmonicLoad;
 use crate::problem::dovetail72::{damping, dovetail72};
-use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
+use crate::reduction::{Load, ObservedPoint, ReducedModel};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use faer::Mat;
 use std::f64::consts::{PI, TAU};
@@ -38,7 +38,7 @@ fn jenkins() -> Problem {
         coupling,
         vec![K + KT, 1.01 * (K + KT)],
     );
-    let mass = ObservedDisplacement::new("mass", along(follows), vec![1.0, 0.0]);
+    let mass = ObservedPoint::new("mass", along(follows), vec![1.0, 0.0]);
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-PRESSED_N, 0.0, 0.0], vec![0.0; 2]),
@@ -93,7 +93,7 @@ fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
     let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
     assert_eq!(found.end, BackboneEnd::Reached);
     for (point, asked) in found.points.iter().zip(amplitudes_m) {
-        let x = point.orbit.observed_amplitude_m[0];
+        let x = point.orbit.observed_amplitude[0];
         assert!((x / asked - 1.0).abs() < 1e-4, "{x} {asked}");
         let (stiffness, work) = if x <= slips_m {
             (K + KT, 0.0)
@@ -172,7 +172,7 @@ fn with_many_harmonics_a_jenkins_element_moves_as_from_event_to_event() {
     );
     assert_eq!(found.points.len(), 4);
     for point in &found.points {
-        let amplitude_m = point.orbit.observed_amplitude_m[0];
+        let amplitude_m = point.orbit.observed_amplitude[0];
         let [mut low, mut high] = [0.0, 0.3];
         for _ in 0..60 {
             let c = 0.5 * (low + high);
@@ -231,7 +231,7 @@ fn small_amplitudes_have_the_frequency_and_the_damping_of_the_linear_mode() {
             let off = TAU * point.orbit.frequency_hz / omega - 1.0;
             assert!(off.abs() < 1e-10, "{mode}: {off:e}");
             assert!((point.damping_ratio - ratio).abs() < 1e-9);
-            assert!((point.orbit.observed_amplitude_m[0] / asked - 1.0).abs() < 1e-5);
+            assert!((point.orbit.observed_amplitude[0] / asked - 1.0).abs() < 1e-5);
         }
     }
 }
@@ -268,7 +268,7 @@ fn the_peak_of_a_force_is_where_the_backbone_has_it() {
         };
         let state = static_state(&problem, 10, settings.newton);
         let curve = follow(&problem, damping, &state, &own, &[], &|_| ());
-        let amplitude_m = |orbit: &Orbit| orbit.observed_amplitude_m[0];
+        let amplitude_m = |orbit: &Orbit| orbit.observed_amplitude[0];
         let higher = |a: &&Orbit, b: &&Orbit| amplitude_m(a).total_cmp(&amplitude_m(b));
         let top = curve.orbits.iter().max_by(higher).unwrap();
         let asked = [0.3, 0.7, 0.998, 1.002].map(|by| by * amplitude_m(top));

@@ -281,7 +281,7 @@ impl<'b, 's> Follower<'b, 's> {
             && self.run.goes_on()
         {
             self.step(None);
-            let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude_m[observation];
+            let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude[observation];
             let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
             let (highest, most) =
                 (amplitudes.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(response.curves(), [whole], "{:?}", response.branches);
         let orbits = response.orbits.iter();
         orbits
-            .map(|o| (o.frequency_hz, o.observed_amplitude_m[0]))
+            .map(|o| (o.frequency_hz, o.observed_amplitude[0]))
             .collect()
     }
 
@@ -161,13 +161,13 @@ mod tests {
             let swept = sweep(&problem, damping, &state, &settings(all_hz), &[], &|_| ());
             for hz in asked {
                 let orbit = swept.orbits.iter().find(|o| o.frequency_hz == hz);
-                let expected = orbit.unwrap().observed_amplitude_m[0];
+                let expected = orbit.unwrap().observed_amplitude[0];
                 let found: Vec<f64> = (points.iter().filter(|p| p.0 == hz)).map(|p| p.1).collect();
                 assert_eq!(found.len(), 1, "{force}: {hz}");
                 let off = found[0] / expected - 1.0;
                 assert!(off.abs() < 1e-4, "{force}: {hz}: {off:e}");
             }
-            let swept = swept.orbits.iter().map(|o| o.observed_amplitude_m[0]);
+            let swept = swept.orbits.iter().map(|o| o.observed_amplitude[0]);
             let highest = swept.fold(0.0, f64::max);
             assert!(
                 (peak / highest - 1.0).abs() < 1e-3,
@@ -369,7 +369,7 @@ mod tests {
             let mut alone = settings.clone();
             alone.frequencies_hz = vec![hz];
             let orbits = sweep(&problem, damping, &state, &alone, &[], &|_| ()).orbits;
-            let off = amplitude / orbits[0].observed_amplitude_m[0] - 1.0;
+            let off = amplitude / orbits[0].observed_amplitude[0] - 1.0;
             assert!(off.abs() < 1e-4, "{hz}: {off}");
         }
     }

@@ -109,7 +109,7 @@ mod tests {
 
     /// Motion with the largest amplitude of a curve.
     fn highest(curve: &Response) -> Orbit {
-        let amplitude = |orbit: &&Orbit| orbit.observed_amplitude_m[0];
+        let amplitude = |orbit: &&Orbit| orbit.observed_amplitude[0];
         let highest = (curve.orbits.iter()).max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)));
         highest.unwrap().clone()
     }
@@ -150,7 +150,7 @@ mod tests {
             let near = (guess, 0);
             let found = peak_near(&problem, damping(&problem), &state, &settings, near, &count);
             let found = found.unwrap();
-            let off = found.observed_amplitude_m[0] / own.observed_amplitude_m[0] - 1.0;
+            let off = found.observed_amplitude[0] / own.observed_amplitude[0] - 1.0;
             assert!(off.abs() < 2e-4, "guess {i}: {off:e}");
             let solved = solved.into_inner();
             println!("guess {i}: {solved} points, {off:e}");
@@ -174,7 +174,7 @@ mod tests {
             let own = highest(&curve);
             let near = (&Guess::of(&own), 0);
             let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
-            let off = own.observed_amplitude_m[0] / found.observed_amplitude_m[0] - 1.0;
+            let off = own.observed_amplitude[0] / found.observed_amplitude[0] - 1.0;
             println!("{force} N: {off:e}, {} points", curve.orbits.len());
             assert!(off.abs() < 1e-4, "{force} N: {off:e}");
         }
@@ -197,7 +197,7 @@ mod tests {
         guess.neighbour.frequency_hz = 1.03 * top.frequency_hz;
         let near = (&guess, 0);
         let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
-        let off = found.observed_amplitude_m[0] / top.observed_amplitude_m[0] - 1.0;
+        let off = found.observed_amplitude[0] / top.observed_amplitude[0] - 1.0;
         assert!(off.abs() < 2e-4, "{off:e}");
     }
 

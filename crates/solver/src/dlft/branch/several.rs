@@ -59,7 +59,7 @@ fn passes(response: &Response, curve: Range<usize>) -> Vec<Pass<'_>> {
     let orbits = response.orbits[curve].iter();
     let points: Vec<(f64, &[f64])> = orbits
         .filter(|o| o.outcome.has_motion())
-        .map(|o| (o.frequency_hz, &o.observed_amplitude_m[..]))
+        .map(|o| (o.frequency_hz, &o.observed_amplitude[..]))
         .collect();
     let mut passes = Vec::new();
     let mut from = 0;

@@ -44,7 +44,7 @@ fn ended(solved: &mut SolvedFrequency, outcome: Outcome) {
     let orbit = &mut solved.orbit;
     orbit.outcome = outcome;
     orbit.x.fill(0.0);
-    orbit.observed_amplitude_m.fill(0.0);
+    orbit.observed_amplitude.fill(0.0);
     (orbit.newton_iterations, orbit.krylov_iterations) = (MARK, MARK);
     orbit.newton_residuals = vec![vec![9.0; MARK_RESIDUALS]];
 }
@@ -85,7 +85,7 @@ fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
                 continue;
             }
             assert_eq!(orbit.outcome, Converged, "{failed:?}: {point}");
-            let off = orbit.observed_amplitude_m[0] / expected.observed_amplitude_m[0] - 1.0;
+            let off = orbit.observed_amplitude[0] / expected.observed_amplitude[0] - 1.0;
             assert!(off.abs() < 1e-7, "{failed:?}: {point}: {off}");
             // The attempts of both ways, in their order.
             assert_eq!(orbit.newton_residuals[0].len(), MARK_RESIDUALS);
@@ -178,6 +178,6 @@ fn the_linear_reference_has_the_harmonics_of_the_balance() {
     let (response, _) = of_mass(&problem, 0.03..=0.04, 2, change, &[]);
     for linear in &response.linear {
         let expected = free_amplitude(3.0 * linear.frequency_hz);
-        assert!((linear.observed_amplitude_m[0] / expected - 1.0).abs() < 1e-6);
+        assert!((linear.observed_amplitude[0] / expected - 1.0).abs() < 1e-6);
     }
 }
