@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::console::Verbosity;
 use crate::export::manifest::{
-    ContactCounts, ResponseSummary, StageSummary, StaticSummary, Summary, contact_counts,
+    ContactCounts, ResponseSummary, StageSummary, StaticSummary, Summary, TractionRangeSummary,
+    contact_counts,
 };
 use crate::export::report::REPORT;
 use crate::words::{
@@ -206,6 +207,9 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         if let Some(words) = run_up_words(response) {
             text += &format!("{}{words}\n", heading("run-up"));
         }
+        if let Some(range) = &response.traction_range {
+            text += &format!("{}{}\n", heading("preload"), traction_words(range));
+        }
         let what = match response.engine_order {
             Some(_) => "speeds",
             None => "frequencies",
@@ -233,6 +237,15 @@ fn run_up_words(response: &ResponseSummary) -> Option<String> {
     Some(format!(
         "along engine order {order} from {from} to {to} rpm"
     ))
+}
+
+/// Range of the peak over starting tractions.
+fn traction_words(range: &TractionRangeSummary) -> String {
+    let [least, most] = range.peak_amplitude_m.map(|a| quantity(a, "m", 4));
+    format!(
+        "peak from {least} to {most} over {} starting tractions",
+        range.tractions
+    )
 }
 
 /// Share of each stage in the whole time, the longest first. Repeated stages are added up.

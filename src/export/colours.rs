@@ -50,6 +50,8 @@ pub enum CurveKind {
     Compared,
     /// Response without slip and separation.
     Linear,
+    /// Ends of the range over starting tractions.
+    Tractions,
     /// Power that friction takes.
     Friction,
     /// Power that viscous damping takes.
@@ -60,10 +62,11 @@ pub enum CurveKind {
 
 impl CurveKind {
     /// Kinds whose curves have colours of their own.
-    const OWN: [Self; 5] = [
+    const OWN: [Self; 6] = [
         Self::Response,
         Self::Compared,
         Self::Linear,
+        Self::Tractions,
         Self::Friction,
         Self::Damping,
     ];
@@ -74,6 +77,7 @@ impl CurveKind {
             Self::Response => INK,
             Self::Compared => [86, 180, 233],
             Self::Linear => [90, 90, 90],
+            Self::Tractions => [230, 159, 0],
             Self::Friction => [165, 15, 21],
             Self::Damping => [122, 122, 0],
             Self::State(status) => STATES[status as usize].colour,
@@ -86,6 +90,7 @@ impl CurveKind {
             Self::Response => "response".to_owned(),
             Self::Compared => "compared".to_owned(),
             Self::Linear => "linear".to_owned(),
+            Self::Tractions => "tractions".to_owned(),
             Self::Friction => "friction".to_owned(),
             Self::Damping => "damping".to_owned(),
             Self::State(status) => STATES[status as usize].many.replace(' ', "-"),

@@ -11,7 +11,10 @@ use super::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
-use dovetail_solver::dlft::{CycleCounts, CycleStatus, Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::starting_traction::StartingTraction;
+use dovetail_solver::dlft::{
+    CycleCounts, CycleStatus, Orbit, Outcome, PairStatus, Response, StaticState,
+};
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{Model, Observation};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
@@ -23,7 +26,8 @@ use dovetail_solver::results::quantities::{
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{
-    Crossing, CrossingPeak, Family, Observed, PeakAt, Peaks, WearBlock, WearCourse,
+    Crossing, CrossingPeak, Family, Observed, PeakAt, Peaks, TractionPeak, TractionRange,
+    WearBlock, WearCourse,
 };
 use dovetail_solver::spectrum::{cosine, sine};
 use dovetail_solver::structure::Quantity;
@@ -414,6 +418,63 @@ pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportErro
     });
     table.add("frequency_hz", |row| row.frequency_hz);
     table.write(path, &rows.collect::<Vec<_>>())
+}
+
+/// Writes tractions.csv: the peak from each starting traction, that of the load path first. A traction
+/// without a static state or a motion has its outcome alone.
+pub fn write_tractions(path: &Path, range: &TractionRange) -> Result<(), ExportError> {
+    type Row<'a> = (
+        String,
+        Outcome,
+        Option<&'a TractionPeak>,
+        Option<[usize; 2]>,
+    );
+    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    table.add("start", |(start, ..)| start.clone());
+    table.add("outcome", |(_, outcome, ..)| outcome.to_string());
+    table.add("peak_amplitude_m", |(_, _, peak, _)| {
+        peak.map(|p| p.amplitude_m)
+    });
+    table.add("peak_frequency_hz", |(_, _, peak, _)| {
+        peak.map(|p| p.frequency_hz)
+    });
+    table.add("loss_factor", |(_, _, peak, _)| {
+        peak.and_then(|p| p.loss_factor)
+    });
+    type Count = fn(&CycleCounts) -> usize;
+    let counts: [(&str, Count); 3] = [
+        ("stuck_pairs", |c| c.stuck),
+        ("slipping_pairs", |c| c.slipping),
+        ("opening_pairs", |c| c.opening),
+    ];
+    for (name, count) in counts {
+        table.add(name, move |(_, _, peak, _): &Row<'_>| {
+            peak.map(|p| count(&p.pairs))
+        });
+    }
+    table.add("points", |(.., points)| points.map(|[all, _]| all));
+    table.add("converged_points", |(.., points)| points.map(|[_, n]| n));
+    let own = (
+        "load_path".to_owned(),
+        Outcome::Converged,
+        range.own.as_ref(),
+        None,
+    );
+    let others = range.others.iter().map(|other| {
+        let start = match other.start {
+            StartingTraction::NormalFirst => "normal_first".to_owned(),
+            StartingTraction::Overload(overload) => format!("overload_{overload}"),
+            StartingTraction::Scattered(number) => format!("scattered_{number}"),
+            _ => String::new(),
+        };
+        let points = other.response.as_ref().map(|response| {
+            let converged = response.orbits.iter().filter(|o| o.outcome.is_converged());
+            [response.orbits.len(), converged.count()]
+        });
+        (start, other.outcome, other.peak.as_ref(), points)
+    });
+    let rows: Vec<Row<'_>> = std::iter::once(own).chain(others).collect();
+    table.write(path, &rows)
 }
 
 /// Writes modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin

@@ -10,7 +10,7 @@ use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
-use dovetail_solver::run::Observed;
+use dovetail_solver::run::{Observed, TractionRange};
 use dovetail_solver::structure::Quantity;
 
 /// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
@@ -189,6 +189,8 @@ pub struct Sweep<'a> {
     pub compared: Option<&'a Response>,
     /// Engine order of a run-up, whose curves are over the speed.
     pub along: Option<EngineOrder>,
+    /// Range over starting tractions.
+    pub tractions: Option<&'a TractionRange>,
 }
 
 impl Sweep<'_> {
@@ -227,7 +229,41 @@ impl Sweep<'_> {
             Quantity::Displacement => format!("amplitude of {}", observed.name),
             Quantity::Strain => format!("amplitude of strain {}", observed.name),
         };
-        self.curves(quantity, unit, Some(linear), &of_response)
+        let before = std::iter::once(linear).chain(self.over_tractions(i));
+        self.curves(quantity, unit, before, &of_response)
+    }
+
+    /// Least and largest amplitude of observation `i` over all starting tractions, at the frequencies
+    /// at which any of their curves is drawn.
+    fn over_tractions(&self, i: usize) -> Vec<Curve> {
+        let Some(range) = self.tractions else {
+            return Vec::new();
+        };
+        let others = range.others.iter().filter_map(|o| o.response.as_ref());
+        let drawn = std::iter::once(self.response)
+            .chain(others)
+            .map(|response| {
+                let amplitude = |o: &Orbit| o.observed_amplitude.get(i).copied();
+                points_of(response, true, |o| Point::of(o, amplitude))
+            });
+        let drawn: Vec<Vec<Point>> = drawn.collect();
+        let mut all_hz: Vec<f64> = drawn.iter().flatten().map(|p| p.frequency_hz).collect();
+        all_hz.sort_by(f64::total_cmp);
+        all_hz.dedup();
+        let ends: Vec<Option<[f64; 2]>> =
+            all_hz.iter().map(|hz| amplitudes_at(&drawn, *hz)).collect();
+        let curve = |(word, end): (&str, usize)| {
+            let points = all_hz.iter().zip(&ends);
+            let points = points.map(|(hz, ends)| Point::exact(*hz, ends.map(|ends| ends[end])));
+            Curve {
+                label: format!("{word} over {} starting tractions", drawn.len()),
+                kind: CurveKind::Tractions,
+                dashed: false,
+                points: points.collect(),
+                peak: None,
+            }
+        };
+        vec![curve(("least", 0)), curve(("most", 1))]
     }
 
     /// Lag of the first harmonic of observation `i` of this name behind the force.
@@ -243,22 +279,20 @@ impl Sweep<'_> {
             })
         };
         let quantity = format!("phase lag of {name}");
-        self.curves(quantity, "°", None, &of_response)
+        self.curves(quantity, "°", std::iter::empty(), &of_response)
     }
 
     fn curves(
         &self,
         quantity: String,
         unit: &'static str,
-        linear: Option<Curve>,
+        before: impl Iterator<Item = Curve>,
         of_response: &dyn Fn(CurveKind, &Response) -> Curve,
     ) -> Curves {
         let compared = self.compared.map(|r| of_response(CurveKind::Compared, r));
         let own = of_response(CurveKind::Response, self.response);
         let of_responses = compared.into_iter().chain([own]);
-        let curves = linear
-            .into_iter()
-            .chain(of_responses.flat_map(with_unstable_apart));
+        let curves = before.chain(of_responses.flat_map(with_unstable_apart));
         Curves::of(quantity, unit, curves.collect()).along(self.along)
     }
 
@@ -395,6 +429,30 @@ fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Poi
         }
     }
     points
+}
+
+/// Least and largest value of curves at a frequency, on lines between their points; `None` where no
+/// curve has this frequency.
+fn amplitudes_at(curves: &[Vec<Point>], frequency_hz: f64) -> Option<[f64; 2]> {
+    let between = |two: &[Point]| {
+        let [a, b] = [two[0].frequency_hz, two[1].frequency_hz];
+        if !(a.min(b)..=a.max(b)).contains(&frequency_hz) {
+            return None;
+        }
+        let (of_a, of_b) = (two[0].value?, two[1].value?);
+        let share = if a == b {
+            0.0
+        } else {
+            (frequency_hz - a) / (b - a)
+        };
+        Some(of_a + share * (of_b - of_a))
+    };
+    let found = curves
+        .iter()
+        .flat_map(|points| points.windows(2).filter_map(between));
+    found.fold(None, |ends: Option<[f64; 2]>, v| {
+        Some(ends.map_or([v; 2], |[least, most]| [least.min(v), most.max(v)]))
+    })
 }
 
 /// Parts of an interval between two points of a branch that are drawn.

@@ -15,8 +15,8 @@ pub use self::mesh::{
     probe_summaries,
 };
 pub use self::response::{
-    ContactCounts, FrettingSummary, ResponseSummary, contact_counts, fretting_summary,
-    response_summary,
+    ContactCounts, FrettingSummary, ResponseSummary, TractionRangeSummary, contact_counts,
+    fretting_summary, response_summary, traction_range,
 };
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};

@@ -39,7 +39,7 @@ use crate::export::flank::{FlankSeries, WornFlanks};
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
-use crate::export::manifest::{self, MeshOrigin, RunState, Summary};
+use crate::export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
 use crate::export::plots::{CampbellFamily, EngineOrders, Heading, Operation, write_campbell};
 use crate::export::{ExportError, create_folder, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
@@ -726,7 +726,10 @@ impl Files {
         let observed = reduced.observations();
         let first = observed.first().map(|first| first.name.as_str());
         let of_response = manifest::response_summary(&reduced.pairs, first, response, self.along);
-        self.summary.response = Some(of_response);
+        self.summary.response = Some(ResponseSummary {
+            traction_range: found.tractions.as_ref().and_then(manifest::traction_range),
+            ..of_response
+        });
         if let Some(truncation) = &mut self.summary.truncation {
             truncation.modes_reach = found.modes_reach;
         }
@@ -737,6 +740,9 @@ impl Files {
             csv::write_response(&out.file(&file)?, &observed, &compared.response, along)?;
         }
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
+        if let Some(range) = &found.tractions {
+            csv::write_tractions(&out.file("tractions.csv")?, range)?;
+        }
         self.write_curves(&observed, &sweep(found))?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             flanks.keep_alone(out.path(), &response.orbits)?;
@@ -804,5 +810,6 @@ fn sweep(found: &ResponseResult) -> Sweep<'_> {
         response: &found.response,
         compared: found.compared.as_ref().map(|compared| &compared.response),
         along: found.run_up.as_ref().map(|run_up| run_up.engine_order),
+        tractions: found.tractions.as_ref(),
     }
 }

@@ -513,8 +513,8 @@ section! {
             "not all 0; any length; that of a strain lies in the surface, on which it is projected",
             "[0, 1, 0]";
         quantity: Choice(&["displacement", "strain"]), "`\"displacement\"`",
-            "`strain` is what a strain gauge along the direction measures; the first [[observe]] is a \
-             displacement",
+            "`\"displacement\"`, or `\"strain\"`, which is what a strain gauge along the direction \
+             measures; the first [[observe]] is a displacement",
             "\"strain\"";
     }
 }
@@ -530,6 +530,10 @@ section! {
             "the load first rises to so many times itself, and falls back: friction keeps what an overspeed \
              test leaves in the joint. Of rotation alone, the square of the ratio of speeds",
             "1.44           # a test at 1.2 times the speed came before";
+        starting_tractions: Whole(Some(0), Some(1000)), "0",
+            "`dovetail run` computes the response again from so many other tractions that pairs may have \
+             kept: its range is a band in the curve",
+            "6";
     }
 }
 

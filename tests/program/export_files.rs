@@ -133,6 +133,7 @@ fn sweep(response: &Response) -> Sweep<'_> {
         response,
         compared: None,
         along: None,
+        tractions: None,
     }
 }
 

@@ -55,6 +55,7 @@ mod several_bodies;
 mod small_displacements;
 mod springs;
 mod stacked_blocks;
+mod starting_tractions;
 mod strain_gauge;
 mod stress;
 mod study;

@@ -92,6 +92,8 @@ pub struct StaticSpec {
     /// Largest load that acts before, as a multiple of the load, 1 or more: the load rises to it and
     /// falls back.
     pub overload: f64,
+    /// Number of other starting tractions from which the response is computed once more.
+    pub starting_tractions: usize,
 }
 
 impl Default for StaticSpec {
@@ -100,6 +102,7 @@ impl Default for StaticSpec {
         Self {
             load_steps: 10,
             overload: 1.0,
+            starting_tractions: 0,
         }
     }
 }

@@ -13,6 +13,7 @@ use dovetail_solver::results::quantities::{
     largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
     sweep_fields, with_motion,
 };
+use dovetail_solver::run::{TractionPeak, TractionRange};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
@@ -56,6 +57,9 @@ pub struct ResponseSummary {
     /// All local maxima inside the range, rising in frequency.
     pub peaks: Vec<PeakSummary>,
     /// Peak of the linear reference, exact.
+    /// Range of the peak over starting tractions; `None` where the scene asks for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traction_range: Option<TractionRangeSummary>,
     pub linear_peak_amplitude_m: Option<f64>,
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
@@ -196,6 +200,36 @@ fn peak_summary(peak: &LocalPeak) -> PeakSummary {
     }
 }
 
+/// Range of the peak of the first observation over starting tractions, that of the load path
+/// included. The response was found to span it; it is no bound.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TractionRangeSummary {
+    /// Number of tractions with a peak.
+    pub tractions: usize,
+    /// Least and largest amplitude.
+    pub peak_amplitude_m: [f64; 2],
+    /// Least and largest frequency.
+    pub peak_frequency_hz: [f64; 2],
+    /// Least and largest loss factor.
+    pub loss_factor: Option<[f64; 2]>,
+}
+
+/// Range of the peak; `None` where no traction has one.
+pub fn traction_range(range: &TractionRange) -> Option<TractionRangeSummary> {
+    let ends = |value: &dyn Fn(&TractionPeak) -> Option<f64>| {
+        let values = range.peaks().filter_map(value);
+        values.fold(None, |ends: Option<[f64; 2]>, v| {
+            Some(ends.map_or([v; 2], |[least, most]| [least.min(v), most.max(v)]))
+        })
+    };
+    Some(TractionRangeSummary {
+        tractions: range.peaks().count(),
+        peak_amplitude_m: ends(&|peak| Some(peak.amplitude_m))?,
+        peak_frequency_hz: ends(&|peak| Some(peak.frequency_hz))?,
+        loss_factor: ends(&|peak| peak.loss_factor),
+    })
+}
+
 /// Main figures of a response. `observation` is the name of the first observation, `along` the engine
 /// order of a run-up.
 pub fn response_summary(
@@ -260,6 +294,7 @@ pub fn response_summary(
         second_motion: response.second_motions.clone(),
         folds: folds(response).into_iter().map(fold).collect(),
         peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
+        traction_range: None,
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
         peak_ratio: peak_ratio(response, 0),

@@ -49,7 +49,11 @@ impl Curve {
     fn stroke(&self) -> Stroke {
         Stroke {
             colour: self.colour(),
-            width: if self.kind == CurveKind::Linear { 2 } else { 3 },
+            width: match self.kind {
+                CurveKind::Tractions => 1,
+                CurveKind::Linear => 2,
+                _ => 3,
+            },
             dashed: self.dashed,
         }
     }
@@ -151,6 +155,7 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
 /// nothing converged, and the peaks.
 fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
     let [bottom, top] = range;
+    fill_range(&chart, curves, range)?;
     for curve in &curves.curves {
         for stretch in stretches(&curve.points, range) {
             let places = stretch.into_iter();
@@ -193,6 +198,28 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
     // The result, which is drawn last, has its words nearest.
     for (at, words, colour) in peaks.into_iter().rev() {
         draw_words(&mut chart, at, &words, colour)?;
+    }
+    Ok(())
+}
+
+/// Fills what lies between the ends of the range over starting tractions.
+fn fill_range(chart: &Chart, curves: &Curves, [bottom, top]: [f64; 2]) -> Drawn {
+    let ends = curves.curves.iter();
+    let ends: Vec<&Curve> = ends.filter(|c| c.kind == CurveKind::Tractions).collect();
+    let [least, most] = ends[..] else {
+        return Ok(());
+    };
+    let pale = least.colour().mix(0.25).filled();
+    let at = |point: &Point| {
+        let value = point.value?.clamp(bottom, top);
+        chart.at((curves.place(point.frequency_hz), value))
+    };
+    for (low, high) in least.points.windows(2).zip(most.points.windows(2)) {
+        let corners = [at(&low[0]), at(&low[1]), at(&high[1]), at(&high[0])];
+        let corners: Option<Vec<(i32, i32)>> = corners.into_iter().collect();
+        if let Some(corners) = corners {
+            chart.canvas.draw(&Polygon::new(corners, pale))?;
+        }
     }
     Ok(())
 }

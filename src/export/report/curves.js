@@ -59,7 +59,7 @@ function curveChart(place, chosen, peak_hz, state = null) {
     const line = (label, { x, y }, style, isScaling = true) =>
       ({ x, y: scaled(y), isScaling, series: { label, value, points: { show: false }, ...style } });
     const drawnLine = ({ label, kind, dashed, points }) => passes(points).map((pass) => line(label, pass, {
-      stroke: colourOf(`--${kind}`), width: kind === "linear" ? 1.5 : 2, ...(dashed && { dash: [6, 4] }),
+      stroke: colourOf(`--${kind}`), width: { tractions: 1, linear: 1.5 }[kind] ?? 2, ...(dashed && { dash: [6, 4] }),
       ...(points === own.points && error && { value: withError(pass) }),
     }, scaling !== "friction" || kind !== "linear"));
     const bound = ({ x, y, error }, sign) => line("", {
@@ -69,6 +69,8 @@ function curveChart(place, chosen, peak_hz, state = null) {
     const measured = (state?.measured ?? []).map(({ label, x, y }) =>
       line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }, scaling === "all"));
     const lines = [...bounds, ...curves.flatMap(drawnLine), ...measured], data = joined(lines);
+    // The ends of the range over starting tractions, the upper one second.
+    const ofRange = lines.flatMap(({ series }, i) => (series.stroke === colourOf("--tractions") ? [i + 1] : []));
     const columns = data.slice(1).filter((_, i) => lines[i].isScaling);
     const range = (plot) => {
       const [from, to] = plot.series[0].idxs ?? [0, data[0].length - 1];
@@ -78,7 +80,10 @@ function curveChart(place, chosen, peak_hz, state = null) {
     return {
       data, along,
       series: lines.map((l) => l.series),
-      bands: bounds.flatMap((_, i) => (i % 2 ? [{ series: [i, i + 1], fill: colourOf("--band") }] : [])),
+      bands: [
+        ...bounds.flatMap((_, i) => (i % 2 ? [{ series: [i, i + 1], fill: colourOf("--band") }] : [])),
+        ...(ofRange.length === 2 ? [{ series: [ofRange[1], ofRange[0]], fill: colourOf("--tractions-band") }] : []),
+      ],
       scales: scaling ? { y: scaling === "logarithmic" ? { distr: 3 } : { range } } : {},
       axes: [{ label: axis.unit ? `${quantity} (${axis.unit})` : quantity }],
       rest: rest < 0 ? null : rest,

@@ -72,6 +72,8 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     let load_steps = checker.count(&at, "load_steps", load_steps);
     let overload = table.map_or(&None, |table| &table.get_ref().overload);
     let overload = checker.number(&at, "overload", overload);
+    let tractions = table.map_or(&None, |table| &table.get_ref().starting_tractions);
+    let starting_tractions = checker.count(&at, "starting_tractions", tractions);
     Some(Scene {
         name: name?,
         subject: subject?,
@@ -80,6 +82,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         static_state: StaticSpec {
             load_steps: load_steps?,
             overload: overload?,
+            starting_tractions: starting_tractions?,
         },
         response: response?,
         engine_orders: engine_orders?,

@@ -159,6 +159,18 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
         return;
     };
     let at = Table::of("response", order.span(), None);
+    let statics = raw.static_state.as_ref().map(Spanned::get_ref);
+    if let Some(tractions) = statics.and_then(|s| s.starting_tractions.as_ref())
+        && tractions.get_ref().0 > 0
+    {
+        let fault = Fault::Exclusive {
+            first: "static.starting_tractions".to_owned(),
+            second: at.key("along_engine_order"),
+            remedy: "in a run-up each speed has its own static state: ask for starting tractions in a \
+                     response at one speed",
+        };
+        checker.fault(tractions.span(), fault);
+    }
     let Some(rotation) = &raw.rotation else {
         let fault = Fault::Lacks {
             path: at.key("along_engine_order"),

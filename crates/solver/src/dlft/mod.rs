@@ -520,6 +520,7 @@ mod point;
 pub mod retention;
 mod rounded;
 pub mod settings;
+pub mod starting_traction;
 pub mod static_state;
 pub mod sweep;
 mod two_level;

@@ -31,6 +31,7 @@ mod run_up;
 mod session;
 mod statics;
 mod stress;
+mod tractions;
 mod verify;
 mod wear;
 mod worn;
@@ -44,7 +45,8 @@ pub use kept::{
     Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
 };
 pub use outcome::{
-    Compared, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs, StaticResult,
+    Compared, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs,
+    StaticResult, TractionPeak, TractionRange,
 };
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reduced::{Observed, Reduced, stuck_modes};
@@ -146,6 +148,8 @@ fn along_frequency(
         })
     };
     let compared = compared.map(compare).transpose()?;
+    let tractions =
+        tractions::over_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
     let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
     let held = response.orbits.iter().filter(held);
     let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {
@@ -164,6 +168,7 @@ fn along_frequency(
         modes_reach: reduced.modes_reach(&all),
         response,
         compared,
+        tractions,
         run_up: None,
     })
 }

@@ -5,8 +5,9 @@ use super::error::Error;
 use super::reduced::Reduced;
 use crate::description::{EngineOrder, Scene};
 use crate::dlft::branch::Guess;
+use crate::dlft::starting_traction::StartingTraction;
 use crate::dlft::sweep::SweepSettings;
-use crate::dlft::{Outcome, Response, StaticState};
+use crate::dlft::{CycleCounts, Outcome, Response, StaticState};
 use crate::model::Model;
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
@@ -89,6 +90,8 @@ pub struct ResponseResult {
     /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
     /// solution; `None` where no mode was left out, or where it is not known.
     pub modes_reach: Option<f64>,
+    /// Range over the tractions from which the vibration may start, where the scene asks for it.
+    pub tractions: Option<TractionRange>,
     /// What a response along an engine order has besides; `None` where the speed stays.
     pub run_up: Option<RunUp>,
 }
@@ -120,6 +123,52 @@ pub struct Compared {
     pub harmonics: usize,
     /// Response with that number.
     pub response: Response,
+}
+
+/// Response from one starting traction.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct OfTraction {
+    /// Traction from which the vibration starts.
+    pub start: StartingTraction,
+    /// Outcome of its static state. Without one there is no response.
+    pub outcome: Outcome,
+    /// Peak of the first observed displacement.
+    pub peak: Option<TractionPeak>,
+    /// Response, whose orbits have no contact forces and no cycles; `None` without a static state.
+    pub response: Option<Response>,
+}
+
+/// Peak of a response from a starting traction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct TractionPeak {
+    /// Frequency of the largest amplitude, Hz.
+    pub frequency_hz: f64,
+    /// Largest departure from the mean, m.
+    pub amplitude_m: f64,
+    /// Loss factor, where the peak is one of the curve.
+    pub loss_factor: Option<f64>,
+    /// States of the pairs.
+    pub pairs: CycleCounts,
+}
+
+/// Range of the response over starting tractions. It is what these were found to span, and no bound.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct TractionRange {
+    /// Responses from other tractions than that of the load path.
+    pub others: Vec<OfTraction>,
+    /// Peak from the traction of the load path.
+    pub own: Option<TractionPeak>,
+}
+
+impl TractionRange {
+    /// Peaks from all tractions, that of the load path first.
+    pub fn peaks(&self) -> impl Iterator<Item = &TractionPeak> {
+        let others = self.others.iter().filter_map(|other| other.peak.as_ref());
+        self.own.iter().chain(others)
+    }
 }
 
 impl Run {

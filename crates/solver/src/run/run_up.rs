@@ -87,6 +87,7 @@ pub(super) fn run_up(
         modes_reach: run.reduced.modes_reach(&[&response]),
         response,
         compared: None,
+        tractions: None,
         run_up: Some(RunUp {
             engine_order,
             at_peak,

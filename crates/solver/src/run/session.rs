@@ -56,6 +56,8 @@ pub enum Stage {
     StaticFiles,
     /// Harmonic balance over the frequencies.
     Response,
+    /// Harmonic balance from other starting tractions.
+    StartingTractions,
     /// The observer writes the files of the response.
     ResponseFiles,
     /// The motion is integrated in time, to check harmonic balance.
@@ -98,6 +100,7 @@ impl Stage {
             Self::StaticState => "static state",
             Self::StaticFiles => "static files",
             Self::Response => "response",
+            Self::StartingTractions => "starting tractions",
             Self::ResponseFiles => "response files",
             Self::TimeIntegration => "time integration",
             Self::Peaks => "peaks",

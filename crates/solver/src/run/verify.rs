@@ -218,6 +218,7 @@ fn orbits(
         farthest: None,
         retained: Vec::new(),
         modes_reach: None,
+        tractions: None,
         run_up: None,
     };
     Ok((found, chosen))

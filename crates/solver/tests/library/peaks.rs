@@ -66,6 +66,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
         static_state: StaticSpec {
             load_steps: 1,
             overload: 1.0,
+            ..StaticSpec::default()
         },
         response,
         engine_orders: Vec::new(),

@@ -41,6 +41,7 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
                         },
                     ))
                     (against_linear(response, digits))
+                    (over_tractions(response))
                     (losses(response))
                     (at_a_pair(response))
                     (joint(response, contents.pairs.rows.len()))
@@ -78,6 +79,26 @@ fn against_linear(response: &ResponseSummary, digits: usize) -> Markup {
         &html! {
             "at " (figure(at, 6)) " Hz"
             @if let Some(ratio) = ratio { "; the peak is " (ratio) " of this" }
+        },
+    )
+}
+
+/// Range of the peak over starting tractions.
+fn over_tractions(response: &ResponseSummary) -> Markup {
+    let Some(range) = &response.traction_range else {
+        return html! {};
+    };
+    let [least, most] = range.peak_amplitude_m.map(|a| quantity(a, "m", 4));
+    let hz = range.peak_frequency_hz.map(|hz| figure(hz, 6));
+    card(
+        &format!("Over {} starting tractions", range.tractions),
+        &format!("{least} to {most}"),
+        &html! {
+            "at " (hz[0]) " to " (hz[1]) " Hz"
+            @if let Some(loss) = range.loss_factor {
+                "; loss factor " (figure(loss[0], 3)) " to " (figure(loss[1], 3))
+            }
+            "; what was found, no bound"
         },
     )
 }

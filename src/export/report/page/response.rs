@@ -29,6 +29,9 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
                 @if !summary.folds.is_empty() {
                     "Between two folds, where the curve is dashed, motions are unstable. "
                 }
+                @if summary.traction_range.is_some() {
+                    "The orange band is what the starting tractions were found to span. "
+                }
                 @if let Some(words) = run_up(summary) { (words) " " }
                 "The legends read the values at the pointer, and else at the peak. "
                 "Drag over a stretch to zoom, double-click to see all."

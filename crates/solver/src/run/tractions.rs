@@ -1,0 +1,92 @@
+//! Range of the response over the tractions from which the vibration may start.
+
+use super::error::Error;
+use super::outcome::{OfTraction, TractionPeak, TractionRange};
+use super::reduced::Reduced;
+use super::response::settings;
+use super::session::{Session, Stage};
+use super::statics::{load_path, newton};
+use crate::description::Scene;
+use crate::dlft::branch::follow;
+use crate::dlft::starting_traction::starting_tractions;
+use crate::dlft::sweep::sweep;
+use crate::dlft::{Response, Told};
+use crate::reduction::damping::Rayleigh;
+use crate::results::far_slip::ShorterSides;
+use crate::results::quantities::{local_peaks, peak};
+
+/// Responses from `scene.static_state.starting_tractions` tractions other than that of the load path,
+/// whose response is `response`; `None` where the scene asks for none, or has no pairs.
+///
+/// # Errors
+/// [`Error::Stopped`] by the observer.
+pub(super) fn over_tractions(
+    scene: &Scene,
+    reduced: &Reduced,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    response: &Response,
+    session: &Session<'_>,
+) -> Result<Option<TractionRange>, Error> {
+    let count = scene.static_state.starting_tractions;
+    let problem = &reduced.problem;
+    if count == 0 || problem.laws.is_empty() {
+        return Ok(None);
+    }
+    let stage = session.stage(Stage::StartingTractions);
+    let steps = session.steps(count, "tractions");
+    let sides = ShorterSides::of(&reduced.pairs);
+    let spec = &scene.response;
+    let settings = settings(spec, frequencies_hz.to_vec(), spec.resolution);
+    let follows = spec.points.is_none() && frequencies_hz.len() > 1;
+    let solve = if follows { follow } else { sweep };
+    let tell = |told: Told<'_>| {
+        if let Told::Next(stop) = told {
+            session.stops(stop);
+        }
+    };
+    let mut others = Vec::new();
+    let states = starting_tractions(problem, load_path(scene), count, newton(scene));
+    for (start, mut state) in states {
+        sides.judge_static(&mut state);
+        let mut other = OfTraction {
+            start,
+            outcome: state.outcome,
+            peak: None,
+            response: None,
+        };
+        if state.outcome.is_converged() {
+            let mut found = solve(problem, damping, &state, &settings, &[], &tell);
+            session.goes_on()?;
+            sides.judge_response(&mut found);
+            other.peak = peak_of(&found);
+            for orbit in &mut found.orbits {
+                orbit.lambda = Vec::new();
+                orbit.cycles = Vec::new();
+                orbit.modal = Vec::new();
+            }
+            other.response = Some(found);
+        }
+        others.push(other);
+        steps.step();
+    }
+    drop(steps);
+    drop(stage);
+    Ok(Some(TractionRange {
+        others,
+        own: peak_of(response),
+    }))
+}
+
+/// Peak of the first observed displacement.
+fn peak_of(response: &Response) -> Option<TractionPeak> {
+    let top = peak(response, 0)?;
+    let local = local_peaks(response, 0).into_iter();
+    let local = local.into_iter().find(|local| local.at.index == top.index);
+    Some(TractionPeak {
+        frequency_hz: top.frequency_hz,
+        amplitude_m: top.amplitude_m,
+        loss_factor: local.and_then(|local| local.loss_factor),
+        pairs: response.orbits[top.index].counts(),
+    })
+}
