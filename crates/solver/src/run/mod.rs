@@ -41,7 +41,7 @@ pub use campbell::{Campbell, Crossing, Family, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
 pub use kept::{
-    Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
+    KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
 };
 pub use outcome::{
     Compared, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs, StaticResult,
