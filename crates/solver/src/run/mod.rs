@@ -24,6 +24,7 @@ mod kept;
 mod outcome;
 mod peaks;
 mod prestress;
+mod reactions;
 mod reduced;
 mod reducing;
 mod response;
@@ -40,13 +41,12 @@ pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
-pub use kept::{
-    KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
-};
+pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
 pub use outcome::{
     Compared, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs, StaticResult,
 };
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
+pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use reduced::{Reduced, stuck_modes};
 pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
@@ -164,6 +164,7 @@ fn along_frequency(
         modes_reach: reduced.modes_reach(&all),
         response,
         compared,
+        damping,
         run_up: None,
     })
 }
