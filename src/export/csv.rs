@@ -1,5 +1,5 @@
-//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, forces.csv,
-//! stress.csv, modes.csv, peaks.csv, backbone.csv, wear.csv, wear_pairs.csv, verify.csv. Each table
+//! Writes the tables: response.csv, static.csv, static_forces.csv, static_observed.csv, contact.csv,
+//! forces.csv, stress.csv, modes.csv, peaks.csv, backbone.csv, wear.csv, wear_pairs.csv, verify.csv. Each table
 //! is one list of columns ([`super::table`]).
 
 use std::path::Path;
@@ -306,56 +306,55 @@ pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportE
     table.write(path, rows)
 }
 
-/// Writes forces.csv: force and moment by which the second flank of each contact pushes the first,
-/// one row for each component, with the point that moments are about. `mean`, `h<k>_cos` and
-/// `h<k>_sin` are its harmonics, `least` and `largest` its ends over the period, in N or N m.
+/// Writes forces.csv or static_forces.csv: force and moment of each contact, support and spring to
+/// ground, one row for each component, with the body of these names that is pushed and the point
+/// that moments are about. Over a period `mean`, `h<k>_cos` and `h<k>_sin` are the harmonics, `least`
+/// and `largest` the ends, in N or N m; in the static state there is one `value`.
 pub fn write_forces(
     path: &Path,
-    contacts: &[String],
+    bodies: &[&str],
     resultants: &[Resultant],
 ) -> Result<(), ExportError> {
     struct Row<'a> {
-        contact: &'a str,
-        about_m: [f64; 3],
+        of: &'a Resultant,
         component: String,
         coefficients: Vec<f64>,
-        ends: [f64; 2],
     }
-    let both = contacts.iter().zip(resultants);
-    let rows = both.flat_map(|(contact, of)| {
+    let rows = resultants.iter().flat_map(|of| {
         let kinds = [("force", "n", &of.force_n), ("moment", "nm", &of.moment_nm)];
         kinds.into_iter().flat_map(move |(kind, unit, values)| {
             let axes = ["x", "y", "z"].into_iter().enumerate();
-            axes.map(move |(k, axis)| {
-                let coefficients: Vec<f64> = values.iter().map(|v| v[k]).collect();
-                Row {
-                    contact: contact.as_str(),
-                    about_m: of.about_m,
-                    component: format!("{kind}_{axis}_{unit}"),
-                    ends: ends_of(&coefficients),
-                    coefficients,
-                }
+            axes.map(move |(k, axis)| Row {
+                of,
+                component: format!("{kind}_{axis}_{unit}"),
+                coefficients: values.iter().map(|v| v[k]).collect(),
             })
         })
     });
     let rows: Vec<Row<'_>> = rows.collect();
     let mut table: Columns<'_, Row<'_>> = Columns::default();
-    table.add("contact", |row| row.contact.to_owned());
+    table.add("of", |row| row.of.pusher.id().to_owned());
+    table.add("name", |row| row.of.name.clone());
+    table.add("body", |row| bodies[row.of.body].to_owned());
     for (axis, name) in ["about_x_m", "about_y_m", "about_z_m"]
         .into_iter()
         .enumerate()
     {
-        table.add(name, move |row| row.about_m[axis]);
+        table.add(name, move |row| row.of.about_m[axis]);
     }
     table.add("component", |row| row.component.clone());
-    table.add("mean", |row| row.coefficients[0]);
     let harmonics = rows.first().map_or(0, |row| row.coefficients.len() / 2);
+    if harmonics == 0 {
+        table.add("value", |row| row.coefficients[0]);
+        return table.write(path, &rows);
+    }
+    table.add("mean", |row| row.coefficients[0]);
     for k in 1..=harmonics {
         table.add(format!("h{k}_cos"), move |row| row.coefficients[cosine(k)]);
         table.add(format!("h{k}_sin"), move |row| row.coefficients[sine(k)]);
     }
-    table.add("least", |row| row.ends[0]);
-    table.add("largest", |row| row.ends[1]);
+    table.add("least", |row| ends_of(&row.coefficients)[0]);
+    table.add("largest", |row| ends_of(&row.coefficients)[1]);
     table.write(path, &rows)
 }
 

@@ -10,13 +10,16 @@ use crate::export::plots::{
 };
 use crate::export::{csv, flank, manifest, vtu};
 use crate::words::capital;
-use dovetail_solver::dlft::Response;
 use dovetail_solver::fem::stress;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
-use dovetail_solver::results::resultants::contact_resultants;
-use dovetail_solver::run::{Bodies, Observed, Reduced, StaticResult, peak_stress};
+use dovetail_solver::results::resultants::Resultant;
+use dovetail_solver::run::{
+    Bodies, Observed, PeakMotion, Reduced, ResponseResult, StaticResult, peak_forces, peak_stress,
+    static_forces,
+};
 use dovetail_solver::spectrum::{cosine, sine};
 
 impl Files {
@@ -61,20 +64,28 @@ impl Files {
     pub(super) fn write_response_on_mesh(
         &mut self,
         bodies: &Bodies,
-        response: &Response,
-        stuck_modes: usize,
+        problem: &Problem,
+        found: &ResponseResult,
     ) -> Result<(), RunError> {
-        let (out, conditions) = (&self.out, self.in_motion.as_str());
-        let model = bodies.model();
+        let (model, response) = (bodies.model(), &found.response);
         let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
+        let free = at_peak.filter(|_| self.fields);
+        let free = free.and_then(|orbit| bodies.free_motion_m(orbit));
+        if let Some(orbit) = at_peak {
+            let peak = PeakMotion {
+                orbit,
+                motion_m: free.as_deref(),
+                problem,
+                damping: found.damping,
+            };
+            self.write_forces("forces.csv", bodies, peak_forces(bodies, peak)?)?;
+        }
+        let (out, conditions) = (&self.out, self.in_motion.as_str());
         if !model.pairs.is_empty() {
             let path = out.file("plots/separation.svg")?;
             let separation = Separation::of(response, model.pairs.len());
             write_separation_map(&path, model, conditions, &separation)?;
             if let Some(orbit) = at_peak {
-                let resultants = contact_resultants(model, orbit);
-                let path = out.file("forces.csv")?;
-                csv::write_forces(&path, &model.contact_names, &resultants)?;
                 let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
                 for (file, field) in [("friction_energy", energy), ("slip", slid)] {
                     let title = capital(field.title);
@@ -87,12 +98,12 @@ impl Files {
                 }
             }
         }
-        let Some(orbit) = at_peak.filter(|_| self.fields) else {
+        let (Some(orbit), Some(free)) = (at_peak, free) else {
             return Ok(());
         };
-        let Some(motion) = bodies.motion_m(orbit) else {
-            return Ok(());
-        };
+        let motion = bodies.on_nodes_m(&free);
+        drop(free);
+        let stuck_modes = problem.reduced.stuck_modes;
         let strengths = self.strengths.clone();
         let stress = peak_stress(bodies, (orbit, &motion), stuck_modes, strengths);
         if !model.pairs.is_empty() {
@@ -130,19 +141,39 @@ impl Files {
         Ok(())
     }
 
+    /// Writes a table of forces and moments, if there are any, and keeps them.
+    fn write_forces(
+        &mut self,
+        file: &str,
+        bodies: &Bodies,
+        forces: Vec<Resultant>,
+    ) -> Result<(), RunError> {
+        if !forces.is_empty() {
+            let names = bodies.model().bodies.iter();
+            let names: Vec<&str> = names.map(|body| body.name.as_str()).collect();
+            csv::write_forces(&self.out.file(file)?, &names, &forces)?;
+        }
+        self.forces = forces;
+        Ok(())
+    }
+
     /// Writes the table of the static state, its map on the flanks and, if fields are written,
     /// those on the flanks and on the bodies.
     pub(super) fn write_static_state(
-        &self,
+        &mut self,
         reduced: &Reduced,
         statics: &StaticResult,
     ) -> Result<(), RunError> {
-        let (out, state) = (&self.out, &statics.state);
-        csv::write_static(&out.file("static.csv")?, &reduced.pairs, state)?;
+        let state = &statics.state;
+        csv::write_static(&self.out.file("static.csv")?, &reduced.pairs, state)?;
         let Some(bodies) = &reduced.bodies else {
             return Ok(());
         };
         let model = bodies.model();
+        if state.outcome.is_converged() {
+            self.write_forces("static_forces.csv", bodies, static_forces(bodies, state)?)?;
+        }
+        let out = &self.out;
         let opens = !model.pairs.is_empty();
         if opens {
             let path = out.file("plots/static_pressure.svg")?;

@@ -51,6 +51,7 @@ use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitati
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
     Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, PeakStress, Reduced,
     ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
@@ -133,6 +134,8 @@ pub struct Files {
     motion: Option<Vec<Vec<NodalField>>>,
     /// Stress of each body at the peak, if fields are written.
     stress: Option<PeakStress>,
+    /// Forces of contacts, supports and springs: those in the static state until the peak is known.
+    forces: Vec<Resultant>,
 }
 
 impl Files {
@@ -188,6 +191,7 @@ impl Files {
             rows: Vec::new(),
             motion: None,
             stress: None,
+            forces: Vec::new(),
         })
     }
 
@@ -471,6 +475,7 @@ impl Files {
             sweep: run.response.as_ref().map(sweep),
             motion: self.motion.as_deref(),
             stress: self.stress.as_ref(),
+            forces: &self.forces,
         };
         Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
     }
@@ -749,8 +754,7 @@ impl Files {
             flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;
         }
         if let Some(bodies) = found.bodies_at_peak(reduced.bodies.as_ref()) {
-            let stuck_modes = reduced.problem.reduced.stuck_modes;
-            self.write_response_on_mesh(bodies, response, stuck_modes)?;
+            self.write_response_on_mesh(bodies, &reduced.problem, found)?;
         }
         Ok(())
     }

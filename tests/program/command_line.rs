@@ -15,7 +15,7 @@ use dovetail_testkit::folder::root;
 const LINEAR: &str = "mesh.file=../meshes/dovetail_order1.msh";
 
 /// Files of a run besides the flanks at each frequency.
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "contact.csv",
     "flank.pvd",
     "flank_peak.vtu",
@@ -30,6 +30,7 @@ const FILES: [&str; 17] = [
     "response.csv",
     "response_h1.csv",
     "static.csv",
+    "static_forces.csv",
     "static_observed.csv",
     "static.vtu",
     "summary.json",

@@ -1,5 +1,5 @@
-//! Stress at the peak of a run, forces of the contacts and figures of fretting: their files, what
-//! they say, and what the scene may ask.
+//! Stress at the peak of a run, forces of contacts and supports, and figures of fretting: their
+//! files, what they say, and what the scene may ask.
 
 use std::path::Path;
 use std::process::Command;
@@ -29,7 +29,8 @@ fn table(out: &Path, file: &str) -> Vec<Row> {
 
 /// Without prestress nothing but the contacts holds the blade against the centrifugal load: the mean
 /// forces of both contacts on it are together the mass times the square of the speed times the
-/// distance of its centre from the axis.
+/// distance of its centre from the axis. The base of the jaw holds that of both bodies, in the static
+/// state, too.
 #[test]
 fn mean_forces_of_the_contacts_hold_the_blade_against_its_centrifugal_load() {
     let out = Folder::new("stress_forces");
@@ -37,25 +38,41 @@ fn mean_forces_of_the_contacts_hold_the_blade_against_its_centrifugal_load() {
     let set = ["rotation.prestress=none", "excitation.*.force_n=0.05"];
     ended(run(&out, &set), 0);
     let forces = table(&out, "forces.csv");
+    let at_rest = table(&out, "static_forces.csv");
     let summary = summary(&out);
-    let blade = &summary["mesh"]["bodies"][0];
-    assert_eq!(blade["name"], "blade");
-    let mass_kg = blade["mass_kg"].as_f64().unwrap();
-    let centre = |axis: usize| blade["centre_m"][axis].as_f64().unwrap();
+    let bodies = &summary["mesh"]["bodies"];
+    assert_eq!([&bodies[0]["name"], &bodies[1]["name"]], ["blade", "jaw"]);
     let omega2 = (5000.0 * std::f64::consts::PI / 30.0_f64).powi(2);
     // The axis is x, through the origin.
-    let largest = mass_kg * omega2 * centre(2);
-    for (axis, load_n) in [
-        ("x", 0.0),
-        ("y", mass_kg * omega2 * centre(1)),
-        ("z", largest),
-    ] {
+    let load_n = |body: usize, axis: usize| match axis {
+        0 => 0.0,
+        _ => {
+            let of = &bodies[body];
+            let centre_m = of["centre_m"][axis].as_f64().unwrap();
+            omega2 * of["mass_kg"].as_f64().unwrap() * centre_m
+        }
+    };
+    let largest = load_n(0, 2);
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
         let of_axis = format!("force_{axis}_n");
-        let own = forces.iter().filter(|row| row["component"] == of_axis);
-        let means: Vec<f64> = own.map(|row| number(row, "mean")).collect();
+        let [blade_n, jaw_n] = [0, 1].map(|body| load_n(body, k));
+        let own = |rows: &[Row], of: &str, body: &str, column: &str| -> Vec<f64> {
+            let is_own =
+                |row: &&Row| row["component"] == of_axis && row["of"] == of && row["body"] == body;
+            let own = rows.iter().filter(is_own);
+            own.map(|row| number(row, column)).collect()
+        };
+        let means = own(&forces, "contact", "blade", "mean");
         assert_eq!(means.len(), 2, "one of each contact");
-        let off = means.iter().sum::<f64>() + load_n;
-        assert!(off.abs() < 1e-6 * largest, "{axis}: {means:?} {load_n}");
+        for (rows, column) in [(&forces, "mean"), (&at_rest, "value")] {
+            let held = own(rows, "support", "jaw", column);
+            assert_eq!(held.len(), 1, "one support");
+            let off = held[0] + blade_n + jaw_n;
+            println!("{axis}, {column}: {:.1e}", off / largest);
+            assert!(off.abs() < 1e-6 * largest, "{axis}: {held:?} {jaw_n}");
+        }
+        let off = means.iter().sum::<f64>() + blade_n;
+        assert!(off.abs() < 1e-6 * largest, "{axis}: {means:?} {blade_n}");
     }
     for row in &forces {
         let (mean, least, most) = (
@@ -129,6 +146,8 @@ fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
         assert!(fretting("fatigue_parameter_pa2_m") > 0.0);
         let page = out.text("report.html");
         has(&page, "id=\"stress\"");
+        has(&page, "Forces at the peak");
+        has(&page, "support jaw_base");
         has(
             &page,
             if set.is_empty() {
@@ -152,7 +171,13 @@ fn points_of_integration_are_written_on_request_alone() {
     has(&out.text("peak_points.vtu"), "h1_stress_cos_pa");
     let refused = told(run(&out, &[]).args(["--stress-points", "--no-fields"]), 2);
     has(&refused, "--no-fields");
+    let supports = || {
+        let all = table(&out, "forces.csv");
+        all.iter().filter(|row| row["of"] == "support").count()
+    };
+    assert_eq!(supports(), 6);
     ended(run(&out, &[]).args(["--no-fields", "--force"]), 0);
+    assert_eq!(supports(), 0);
     assert!(!out.join("stress.csv").exists());
     assert!(summary(&out)["stress"].is_null());
 }

@@ -28,6 +28,7 @@ use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{Observed, PeakStress};
 
 /// File name of the report.
@@ -52,6 +53,8 @@ pub struct Contents<'a> {
     pub motion: Option<&'a [Vec<NodalField>]>,
     /// Stress of the bodies there.
     pub stress: Option<&'a PeakStress>,
+    /// Forces of contacts, supports and springs there, or in the static state.
+    pub forces: &'a [Resultant],
 }
 
 impl Contents<'_> {

@@ -2,6 +2,7 @@
 
 mod answer;
 mod computed;
+mod forces;
 mod response;
 mod stress;
 
@@ -9,6 +10,7 @@ use maud::{Markup, html};
 
 use self::answer::answer;
 use self::computed::computed;
+use self::forces::forces;
 use self::response::{contacts_at_peak, response};
 use self::stress::stress;
 use super::data::Data;
@@ -44,6 +46,7 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
         ("hysteresis", "Loops", loops(contents)),
         ("motion", "Motion", motion(contents)),
         ("stress", "Stress", stress(contents)),
+        ("forces", "Forces", forces(contents)),
         ("static", "Static state", static_state(contents)),
         ("computed", "What was computed", computed(contents)),
         ("modes", "Frequencies", modes(contents)),

@@ -199,6 +199,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 .map(|n| first_tag + 3 * n)
                 .collect(),
             held_dofs: Vec::new(),
+            supports: Vec::new(),
             loads: Vec::new(),
             springs: Vec::new(),
             dofs: DofMap {

@@ -28,11 +28,7 @@ pub fn matrices(
     springs: &[SpringElement],
 ) -> Result<(CscMatrix<f64>, CscMatrix<f64>), FemError> {
     let size = 3 * body.dofs.free_nodes();
-    let parts: Vec<Vec<(usize, f64)>> = free_parts(body, placed).map(Iterator::collect).collect();
-    let mut stiffness = congruent(placed.given.stiffness(), &parts, size);
-    add_springs(body, springs, &mut stiffness);
-    let mut stiffness = CscMatrix::from(&stiffness);
-    let mass = CscMatrix::from(&congruent(placed.given.mass(), &parts, size));
+    let (mut stiffness, mass) = summed(body, placed, springs);
     let [of_stiffness, of_mass] = [&stiffness, &mass].map(diagonal);
     let mut is_held = vec![false; size];
     for dof in &body.held_dofs {
@@ -54,6 +50,20 @@ pub fn matrices(
         Some(first) => Err(FemError::empty_rows(body, empty.len(), *first)),
         None => Ok((stiffness, mass)),
     }
+}
+
+/// Stiffness and mass of [`matrices`], whatever they lack.
+pub(super) fn summed(
+    body: &Body,
+    placed: &PlacedMatrices,
+    springs: &[SpringElement],
+) -> (CscMatrix<f64>, CscMatrix<f64>) {
+    let size = 3 * body.dofs.free_nodes();
+    let parts: Vec<Vec<(usize, f64)>> = free_parts(body, placed).map(Iterator::collect).collect();
+    let mut stiffness = congruent(placed.given.stiffness(), &parts, size);
+    add_springs(body, springs, &mut stiffness);
+    let mass = congruent(placed.given.mass(), &parts, size);
+    (CscMatrix::from(&stiffness), CscMatrix::from(&mass))
 }
 
 /// Adds the force M a of the mass in a uniform field of acceleration. Mass that the matrices couple

@@ -141,6 +141,7 @@ mod tests {
                 contact_nodes: 0,
             },
             held_dofs: Vec::new(),
+            supports: Vec::new(),
             loads,
             springs: Vec::new(),
         }

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! `elasticity.rs` has the integrands and their sources, `element.rs` the integrals over one
-//! element, `assembly.rs` adds them up, `spin.rs` adds what rotation changes. A new type of element
-//! is a line in `elements.rs`. The order in which the assembly adds elements decides the last bits
+//! element, `assembly.rs` adds them up, `spin.rs` adds what rotation changes, `released.rs` has the
+//! equations of what supports hold. A new type of element is a line in `elements.rs`. The order in which the assembly adds elements decides the last bits
 //! of all matrices and does not depend on the number of threads: it stays as it is.
 
 pub mod assembly;
@@ -21,6 +21,7 @@ pub mod given;
 pub mod incompatible;
 pub mod loads;
 pub mod mass_properties;
+pub mod released;
 pub mod spin;
 pub mod springs;
 pub mod statics;
@@ -46,6 +47,13 @@ pub use error::{FemError, Tags};
 pub use joined::join;
 pub use statics::expand_to_nodes;
 
+/// Static displacement of all nodes of each body that its prestress comes from, m; `None` for a body
+/// without prestress.
+pub type Prestressed = Vec<Option<OnNodes>>;
+
+/// Displacement of all nodes of a body, m.
+pub type OnNodes = Vec<[f64; 3]>;
+
 /// Assembles all bodies in parallel. Where the prestress is that of the static state with contact,
 /// which the bodies by themselves do not determine, the stiffness is that without stress. It gives
 /// a displacement ([`stuck_displacement`](crate::reduction::stuck_displacement), or that of a
@@ -54,36 +62,41 @@ pub use statics::expand_to_nodes;
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
 pub fn assemble(model: &Model) -> Result<Structure, FemError> {
-    assemble_with(model, &statics::solve_by_cholesky)
+    Ok(assemble_with(model, &statics::solve_by_cholesky)?.0)
 }
 
-/// Like [`assemble`], with a linear solver of the caller's. `solve` computes the static
-/// displacement with the flanks held, and is never called where the prestress is another one.
+/// Like [`assemble`], with a linear solver of the caller's, and with the displacements that the
+/// prestress comes from. `solve` computes the static displacement with the flanks held, and is never
+/// called where the prestress is another one.
 ///
 /// # Errors
 /// The errors of [`assemble`].
-pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
+pub fn assemble_with(
+    model: &Model,
+    solve: &SolveSpd,
+) -> Result<(Structure, Prestressed), FemError> {
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter();
-    let bodies = bodies.map(|body| assemble_body(body, rotation, solve));
-    join(model, bodies.collect::<Result<_, _>>()?)
+    let bodies = bodies.map(|body| with_held_flanks(body, rotation, solve));
+    let bodies: Vec<_> = bodies.collect::<Result<_, _>>()?;
+    let (matrices, prestressed) = bodies.into_iter().unzip();
+    Ok((join(model, matrices)?, prestressed))
 }
 
-/// Like [`assemble`], with the prestress taken from these displacements of all nodes of each body,
-/// whether the body rotates or not.
+/// Like [`assemble`], with the prestress taken from these displacements, whether a body rotates or
+/// not.
 ///
 /// # Errors
 /// The errors of [`assemble`].
 pub fn assemble_stressed(
     model: &Model,
-    displacement_m: &[Vec<[f64; 3]>],
+    prestressed: &[Option<OnNodes>],
 ) -> Result<Structure, FemError> {
     let rotation = model.rotation.as_ref();
-    let bodies = model.bodies.par_iter().zip(displacement_m);
+    let bodies = model.bodies.par_iter().zip(prestressed);
     let bodies = bodies.map(|(body, u)| {
-        body_matrices(body, rotation.filter(|_| body.rotates), |_, _| {
-            Ok(Some(u.clone()))
-        })
+        let rotation = rotation.filter(|_| body.rotates);
+        Ok(body_matrices(body, rotation, |_, _| Ok(u.clone()))?.0)
     });
     join(model, bodies.collect::<Result<_, _>>()?)
 }
@@ -98,6 +111,15 @@ pub fn assemble_body(
     rotation: Option<&Rotation>,
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
+    Ok(with_held_flanks(body, rotation, solve)?.0)
+}
+
+/// Matrices of [`assemble_body`], and the displacement that their prestress comes from.
+fn with_held_flanks(
+    body: &Body,
+    rotation: Option<&Rotation>,
+    solve: &SolveSpd,
+) -> Result<(BodyMatrices, Option<OnNodes>), FemError> {
     let rotation = rotation.filter(|_| body.rotates);
     body_matrices(body, rotation, |stiffness, load_n| {
         match rotation.map(|r| r.prestress) {
@@ -110,13 +132,13 @@ pub fn assemble_body(
 }
 
 /// Matrices of a body with the prestress of the displacement that `stressed` finds from its
-/// stiffness and its load. Matrices of another program stay as they are: what stresses them is not
-/// known.
+/// stiffness and its load, and this displacement. Matrices of another program stay as they are: what
+/// stresses them is not known.
 fn body_matrices(
     body: &Body,
     rotation: Option<&Rotation>,
-    stressed: impl FnOnce(&CscMatrix<f64>, &[f64]) -> Result<Option<Vec<[f64; 3]>>, FemError>,
-) -> Result<BodyMatrices, FemError> {
+    stressed: impl FnOnce(&CscMatrix<f64>, &[f64]) -> Result<Option<OnNodes>, FemError>,
+) -> Result<(BodyMatrices, Option<OnNodes>), FemError> {
     let springs = spring_elements(body);
     let material = match &body.matrices {
         Matrices::Elements(material) => *material,
@@ -124,7 +146,7 @@ fn body_matrices(
             let (mut stiffness, mass) = given::matrices(body, placed, &springs)?;
             loads::uncouple(&mut stiffness, &body.held_dofs);
             let load_n = steady_load(body, given::steady_load(body, placed));
-            return Ok(finished(body, stiffness, mass, load_n));
+            return Ok((finished(body, stiffness, mass, load_n), None));
         }
     };
     let elements = Elements::new(body, material)?;
@@ -143,8 +165,9 @@ fn body_matrices(
         spin::add_centrifugal_load(body, &elements, rotation, &mut load_n);
     }
     let load_n = steady_load(body, load_n);
-    if let Some(u0) = stressed(&stiffness, &load_n)? {
-        let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
+    let prestressed = stressed(&stiffness, &load_n)?;
+    if let Some(u0) = &prestressed {
+        let g = spin::geometric_stiffness(body, &elements, &pattern, u0);
         if let Some(rotation) = rotation {
             spin::add_softening(&mut k, &m, rotation);
         }
@@ -153,7 +176,7 @@ fn body_matrices(
         loads::uncouple(&mut stiffness, &body.held_dofs);
     }
     let mass = symmetric_matrix_of_scalars(&pattern, &m);
-    Ok(finished(body, stiffness, mass, load_n))
+    Ok((finished(body, stiffness, mass, load_n), prestressed))
 }
 
 /// Steady loads of a body, with those that `load_n` has already.

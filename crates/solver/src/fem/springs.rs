@@ -18,7 +18,7 @@
 
 use crate::model::{Body, Spring, SpringChain, SpringSupport};
 use dovetail_mesh::facet::products;
-use dovetail_numerics::space::dot;
+use dovetail_numerics::space::{add_scaled, dot};
 
 /// Local nodes of a body, including auxiliary ones, and the symmetric matrix between them (3 x 3
 /// blocks row by row, N/m).
@@ -32,7 +32,15 @@ pub struct SpringElement {
 
 /// Spring elements of a body.
 pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
-    let of_spring = |spring: &Spring| match &spring.on {
+    let springs = body.springs.iter();
+    springs
+        .flat_map(|spring| elements_of(body, spring))
+        .collect()
+}
+
+/// Elements of one spring of a body.
+pub fn elements_of(body: &Body, spring: &Spring) -> Vec<SpringElement> {
+    match &spring.on {
         SpringSupport::Nodes(nodes) => {
             let block = scaled(projector(spring), spring.stiffness_n_m / nodes.len() as f64);
             let one = |&node: &u32| SpringElement {
@@ -43,8 +51,34 @@ pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
         }
         SpringSupport::Surface(facets) => foundation(body, spring, facets),
         SpringSupport::Chain(chain) => links(spring, chain),
+    }
+}
+
+/// Forces by which a spring to ground pushes the nodes that it acts on, N, in a motion of the free
+/// degrees of freedom of its body, m. A node has an entry for each element of the spring.
+pub fn forces_n(body: &Body, spring: &Spring, free: &[f64]) -> Vec<(u32, [f64; 3])> {
+    let moved = |&node: &u32| {
+        let mut u = [0.0; 3];
+        for (n, weight) in body.dofs.weights(node as usize) {
+            add_scaled(&mut u, weight, [0, 1, 2].map(|k| free[3 * n + k]));
+        }
+        u
     };
-    body.springs.iter().flat_map(of_spring).collect()
+    let mut forces = Vec::new();
+    for element in elements_of(body, spring) {
+        let motion: Vec<[f64; 3]> = element.nodes.iter().map(moved).collect();
+        let rows = element.matrix.chunks_exact(motion.len());
+        for (&node, row) in element.nodes.iter().zip(rows) {
+            let mut force = [0.0; 3];
+            for (block, u) in row.iter().zip(&motion) {
+                for (i, k) in block.iter().enumerate() {
+                    force[i / 3] -= k * u[i % 3];
+                }
+            }
+            forces.push((node, force));
+        }
+    }
+    forces
 }
 
 fn foundation(body: &Body, spring: &Spring, facets: &[Vec<u32>]) -> Vec<SpringElement> {

@@ -10,7 +10,7 @@ use super::groups::{Outside, find_group};
 use super::material::material;
 use super::matrices::{GivenMatrices, Place, PlacedMatrices, place};
 use super::{
-    AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges,
+    AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges, Support,
 };
 use crate::model::{BodySpec, MaterialSpec, RotationSpec};
 use dovetail_mesh::element::sorted_facet;
@@ -50,6 +50,9 @@ pub(super) struct BodyBuilder {
     roles: Roles,
     /// Held axes (x, y, z) of each local node.
     held: Vec<[bool; 3]>,
+    supports: Vec<Support>,
+    /// Axes of each local node along which one of the supports holds it.
+    supported: Vec<[bool; 3]>,
     loads: Vec<AppliedLoad>,
     springs: Vec<Spring>,
     matrices: Unfinished,
@@ -109,6 +112,8 @@ impl BodyBuilder {
             local,
             roles,
             held,
+            supports: Vec::new(),
+            supported: vec![[false; 3]; nodes],
             loads: Vec::new(),
             springs: Vec::new(),
             matrices,
@@ -117,11 +122,13 @@ impl BodyBuilder {
     }
 
     /// Fixes a flank that rigid ground holds, and removes it from the flanks.
-    pub(super) fn hold_flank(&mut self, side: &ContactSide) {
-        for &node in side.nodes.iter().chain(side.tied.iter().map(|t| &t.0)) {
-            let node = self.local(node);
+    pub(super) fn hold_flank(&mut self, contact: &str, side: &ContactSide) {
+        let nodes = side.nodes.iter().chain(side.tied.iter().map(|t| &t.0));
+        let nodes: Vec<u32> = nodes.map(|&node| self.local(node)).collect();
+        for &node in &nodes {
             self.roles.fixed[node as usize] = true;
         }
+        self.support(contact, nodes, [true; 3]);
         let is_fixed = |node: u32| self.roles.fixed[node as usize];
         self.roles.contact.retain(|n| !is_fixed(*n));
         self.roles.tied.retain(|t| !is_fixed(t.0));
@@ -187,19 +194,71 @@ impl BodyBuilder {
     pub(super) fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
         let used_by = |key| format!("body `{}`, {key}", spec.name);
         for name in &spec.fixed {
-            for n in self.own_nodes(name, mesh, &used_by("fixed"))? {
+            let nodes = self.own_nodes(name, mesh, &used_by("fixed"))?;
+            for &n in &nodes {
                 self.roles.fixed[n as usize] = true;
             }
+            self.support(name, nodes, [true; 3]);
         }
         for (axis, groups) in spec.fixed_along.iter().enumerate() {
             let key = ["fixed_x", "fixed_y", "fixed_z"][axis];
             for name in groups {
-                for n in self.own_nodes(name, mesh, &used_by(key))? {
+                let nodes = self.own_nodes(name, mesh, &used_by(key))?;
+                for &n in &nodes {
                     self.held[n as usize][axis] = true;
                 }
+                self.support(name, nodes, [0, 1, 2].map(|k| k == axis));
             }
         }
         Ok(())
+    }
+
+    /// Adds nodes (local) that are held along some axes to the support of this name. Axes along
+    /// which another support holds them stay with that one.
+    fn support(&mut self, name: &str, nodes: Vec<u32>, along: [bool; 3]) {
+        let at = self.supports.iter().position(|known| known.name == name);
+        let at = at.unwrap_or_else(|| {
+            self.supports.push(Support {
+                name: name.to_owned(),
+                nodes: Vec::new(),
+            });
+            self.supports.len() - 1
+        });
+        for node in nodes {
+            let taken = &mut self.supported[node as usize];
+            let axes = [0, 1, 2].map(|k| along[k] && !taken[k]);
+            *taken = [0, 1, 2].map(|k| along[k] || taken[k]);
+            self.supports[at].nodes.push((node, axes));
+        }
+    }
+
+    /// Supports with each node once, without tied nodes and axes that have no row. Supports that
+    /// hold nothing then are left out.
+    fn finished_supports(&mut self, dofs: &DofMap) -> Vec<Support> {
+        let known = match &self.matrices {
+            Unfinished::Given(placed) => Some(placed.axes_with_rows(self.nodes.len())),
+            Unfinished::Elements(_) => None,
+        };
+        let mut supports = std::mem::take(&mut self.supports);
+        for support in &mut supports {
+            support.nodes.sort_by_key(|(node, _)| *node);
+            support.nodes.dedup_by(|again, first| {
+                let same = again.0 == first.0;
+                if same {
+                    first.1 = [0, 1, 2].map(|k| first.1[k] || again.1[k]);
+                }
+                same
+            });
+            support.nodes.retain_mut(|(node, axes)| {
+                let node = *node as usize;
+                if let Some(known) = &known {
+                    *axes = [0, 1, 2].map(|k| axes[k] && known[node][k]);
+                }
+                *axes != [false; 3] && !matches!(dofs.nodes[node], NodeMotion::Tied(_))
+            });
+        }
+        supports.retain(|support| !support.nodes.is_empty());
+        supports
     }
 
     /// Nodes of the body (local) in a group, at least one.
@@ -337,7 +396,7 @@ impl BodyBuilder {
     }
 
     pub(super) fn finish(
-        self,
+        mut self,
         spec: &BodySpec,
         rotation: Option<&RotationSpec>,
         mesh: &Mesh,
@@ -347,6 +406,7 @@ impl BodyBuilder {
             return Err(ModelError::NothingFree { body: self.name });
         }
         let held_dofs = self.held_dofs(&dofs);
+        let supports = self.finished_supports(&dofs);
         let mut facets = Connectivity::default();
         for (tag, nodes) in self.outside(mesh).facets {
             facets.push(tag, nodes.iter().map(|&n| self.local[n as usize]));
@@ -383,6 +443,7 @@ impl BodyBuilder {
             facets,
             mesh_nodes: self.nodes,
             held_dofs,
+            supports,
             loads: self.loads,
             springs: self.springs,
             dofs,

@@ -53,7 +53,7 @@ pub(super) fn joints(
         if is_bonded(&spec) {
             if spec.second.is_none() {
                 for side in &found.sides {
-                    bodies[side.body].hold_flank(side);
+                    bodies[side.body].hold_flank(&spec.name, side);
                 }
             } else {
                 joints

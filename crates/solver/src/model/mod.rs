@@ -144,6 +144,8 @@ pub struct Body {
     /// Free degrees of freedom that do not move, ascending, as on planes of symmetry. They keep
     /// their numbers and are uncoupled in the matrices.
     pub held_dofs: Vec<u32>,
+    /// Supports with the nodes that they hold. A node is held along an axis by one of them.
+    pub supports: Vec<Support>,
     /// Steady loads besides that of the rotation.
     pub loads: Vec<AppliedLoad>,
     /// Springs to ground, and the ends of springs to other groups of nodes.
@@ -201,9 +203,22 @@ impl Body {
     }
 }
 
+/// Group of nodes of a body that does not move, or not along some axes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Support {
+    /// Name of the group in the mesh, or of the contact where rigid ground holds a bonded flank.
+    pub name: String,
+    /// Nodes in the body's own numbering, ascending, and the axes along which this support holds
+    /// them. Tied nodes, which follow their corners, are left out, as are axes without a row in the
+    /// matrices of another program.
+    pub nodes: Vec<(u32, [bool; 3])>,
+}
+
 /// Spring, or the end of one, on the nodes of one body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spring {
+    /// Name in the description.
+    pub name: String,
     /// Total stiffness, N/m.
     pub stiffness_n_m: f64,
     /// Direction, of unit length; `None`: the same stiffness along all three axes.

@@ -102,6 +102,7 @@ pub(super) fn dashpots_of(
 
 fn with(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
     Spring {
+        name: spec.name.clone(),
         stiffness_n_m,
         direction: spec.direction,
         on,

@@ -11,6 +11,7 @@ pub mod fretting;
 pub mod modes;
 pub mod pairs;
 pub mod quantities;
+pub mod reactions;
 pub mod recovery;
 pub mod resultants;
 pub mod rigid_motion;

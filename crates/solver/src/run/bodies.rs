@@ -4,10 +4,10 @@ use std::cell::OnceCell;
 
 use faer::Mat;
 
-use super::kept::{Displacement, Key, ReductionModes};
+use super::kept::{Key, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
-use crate::fem::expand_to_nodes;
 use crate::fem::mass_properties::MassProperties;
+use crate::fem::{Prestressed, expand_to_nodes};
 use crate::model::{Model, NamedFiles};
 use crate::problem::Problem;
 use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
@@ -71,9 +71,8 @@ pub struct Bodies {
     pub modes: ReductionModes,
     pub(super) wanted: StuckModes,
     pub(super) structure: OnceCell<Structure>,
-    /// Displacement of the static state that the prestress comes from, where it was computed
-    /// repeatedly.
-    pub(super) displacement: Option<Displacement>,
+    /// Displacement of each body that its prestress comes from.
+    pub(super) prestressed: Prestressed,
     pub(super) recovery: OnceCell<Recovery>,
     pub(super) key: Option<Key>,
 }
@@ -97,28 +96,42 @@ impl Bodies {
         Some(on_nodes.collect())
     }
 
-    /// Fields of all nodes of each body in an orbit, m, 2H+1 each: mean, cosine 1, sine 1, ...
-    /// `None` without a recovery.
-    pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
+    /// Motion of the free degrees of freedom of each body in an orbit, m, n x (2H+1): mean, cosine 1,
+    /// sine 1, ... `None` without a recovery.
+    pub fn free_motion_m(&self, orbit: &Orbit) -> Option<Vec<Mat<f64>>> {
         let recovery = self.recovery()?;
         let blocks = blocks(orbit.harmonics);
         let columns = |v: &[f64]| {
             let v = Spectrum::new(v, orbit.harmonics);
             Mat::from_fn(v.signals(), blocks, |i, j| v.block(j)[i])
         };
-        let motion =
+        let mut motion =
             recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
         // The mean: the answer of the interior to the static load is not in the modes.
         let mean = Spectrum::new(&orbit.x, orbit.harmonics).mean();
         let mean = recovery.full_static(mean);
-        let bodies = self.model().bodies.iter().zip(motion.iter().zip(&mean));
-        let on_nodes = bodies.map(|(body, (motion, mean))| {
-            let harmonic = (1..blocks).map(|j| expand_to_nodes(&body.dofs, motion.col_as_slice(j)));
-            std::iter::once(expand_to_nodes(&body.dofs, mean))
-                .chain(harmonic)
-                .collect()
+        for (motion, mean) in motion.iter_mut().zip(&mean) {
+            motion.col_as_slice_mut(0).copy_from_slice(mean);
+        }
+        Some(motion)
+    }
+
+    /// Fields of all nodes of each body, m, 2H+1 each, of a motion of the free degrees of freedom
+    /// ([`Bodies::free_motion_m`]).
+    pub fn on_nodes_m(&self, motion: &[Mat<f64>]) -> Vec<Vec<NodalField>> {
+        let bodies = self.model().bodies.iter().zip(motion);
+        let on_nodes = bodies.map(|(body, motion)| {
+            let columns = 0..motion.ncols();
+            let field = |j| expand_to_nodes(&body.dofs, motion.col_as_slice(j));
+            columns.map(field).collect()
         });
-        Some(on_nodes.collect())
+        on_nodes.collect()
+    }
+
+    /// Fields of all nodes of each body in an orbit, m, 2H+1 each: mean, cosine 1, sine 1, ...
+    /// `None` without a recovery.
+    pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
+        Some(self.on_nodes_m(&self.free_motion_m(orbit)?))
     }
 
     /// Listed modes on the nodes: those of the stuck assembly, if there is a recovery, and those of

@@ -169,8 +169,8 @@ impl Spun {
             rotation: None,
             ..model.clone()
         };
-        let at_rest = assemble(&at_rest, session)?;
-        let fastest = assemble(model, session)?;
+        let (at_rest, _) = assemble(&at_rest, session)?;
+        let (fastest, _) = assemble(model, session)?;
         Ok(Self { at_rest, fastest })
     }
 

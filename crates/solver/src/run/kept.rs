@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
 use crate::dlft::static_state::LoadPath;
+use crate::fem::Prestressed;
 use crate::model::Model;
 use crate::reduction::{ReducedModel, StuckModes, Truncation};
 
@@ -19,9 +20,6 @@ pub struct StaticOptions {
     pub(super) tolerance: f64,
     pub(super) max_iterations: usize,
 }
-
-/// Static displacement of the nodes of each body that the prestress comes from, m.
-pub type Displacement = Vec<Vec<[f64; 3]>>;
 
 /// One pass of the prestress of the static state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,9 +58,8 @@ pub struct KeptReduction {
     pub reduced: ReducedModel,
     /// Estimates and frequencies of its modes.
     pub modes: ReductionModes,
-    /// Displacement of the static state that the prestress comes from; `None` where the finite
-    /// elements find the stress, or there is none.
-    pub displacement: Option<Displacement>,
+    /// Displacement of each body that its prestress comes from.
+    pub prestressed: Prestressed,
 }
 
 /// Inputs of a reduction: the model without what only the contact laws and the size of the

@@ -24,6 +24,7 @@ mod kept;
 mod outcome;
 mod peaks;
 mod prestress;
+mod reactions;
 mod reduced;
 mod reducing;
 mod response;
@@ -41,14 +42,13 @@ pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
-pub use kept::{
-    Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
-};
+pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
 pub use outcome::{
     Compared, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs,
     StaticResult, TractionPeak, TractionRange,
 };
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
+pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use reduced::{Observed, Reduced, stuck_modes};
 pub use response::{at_one_speed, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
@@ -169,6 +169,7 @@ fn along_frequency(
         response,
         compared,
         tractions,
+        damping,
         run_up: None,
     })
 }

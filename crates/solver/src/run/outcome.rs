@@ -79,6 +79,9 @@ pub struct ResponseResult {
     pub response: Response,
     /// Response with another number of harmonics, where the scene asks for one.
     pub compared: Option<Compared>,
+    /// Rayleigh damping; along an engine order, that at the speed of the peak of the first observed
+    /// displacement, where the bodies there are known.
+    pub damping: Rayleigh,
     /// Largest ratio of the slide of a pair to the shorter side of its flank.
     pub slide: f64,
     /// Observed displacement that is largest relative to the size of its body, where there are

@@ -5,13 +5,13 @@
 use nalgebra_sparse::CscMatrix;
 
 use super::error::Error;
-use super::kept::{Displacement, KeptReduction, PrestressPass, ReductionModes};
+use super::kept::{KeptReduction, PrestressPass, ReductionModes};
 use super::session::{Event, Session, Stage, StageGuard};
 use super::statics::static_state;
 use crate::description::Scene;
 use crate::dlft::StaticState;
 use crate::fem::statics::{prestressing, solve_by_cholesky};
-use crate::fem::{self, FemError, assemble_stressed, expand_to_nodes};
+use crate::fem::{self, FemError, OnNodes, Prestressed, assemble_stressed, expand_to_nodes};
 use crate::model::{BodyPrestress, Model};
 use crate::problem::Problem;
 use crate::reduction::{
@@ -49,7 +49,7 @@ pub(super) fn settle(
     scene: &Scene,
     session: &Session<'_>,
 ) -> Result<Settled, Error> {
-    let mut structure = assemble(model, session)?;
+    let (mut structure, mut prestressed) = assemble(model, session)?;
     let (reduction, held_flanks_error) = {
         let _stage = reduction_stage(model, session);
         let reduction = reduction::reduce(&structure, wanted)?;
@@ -57,7 +57,7 @@ pub(super) fn settle(
         (reduction, error)
     };
     let (mut pass, mut recovery) = Pass::of(reduction, model);
-    let (mut passes, mut displacement) = (Vec::new(), None);
+    let mut passes = Vec::new();
     if is_of_contact(model) {
         let mut state = static_state(scene, &pass.problem, session);
         pass.take_down(None, &mut passes, session)?;
@@ -73,9 +73,8 @@ pub(super) fn settle(
                 }
                 _ => {}
             }
-            let moved = on_nodes(model, &recovery.full_static(&state.x));
-            structure = stressed(model, &moved, session)?;
-            displacement = Some(moved);
+            prestressed = on_nodes(model, &recovery.full_static(&state.x));
+            structure = stressed(model, &prestressed, session)?;
             let before = (state, pass.first_omega2());
             (pass, recovery) = Pass::of(reduce(model, &structure, wanted, session)?, model);
             state = static_state(scene, &pass.problem, session);
@@ -97,7 +96,7 @@ pub(super) fn settle(
                 prestress_passes: passes,
                 held_flanks_error,
             },
-            displacement,
+            prestressed,
         },
         recovery,
     })
@@ -151,14 +150,14 @@ impl Pass {
     }
 }
 
-/// Matrices with the stress of a displacement.
+/// Matrices with the stress of these displacements.
 pub(super) fn stressed(
     model: &Model,
-    displacement: &[Vec<[f64; 3]>],
+    prestressed: &[Option<OnNodes>],
     session: &Session<'_>,
 ) -> Result<Structure, Error> {
     let _stage = session.stage(Stage::FiniteElements);
-    Ok(assemble_stressed(model, displacement)?)
+    Ok(assemble_stressed(model, prestressed)?)
 }
 
 /// Largest change of a normal force relative to the largest one.
@@ -181,25 +180,28 @@ fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
         .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
 }
 
-/// Matrices of the bodies. Where their prestress is that of the static state with contact, it is
-/// taken with all pairs stuck.
-pub(super) fn assemble(model: &Model, session: &Session<'_>) -> Result<Structure, Error> {
+/// Matrices of the bodies, and the displacements that their prestress comes from. Where it is that
+/// of the static state with contact, it is taken with all pairs stuck.
+pub(super) fn assemble(
+    model: &Model,
+    session: &Session<'_>,
+) -> Result<(Structure, Prestressed), Error> {
     let stage = session.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         stage.solves(k.ncols());
         solve_by_cholesky(k, f)
     };
-    let structure = fem::assemble_with(model, &solve)?;
+    let (structure, prestressed) = fem::assemble_with(model, &solve)?;
     if !is_of_contact(model) {
-        return Ok(structure);
+        return Ok((structure, prestressed));
     }
     stage.solves(unknowns(model));
     let free = stuck_displacement(&structure)?;
     let bodies = model.bodies.iter().zip(&free);
-    let displacement: Displacement = bodies
-        .map(|(body, free)| prestressing(body, free))
+    let prestressed: Prestressed = bodies
+        .map(|(body, free)| prestressing(body, free).map(Some))
         .collect::<Result<_, FemError>>()?;
-    Ok(assemble_stressed(model, &displacement)?)
+    Ok((assemble_stressed(model, &prestressed)?, prestressed))
 }
 
 /// Largest relative change of the first stuck frequencies where the prestress of the held flanks is
@@ -222,10 +224,10 @@ fn held_flanks_error(
 }
 
 /// Displacements of all nodes of each body, from those of its free degrees of freedom.
-fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Displacement {
+fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Prestressed {
     let bodies = model.bodies.iter().zip(free);
     bodies
-        .map(|(body, free)| expand_to_nodes(&body.dofs, free))
+        .map(|(body, free)| Some(expand_to_nodes(&body.dofs, free)))
         .collect()
 }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::bodies::{Bodies, Bound, Meshes};
 use super::error::Error;
 use super::kept::ReductionInputs;
-use super::prestress::{assemble, is_of_contact, reduce, settle, stressed};
+use super::prestress::{is_of_contact, reduce, settle, stressed};
 use super::reduced::{Reduced, stuck_modes};
 use super::session::{Event, Session, Stage};
 use super::statics::static_options;
@@ -146,7 +146,7 @@ impl Bodies {
         let problem = Problem::new(kept.reduced, model).with_modal_ratios(&scene.modal_ratios)?;
         let bodies = Self {
             modes: kept.modes,
-            displacement: kept.displacement,
+            prestressed: kept.prestressed,
             bound,
             wanted,
             structure,
@@ -189,10 +189,7 @@ impl Bodies {
         if let Some(structure) = self.structure.get() {
             return Ok(structure);
         }
-        let structure = match &self.displacement {
-            None => assemble(self.model(), session)?,
-            Some(displacement) => stressed(self.model(), displacement, session)?,
-        };
+        let structure = stressed(self.model(), &self.prestressed, session)?;
         Ok(self.structure.get_or_init(|| structure))
     }
 

@@ -18,9 +18,11 @@ use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{Last, solve_after};
 use crate::dlft::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, Told};
 use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::reduction::damping::Rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
 use crate::results::small::Sizes;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -44,6 +46,7 @@ pub(super) fn run_up(
         engine_order,
         run,
         session,
+        dampings: BTreeMap::new(),
         stages: Stages::default(),
     };
     let ends = [frequencies_hz.first(), frequencies_hz.last()];
@@ -67,14 +70,21 @@ pub(super) fn run_up(
         stage.took(begun.elapsed().saturating_sub(ascent.stages.took()));
         response
     };
-    let at_peak = match peak(&response, 0).filter(|_| fields) {
-        None => None,
+    let (at_peak, damping) = match peak(&response, 0).filter(|_| fields) {
+        None => (None, Rayleigh::NONE),
         Some(top) => {
-            let reduced = ascent.reduced(top.frequency_hz)?;
+            let (reduced, damping) = match ascent.dampings.get(&top.index).copied() {
+                Some(damping) => (ascent.reduced(top.frequency_hz)?, damping),
+                // A run before this one has solved the speed.
+                None => {
+                    let at = ascent.at(top.frequency_hz)?;
+                    (at.reduced, at.damping)
+                }
+            };
             if let Some(bodies) = &reduced.bodies {
                 ascent.silently(|session| bodies.recover(session))?;
             }
-            reduced.bodies
+            (reduced.bodies, damping)
         }
     };
     ascent.stages.tell(session);
@@ -88,6 +98,7 @@ pub(super) fn run_up(
         response,
         compared: None,
         tractions: None,
+        damping,
         run_up: Some(RunUp {
             engine_order,
             at_peak,
@@ -102,6 +113,8 @@ struct Ascent<'a, 'o> {
     /// Model and static state at the speed of the scene.
     run: &'a Run,
     session: &'a Session<'o>,
+    /// Rayleigh damping at each speed that was solved, by the number of its frequency.
+    dampings: BTreeMap<usize, Rayleigh>,
     /// Time of the stages of all speeds.
     stages: Stages,
 }
@@ -163,6 +176,7 @@ impl Ascent<'_, '_> {
             },
             at => at?,
         };
+        self.dampings.insert(point, at.damping);
         let problem = &at.reduced.problem;
         if problem.laws.is_empty() {
             let system = ContactSystem::new(problem, at.damping);

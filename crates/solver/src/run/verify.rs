@@ -214,6 +214,7 @@ fn orbits(
     let found = ResponseResult {
         response,
         compared: None,
+        damping,
         slide,
         farthest: None,
         retained: Vec::new(),

@@ -26,6 +26,7 @@ mod mortar;
 mod peaks;
 mod penalty_contact;
 mod preload;
+mod reactions;
 mod reduced_lattices;
 mod reduction;
 mod reference_dovetail72;

@@ -73,6 +73,7 @@ pub fn body_of(
         elements: mesh.elements.clone(),
         facets: Connectivity::default(),
         held_dofs: Vec::new(),
+        supports: Vec::new(),
         loads: Vec::new(),
         springs: Vec::new(),
         dofs: DofMap {

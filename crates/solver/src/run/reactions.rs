@@ -1,0 +1,77 @@
+//! Forces and moments by which contacts, supports and springs push the bodies, in the static state
+//! and at the peak of a response.
+
+use faer::Mat;
+
+use super::bodies::Bodies;
+use super::error::Error;
+use crate::dlft::{Orbit, StaticState};
+use crate::problem::Problem;
+use crate::reduction::damping::Rayleigh;
+use crate::results::reactions::{Moving, Supports};
+use crate::results::resultants::{Resultant, contact_resultants, static_contact_resultants};
+use dovetail_numerics::spectrum::blocks;
+
+/// Resultants in a static state that converged: of contacts and, with a recovery, of supports and
+/// springs to ground.
+///
+/// # Errors
+/// The errors of the finite elements at the supports.
+pub fn static_forces(bodies: &Bodies, state: &StaticState) -> Result<Vec<Resultant>, Error> {
+    let model = bodies.model();
+    let mut all = static_contact_resultants(model, state);
+    if let Some(recovery) = bodies.recovery() {
+        let supports = Supports::new(model, &bodies.prestressed)?;
+        all.extend(supports.at_rest(&recovery.full_static(&state.x)));
+    }
+    Ok(all)
+}
+
+/// Motion at the peak, with its damping.
+#[derive(Debug, Clone, Copy)]
+pub struct PeakMotion<'a> {
+    /// The motion.
+    pub orbit: &'a Orbit,
+    /// Its displacements, m ([`Bodies::free_motion_m`]); `None` without a recovery.
+    pub motion_m: Option<&'a [Mat<f64>]>,
+    /// Problem, of which the number of stuck modes with a damping ratio of their own counts.
+    pub problem: &'a Problem,
+    /// Rayleigh damping of the bodies.
+    pub damping: Rayleigh,
+}
+
+/// Resultants over a period: of contacts and, with displacements, of supports and springs to ground.
+/// The force of the damping of stuck modes with a ratio of their own, which belongs to no element,
+/// is not in them.
+///
+/// # Errors
+/// The errors of the finite elements at the supports.
+pub fn peak_forces(bodies: &Bodies, peak: PeakMotion<'_>) -> Result<Vec<Resultant>, Error> {
+    let (model, orbit) = (bodies.model(), peak.orbit);
+    let mut all = contact_resultants(model, orbit);
+    if let Some(motion_m) = peak.motion_m {
+        let supports = Supports::new(model, &bodies.prestressed)?;
+        let with_own_ratio = peak.problem.modal_ratios.len();
+        let without = match with_own_ratio > 0 && peak.damping != Rayleigh::NONE {
+            true => bodies.free_motion_m(&without_lowest_modes(orbit, with_own_ratio)),
+            false => None,
+        };
+        all.extend(supports.in_motion(&Moving {
+            omega_rad_s: std::f64::consts::TAU * orbit.frequency_hz,
+            motion_m,
+            damped_m: without.as_deref().unwrap_or(motion_m),
+            damping: peak.damping,
+        }));
+    }
+    Ok(all)
+}
+
+/// Orbit whose lowest stuck modes do not vibrate.
+fn without_lowest_modes(orbit: &Orbit, count: usize) -> Orbit {
+    let mut without = orbit.clone();
+    let all = orbit.modal.len() / blocks(orbit.harmonics);
+    for modal in without.modal.chunks_mut(all.max(1)) {
+        modal[..count.min(all)].fill(0.0);
+    }
+    without
+}
