@@ -224,6 +224,9 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         run::Error::NoSuchMode { .. } => {
             "give --mode one of them, or keep more response.stuck_modes; `dovetail static` lists the linear modes in modes.csv"
         }
+        run::Error::NoModeInRange { .. } => {
+            "widen response.frequency_hz or response.times_first_linear_mode, or give --mode a number"
+        }
         run::Error::NotInMode { .. } => {
             "give another mode (--mode), or another displacement (--observe NAME, of an [[observe]])"
         }
@@ -334,6 +337,7 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::NoObservation { .. }
         | Error::AlongEngineOrder { .. }
         | Error::NoSuchMode { .. }
+        | Error::NoModeInRange { .. }
         | Error::NotInMode { .. }
         | Error::NoWear
         | Error::NoAreas

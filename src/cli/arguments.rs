@@ -18,7 +18,7 @@ use crate::files::FurtherPlot;
 use crate::study::{Action, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
-use dovetail_solver::run::Verification;
+use dovetail_solver::run::{ModeChoice, Verification};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -415,9 +415,11 @@ pub(super) struct BackboneArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
 
-    /// Number of the linear mode, 1 the lowest (modes.csv of `dovetail static` lists them)
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least_1)]
-    mode: usize,
+    /// Number of the linear mode, 1 the lowest (modes.csv of `dovetail static` lists them), or
+    /// `shape`: of those in the range of frequencies of the scene, the one that moves the observed
+    /// displacement most
+    #[arg(long, value_name = "N|shape", default_value = "1", value_parser = mode_choice)]
+    mode: ModeChoice,
 
     /// Range of the amplitude of the observed displacement, m
     #[arg(long, value_name = "FROM:TO", required = true)]
@@ -533,6 +535,15 @@ fn at_least_1(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(v) if v >= 1 => Ok(v),
         _ => Err("a whole number of at least 1 is expected".to_owned()),
+    }
+}
+
+fn mode_choice(text: &str) -> Result<ModeChoice, String> {
+    match text {
+        "shape" => Ok(ModeChoice::LargestShape),
+        number => at_least_1(number)
+            .map(ModeChoice::Number)
+            .map_err(|expected| format!("{expected}, or `shape`")),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::warning::Weight;
 use crate::words::{figure, percent, quantity, rounded, short};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::backbone::{BackboneEnd, BackbonePoint};
-use dovetail_solver::run::{self, BackboneQuestion, Error, ModeBackbone};
+use dovetail_solver::run::{self, BackboneQuestion, Error, ModeBackbone, ModeChoice};
 
 /// Number of amplitudes where none is given.
 pub const AMPLITUDES: usize = 20;
@@ -64,8 +64,8 @@ impl AmplitudeRange {
 /// Backbone that is asked for.
 #[derive(Debug, Clone)]
 pub struct AskedBackbone {
-    /// Number of the linear mode, counted from 1.
-    pub mode: usize,
+    /// Linear mode.
+    pub mode: ModeChoice,
     /// Amplitudes of the observed displacement, m, ascending.
     pub amplitudes_m: Vec<f64>,
     /// Name of the observed displacement; `None`: the first one.
@@ -93,7 +93,7 @@ impl Work<'_> {
         if found.backbone.points.is_empty() {
             return Err(Error::NoBackbone.into());
         }
-        self.warn_of_backbone(asked, &found);
+        self.warn_of_backbone(&found);
         let rows: Vec<BackboneRow<'_>> = (found.backbone.points.iter())
             .map(|point| BackboneRow {
                 observation: found.observation,
@@ -104,7 +104,7 @@ impl Work<'_> {
         if let Some(files) = &self.files {
             let written = BackboneFiles {
                 observation: &found.reduced.observations()[found.observation].name,
-                mode: asked.mode,
+                mode: found.mode,
                 rows: &rows,
             };
             files.locked().backbone(&written)?;
@@ -117,11 +117,11 @@ impl Work<'_> {
                 amplitudes: asked.amplitudes_m.len(),
             }),
         };
-        Ok((table(asked, &found, &rows), verdict))
+        Ok((table(&found, &rows), verdict))
     }
 
     /// Warns of what the backbone does not show.
-    fn warn_of_backbone(&self, asked: &AskedBackbone, found: &ModeBackbone) {
+    fn warn_of_backbone(&self, found: &ModeBackbone) {
         let points = &found.backbone.points;
         let from_m = points.last().map_or(0.0, |point| {
             point.orbit.observed_amplitude[found.observation]
@@ -148,7 +148,7 @@ impl Work<'_> {
             let text = format!(
                 "the backbone of linear mode {} comes within 3 % of the frequency of mode {}: the \
                  motions of both may mix, and a force then excites both",
-                asked.mode,
+                found.mode,
                 others.join(", ")
             );
             self.reporter.warning(Weight::Doubt, text);
@@ -189,12 +189,12 @@ fn force_n(scene: &Scene) -> Option<f64> {
 }
 
 /// Table of a backbone.
-fn table(asked: &AskedBackbone, found: &ModeBackbone, rows: &[BackboneRow<'_>]) -> String {
+fn table(found: &ModeBackbone, rows: &[BackboneRow<'_>]) -> String {
     let backbone = &found.backbone;
     let mut text = format!(
         "backbone of linear mode {} ({} Hz, damping ratio {}), amplitude of {}\n\
          {:>14}{:>15}{:>15}{:>13}{:>12}{:>9}{:>9}{:>9}\n",
-        asked.mode,
+        found.mode,
         figure(backbone.linear_hz, 6),
         short(rounded(backbone.linear_ratio, 4)),
         found.reduced.observations()[found.observation].name,

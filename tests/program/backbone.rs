@@ -52,6 +52,35 @@ fn the_force_of_an_amplitude_is_that_whose_curve_has_its_peak_there() {
     }
 }
 
+/// Of the modes in the range the one with the largest shape takes the least modal amplitude for the
+/// same displacement.
+#[test]
+fn a_mode_is_chosen_by_its_shape_in_the_range_of_frequencies() {
+    let out = Folder::new("backbone_shape");
+    let run = |mode: &str, range: &str| {
+        let asked = ["--mode", mode, "--amplitude", "1e-7:2e-7", "--points", "2"];
+        let wide = format!("response.times_first_linear_mode={range}");
+        let mut command = dovetail("backbone", &out, &asked);
+        command.args(["--set", &wide]).arg("--force");
+        let printed = printed(&ended(command, 0));
+        let number = printed.split("linear mode ").nth(1).unwrap();
+        let number: usize = number.split(' ').next().unwrap().parse().unwrap();
+        let modal = numbers(&out.join("backbone.csv"), "modal_amplitude_m_sqrt_kg");
+        (number, modal[0])
+    };
+    // Modes 2 to 5 of this model lie from 3.7 to 10.9 times the first, mode 6 at 12.6.
+    let range = "[1.5, 12]";
+    let all: Vec<(usize, f64)> = (2..=5).map(|mode| run(&mode.to_string(), range)).collect();
+    let least = all.iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    assert_eq!(run("shape", range), *least, "{all:?}");
+    let asked = ["--mode", "shape", "--amplitude", "1e-7:2e-7"];
+    let mut nowhere = dovetail("backbone", &out, &asked);
+    nowhere.args(["--set", "response.times_first_linear_mode=[0.2, 0.3]"]);
+    let said = told(nowhere, 2);
+    has(&said, "no linear mode lies from");
+    has(&said, "--mode a number");
+}
+
 #[test]
 fn an_amplitude_that_the_mode_does_not_reach_is_told_with_the_last_one_that_it_does() {
     let out = Folder::new("backbone_ends");

@@ -4,26 +4,37 @@
 use super::bodies::Meshes;
 use super::error::Error;
 use super::reduced::Reduced;
-use super::response::settings;
+use super::response::{frequencies_hz, settings};
 use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::dlft::backbone::{Backbone, BackboneRange, backbone as follow};
-use crate::dlft::demand;
+use crate::dlft::{StaticState, demand};
 use crate::reduction::damping::rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::hertz;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
+use dovetail_numerics::vector::dot;
 
 /// The frequency of another linear mode is close to a backbone within this fraction: the motions of
 /// both may mix.
 const CLOSE: f64 = 0.03;
 
+/// Linear mode that a backbone begins at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModeChoice {
+    /// Number of the mode, counted from 1.
+    Number(usize),
+    /// Of the modes in the range of frequencies of the scene, the one that moves the observed
+    /// displacement most for its modal mass.
+    LargestShape,
+}
+
 /// Backbone that is asked for.
 #[derive(Debug, Clone, Copy)]
 pub struct BackboneQuestion<'a> {
-    /// Number of the linear mode, counted from 1.
-    pub mode: usize,
+    /// Linear mode.
+    pub mode: ModeChoice,
     /// Name of the observed displacement; `None`: the first one.
     pub observation: Option<&'a str>,
     /// Amplitudes of the observed displacement, m, ascending.
@@ -36,6 +47,8 @@ pub struct BackboneQuestion<'a> {
 pub struct ModeBackbone {
     /// Reduced model.
     pub reduced: Reduced,
+    /// Number of the linear mode, counted from 1.
+    pub mode: usize,
     /// Number of the observed displacement whose amplitudes were asked for.
     pub observation: usize,
     /// Frequency and damping over the amplitude.
@@ -70,9 +83,15 @@ pub fn backbone(
     let state = found.state;
     let omega2 = reduced.linear_omega2(&state);
     let linear_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
-    let mode = question.mode.wrapping_sub(1);
+    let mode = match question.mode {
+        ModeChoice::Number(number) => number.wrapping_sub(1),
+        ModeChoice::LargestShape => {
+            let range_hz = frequencies_hz(&scene.response, omega2)?;
+            largest_shape(&reduced, &state, &linear_hz, &range_hz, observation)?
+        }
+    };
     let own_hz = *linear_hz.get(mode).ok_or(Error::NoSuchMode {
-        asked: question.mode,
+        asked: mode.wrapping_add(1),
         available: linear_hz.len(),
     })?;
     let damping = rayleigh(&scene.damping, omega2)?;
@@ -104,7 +123,7 @@ pub fn backbone(
     drop(stage);
     session.goes_on()?;
     let mut backbone = followed.ok_or_else(|| Error::NotInMode {
-        mode: question.mode,
+        mode: mode + 1,
         name: reduced.observations()[observation].name.clone(),
     })?;
     let sides = ShorterSides::of(&reduced.pairs);
@@ -117,10 +136,38 @@ pub fn backbone(
     Ok(ModeBackbone {
         close_modes: close_modes(&linear_hz, mode, &passed_hz),
         reduced,
+        mode: mode + 1,
         observation,
         backbone,
         linear_hz,
     })
+}
+
+/// Number from 0 of the linear mode in a range of frequencies that moves an observed displacement
+/// most.
+fn largest_shape(
+    reduced: &Reduced,
+    state: &StaticState,
+    linear_hz: &[f64],
+    range_hz: &[f64],
+    observation: usize,
+) -> Result<usize, Error> {
+    let ends = range_hz.iter();
+    let [from_hz, to_hz] = ends.fold([f64::INFINITY, 0.0], |[from, to], hz| {
+        [hz.min(from), hz.max(to)]
+    });
+    let problem = &reduced.problem;
+    let point = &problem.reduced.observations[observation];
+    let moved = |mode: usize| {
+        let (x, q) = state.linear.motion(problem, mode);
+        (dot(&point.on_x, &x) + dot(&point.on_modes, &q)).abs()
+    };
+    let inside = (0..linear_hz.len()).filter(|m| (from_hz..=to_hz).contains(&linear_hz[*m]));
+    let moved = inside.map(|mode| (mode, moved(mode)));
+    let largest = moved.max_by(|(_, a), (_, b)| a.total_cmp(b));
+    largest
+        .map(|(mode, _)| mode)
+        .ok_or(Error::NoModeInRange { from_hz, to_hz })
 }
 
 /// Numbers of the linear modes but `own`, from 0, of which some of the frequencies `passed_hz` comes

@@ -125,6 +125,14 @@ pub enum Error {
         /// Number of modes.
         available: usize,
     },
+    /// No linear mode lies in the range of frequencies.
+    #[error("no linear mode lies from {from_hz} Hz to {to_hz} Hz")]
+    NoModeInRange {
+        /// First frequency of the range, Hz.
+        from_hz: f64,
+        /// Last frequency of the range, Hz.
+        to_hz: f64,
+    },
     /// An observed displacement does not move in a mode, so that no amplitude of it is reached.
     #[error("`{name}` does not move in linear mode {mode}")]
     NotInMode {

@@ -37,7 +37,7 @@ mod verify;
 mod wear;
 mod worn;
 
-pub use backbone::{BackboneQuestion, ModeBackbone, backbone};
+pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
