@@ -1,4 +1,4 @@
-//! A CSV file of points with complex pressures or forces.
+//! A CSV file of points with complex pressures or forces, or coefficients of friction.
 
 #![no_main]
 
@@ -11,6 +11,10 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         Ok(field) => {
             let count = field.points_m.len();
             let values = match &field.values {
+                FieldValues::Friction(coefficients) => {
+                    assert!(coefficients.iter().all(|c| c.is_finite() && *c >= 0.0));
+                    coefficients.len()
+                }
                 FieldValues::Forces(forces) => forces.len(),
                 FieldValues::Pressures {
                     pressures_pa,

@@ -56,18 +56,27 @@ impl StaticResult {
     /// # Errors
     /// [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
     pub fn usable(&self) -> Result<(), Error> {
-        match self.state.outcome {
-            Outcome::NothingHolds => Err(Error::NothingHolds {
-                motions: self.free.clone(),
-            }),
-            Outcome::SlidesTooFar => Err(Error::SlidesTooFar),
-            outcome if outcome.is_converged() => Ok(()),
-            outcome => Err(Error::StaticState {
-                outcome,
-                iterations: self.state.newton_iterations,
-                residual: self.state.residual,
-            }),
-        }
+        usable(&self.state, &self.free)
+    }
+}
+
+/// Checks that a static state is one to vibrate about. `free` are the motions that nothing holds, as
+/// far as they are known.
+///
+/// # Errors
+/// Those of [`StaticResult::usable`].
+pub(super) fn usable(state: &StaticState, free: &[BodyMotion]) -> Result<(), Error> {
+    match state.outcome {
+        Outcome::NothingHolds => Err(Error::NothingHolds {
+            motions: free.to_vec(),
+        }),
+        Outcome::SlidesTooFar => Err(Error::SlidesTooFar),
+        outcome if outcome.is_converged() => Ok(()),
+        outcome => Err(Error::StaticState {
+            outcome,
+            iterations: state.newton_iterations,
+            residual: state.residual,
+        }),
     }
 }
 

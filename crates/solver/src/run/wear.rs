@@ -13,6 +13,7 @@
 use super::at::At;
 use super::bodies::Meshes;
 use super::error::Error;
+use super::outcome::usable;
 use super::peaks::counting;
 use super::reduced::Reduced;
 use super::response::at_one_speed;
@@ -23,7 +24,7 @@ use crate::description::{MissionPart, Scene};
 use crate::dlft::branch::Guess;
 use crate::dlft::static_state::static_state_after;
 use crate::dlft::wear::{WearRate, at_rest_after, largest, left_of_errors, wear_block};
-use crate::dlft::{CycleStatus, Orbit, Outcome, StaticState};
+use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::HarmonicLoad;
 use crate::reduction::Load;
 use crate::results::far_slip::ShorterSides;
@@ -331,7 +332,7 @@ impl Wearing<'_, '_> {
                 let problem = &self.at.reduced.problem;
                 let mut state = static_state_after(problem, (x, lambda), newton);
                 self.sides.judge_static(&mut state);
-                found(&state)?;
+                usable(&state, &[])?;
                 self.at.rest_in(state)?;
             }
             let near = after.map(|(.., motions)| &motions[number]);
@@ -359,7 +360,7 @@ impl Wearing<'_, '_> {
         let slides: Vec<bool> = (0..self.area_m2.len()).map(slides).collect();
         let problem = &mut self.at.reduced.problem;
         let rest = at_rest_after(problem, (&x, &lambda), &slides, newton);
-        found(&rest)?;
+        usable(&rest, &[])?;
         Ok(Vibration {
             rates: self.rates(&motions, &rest, &slides),
             motions,
@@ -468,19 +469,6 @@ impl Wearing<'_, '_> {
             area_m2: &self.area_m2,
             blocks,
         }))
-    }
-}
-
-/// Checks that a static state was found.
-fn found(state: &StaticState) -> Result<(), Error> {
-    match state.outcome {
-        Outcome::SlidesTooFar => Err(Error::SlidesTooFar),
-        outcome if outcome.is_converged() => Ok(()),
-        outcome => Err(Error::StaticState {
-            outcome,
-            iterations: state.newton_iterations,
-            residual: state.residual,
-        }),
     }
 }
 
