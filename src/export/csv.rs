@@ -1,6 +1,6 @@
-//! Writes the tables: response.csv, static.csv, static_forces.csv, static_observed.csv, contact.csv,
-//! forces.csv, stress.csv, modes.csv, peaks.csv, backbone.csv, wear.csv, wear_pairs.csv, verify.csv. Each table
-//! is one list of columns ([`super::table`]).
+//! Writes the tables: response.csv, tractions.csv, static.csv, static_forces.csv,
+//! static_observed.csv, contact.csv, forces.csv, stress.csv, modes.csv, peaks.csv, backbone.csv,
+//! wear.csv, wear_pairs.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::path::Path;
 
@@ -11,7 +11,6 @@ use super::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::stable;
-use dovetail_solver::dlft::starting_traction::StartingTraction;
 use dovetail_solver::dlft::{
     CycleCounts, CycleStatus, Orbit, Outcome, PairStatus, Response, StaticState,
 };
@@ -36,14 +35,15 @@ use dovetail_solver::structure::Quantity;
 pub const ASSEMBLY: &str = "assembly";
 
 /// Writes response.csv: one row per point, in the order in which each branch runs. `branch` counts
-/// from 1. `stable` is empty on a grid. `point` is the number of the point, which is also in the name of its file of the flanks.
+/// from 1. `stable` is empty on a grid. `point` is the number of the point, which is also in the
+/// name of its file of the flanks.
 /// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
-/// reference. Of a strain, `_strain` stands in place of `_m`. A point that did not converge keeps its outcome, iterations, residual and linear
-/// amplitude; its other cells are empty.
+/// reference. Of a strain, `_strain` stands in place of `_m`. A point that did not converge keeps its
+/// outcome, iterations, residual and linear amplitude; its other cells are empty.
 ///
-/// `observed` are the observations. `along` is the engine order of a run-up, whose rows
-/// have a speed, `speed_rpm`.
+/// `observed` are the observations. `along` is the engine order of a run-up, whose rows have a
+/// speed, `speed_rpm`.
 pub fn write_response(
     path: &Path,
     observed: &[Observed],
@@ -319,15 +319,20 @@ pub fn write_forces(
         of: &'a Resultant,
         component: String,
         coefficients: Vec<f64>,
+        ends: [f64; 2],
     }
     let rows = resultants.iter().flat_map(|of| {
         let kinds = [("force", "n", &of.force_n), ("moment", "nm", &of.moment_nm)];
         kinds.into_iter().flat_map(move |(kind, unit, values)| {
             let axes = ["x", "y", "z"].into_iter().enumerate();
-            axes.map(move |(k, axis)| Row {
-                of,
-                component: format!("{kind}_{axis}_{unit}"),
-                coefficients: values.iter().map(|v| v[k]).collect(),
+            axes.map(move |(k, axis)| {
+                let coefficients: Vec<f64> = values.iter().map(|v| v[k]).collect();
+                Row {
+                    of,
+                    component: format!("{kind}_{axis}_{unit}"),
+                    ends: ends_of(&coefficients),
+                    coefficients,
+                }
             })
         })
     });
@@ -353,8 +358,8 @@ pub fn write_forces(
         table.add(format!("h{k}_cos"), move |row| row.coefficients[cosine(k)]);
         table.add(format!("h{k}_sin"), move |row| row.coefficients[sine(k)]);
     }
-    table.add("least", |row| ends_of(&row.coefficients)[0]);
-    table.add("largest", |row| ends_of(&row.coefficients)[1]);
+    table.add("least", |row| row.ends[0]);
+    table.add("largest", |row| row.ends[1]);
     table.write(path, &rows)
 }
 
@@ -460,17 +465,16 @@ pub fn write_tractions(path: &Path, range: &TractionRange) -> Result<(), ExportE
         None,
     );
     let others = range.others.iter().map(|other| {
-        let start = match other.start {
-            StartingTraction::NormalFirst => "normal_first".to_owned(),
-            StartingTraction::Overload(overload) => format!("overload_{overload}"),
-            StartingTraction::Scattered(number) => format!("scattered_{number}"),
-            _ => String::new(),
-        };
         let points = other.response.as_ref().map(|response| {
             let converged = response.orbits.iter().filter(|o| o.outcome.is_converged());
             [response.orbits.len(), converged.count()]
         });
-        (start, other.outcome, other.peak.as_ref(), points)
+        (
+            other.start.to_string(),
+            other.outcome,
+            other.peak.as_ref(),
+            points,
+        )
     });
     let rows: Vec<Row<'_>> = std::iter::once(own).chain(others).collect();
     table.write(path, &rows)

@@ -250,8 +250,7 @@ impl Sweep<'_> {
         let mut all_hz: Vec<f64> = drawn.iter().flatten().map(|p| p.frequency_hz).collect();
         all_hz.sort_by(f64::total_cmp);
         all_hz.dedup();
-        let ends: Vec<Option<[f64; 2]>> =
-            all_hz.iter().map(|hz| amplitudes_at(&drawn, *hz)).collect();
+        let ends = ends_of_all(&drawn, &all_hz);
         let curve = |(word, end): (&str, usize)| {
             let points = all_hz.iter().zip(&ends);
             let points = points.map(|(hz, ends)| Point::exact(*hz, ends.map(|ends| ends[end])));
@@ -431,28 +430,25 @@ fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Poi
     points
 }
 
-/// Least and largest value of curves at a frequency, on lines between their points; `None` where no
-/// curve has this frequency.
-fn amplitudes_at(curves: &[Vec<Point>], frequency_hz: f64) -> Option<[f64; 2]> {
-    let between = |two: &[Point]| {
+/// Least and largest value of curves at frequencies, which ascend, on lines between their points;
+/// `None` where no curve has the frequency.
+fn ends_of_all(curves: &[Vec<Point>], all_hz: &[f64]) -> Vec<Option<[f64; 2]>> {
+    let mut all: Vec<Option<[f64; 2]>> = vec![None; all_hz.len()];
+    for two in curves.iter().flat_map(|points| points.windows(2)) {
         let [a, b] = [two[0].frequency_hz, two[1].frequency_hz];
-        if !(a.min(b)..=a.max(b)).contains(&frequency_hz) {
-            return None;
-        }
-        let (of_a, of_b) = (two[0].value?, two[1].value?);
-        let share = if a == b {
-            0.0
-        } else {
-            (frequency_hz - a) / (b - a)
+        let (Some(of_a), Some(of_b)) = (two[0].value, two[1].value) else {
+            continue;
         };
-        Some(of_a + share * (of_b - of_a))
-    };
-    let found = curves
-        .iter()
-        .flat_map(|points| points.windows(2).filter_map(between));
-    found.fold(None, |ends: Option<[f64; 2]>, v| {
-        Some(ends.map_or([v; 2], |[least, most]| [least.min(v), most.max(v)]))
-    })
+        let from = all_hz.partition_point(|hz| *hz < a.min(b));
+        let to = all_hz.partition_point(|hz| *hz <= a.max(b));
+        for (hz, ends) in all_hz[from..to].iter().zip(&mut all[from..to]) {
+            let share = if a == b { 0.0 } else { (hz - a) / (b - a) };
+            let value = of_a + share * (of_b - of_a);
+            let [least, most] = ends.unwrap_or([value; 2]);
+            *ends = Some([least.min(value), most.max(value)]);
+        }
+    }
+    all
 }
 
 /// Parts of an interval between two points of a branch that are drawn.

@@ -52,8 +52,8 @@ fn the_force_of_an_amplitude_is_that_whose_curve_has_its_peak_there() {
     }
 }
 
-/// Of the modes in the range the one with the largest shape takes the least modal amplitude for the
-/// same displacement.
+/// The mode with the largest shape in the range takes the least modal amplitude of all for the same
+/// displacement.
 #[test]
 fn a_mode_is_chosen_by_its_shape_in_the_range_of_frequencies() {
     let out = Folder::new("backbone_shape");

@@ -58,10 +58,10 @@ function curveChart(place, chosen, peak_hz, state = null) {
     // The scale shows what is seen of the lines that are scaling, from zero on.
     const line = (label, { x, y }, style, isScaling = true) =>
       ({ x, y: scaled(y), isScaling, series: { label, value, points: { show: false }, ...style } });
-    const drawnLine = ({ label, kind, dashed, points }) => passes(points).map((pass) => line(label, pass, {
+    const drawnLine = ({ label, kind, dashed, points }) => passes(points).map((pass) => ({ kind, ...line(label, pass, {
       stroke: colourOf(`--${kind}`), width: { tractions: 1, linear: 1.5 }[kind] ?? 2, ...(dashed && { dash: [6, 4] }),
       ...(points === own.points && error && { value: withError(pass) }),
-    }, scaling !== "friction" || kind !== "linear"));
+    }, scaling !== "friction" || kind !== "linear") }));
     const bound = ({ x, y, error }, sign) => line("", {
       x, y: y.map((v, i) => (v == null || error[i] == null ? v : v * Math.max(1e-3, 1 + sign * error[i]))),
     }, { stroke: "transparent", width: 0 });
@@ -70,7 +70,7 @@ function curveChart(place, chosen, peak_hz, state = null) {
       line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }, scaling === "all"));
     const lines = [...bounds, ...curves.flatMap(drawnLine), ...measured], data = joined(lines);
     // The ends of the range over starting tractions, the upper one second.
-    const ofRange = lines.flatMap(({ series }, i) => (series.stroke === colourOf("--tractions") ? [i + 1] : []));
+    const ofRange = lines.flatMap(({ kind }, i) => (kind === "tractions" ? [i + 1] : []));
     const columns = data.slice(1).filter((_, i) => lines[i].isScaling);
     const range = (plot) => {
       const [from, to] = plot.series[0].idxs ?? [0, data[0].length - 1];

@@ -41,6 +41,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use crate::problem::LinearReference;
+use dovetail_numerics::spectrum::blocks;
 
 /// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -201,6 +202,17 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// The same motion, but for stuck modes in this range, which do not vibrate.
+    pub fn without_modes(&self, left_out: Range<usize>) -> Self {
+        let mut without = self.clone();
+        let all = self.modal.len() / blocks(self.harmonics);
+        let left_out = left_out.start.min(all)..left_out.end.min(all);
+        for modal in without.modal.chunks_mut(all.max(1)).skip(1) {
+            modal[left_out.clone()].fill(0.0);
+        }
+        without
+    }
+
     /// Orbit of one harmonic without pairs, where every other figure is zero and every list empty.
     pub fn without_motion(frequency_hz: f64, outcome: Outcome) -> Self {
         Self {

@@ -4,6 +4,7 @@
 //! does not say which. Every traction below the limit of friction whose forces balance is possible.
 
 use std::f64::consts::TAU;
+use std::fmt;
 
 use super::StaticState;
 use super::static_state::{LoadPath, static_state, static_state_after};
@@ -23,6 +24,17 @@ pub enum StartingTraction {
     /// All pairs that touch bore a traction of the size of their limit of friction, each in a direction
     /// of its own, and settled from there. Directions of another number are others.
     Scattered(usize),
+}
+
+/// Word for it in tables.
+impl fmt::Display for StartingTraction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NormalFirst => write!(f, "normal_first"),
+            Self::Overload(overload) => write!(f, "overload_{overload}"),
+            Self::Scattered(number) => write!(f, "scattered_{number}"),
+        }
+    }
 }
 
 /// Multiple of the load of [`StartingTraction::Overload`].

@@ -10,8 +10,9 @@
 //!
 //! `elasticity.rs` has the integrands and their sources, `element.rs` the integrals over one
 //! element, `assembly.rs` adds them up, `spin.rs` adds what rotation changes, `released.rs` has the
-//! equations of what supports hold. A new type of element is a line in `elements.rs`. The order in which the assembly adds elements decides the last bits
-//! of all matrices and does not depend on the number of threads: it stays as it is.
+//! equations of what supports hold. A new type of element is a line in `elements.rs`. The order in
+//! which the assembly adds elements decides the last bits of all matrices and does not depend on the
+//! number of threads: it stays as it is.
 
 pub mod assembly;
 pub mod elasticity;

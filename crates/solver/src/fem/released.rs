@@ -2,8 +2,9 @@
 //!
 //! The equations of a body stand on its free degrees of freedom: what a support holds has no row, or
 //! an uncoupled one. Here the nodes in question are free nodes of a part of the body, the elements
-//! that touch them. The part is a body like any other. Its matrices and loads are assembled like those of the whole body, with the
-//! same prestress and spin softening, and the rows of the nodes in question are complete.
+//! that touch them. The part is a body like any other. Its matrices and loads are assembled like
+//! those of the whole body, with the same prestress and spin softening, and the rows of the nodes in
+//! question are complete.
 
 use std::collections::BTreeSet;
 

@@ -9,7 +9,7 @@ use dovetail_numerics::spectrum::{Spectrum, blocks};
 /// Instants of a period at which the ends of a signal are taken.
 const INSTANTS: usize = 256;
 
-/// What pushes a body.
+/// Kind of the thing that pushes a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pusher {
     /// The second flank of a contact, which pushes the first.
@@ -35,7 +35,7 @@ impl Pusher {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Resultant {
-    /// What pushes it.
+    /// Kind of the thing that pushes it.
     pub pusher: Pusher,
     /// Name of the contact, of the group of held nodes, or of the spring.
     pub name: String,

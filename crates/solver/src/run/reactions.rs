@@ -10,7 +10,6 @@ use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
 use crate::results::reactions::{Moving, Supports};
 use crate::results::resultants::{Resultant, contact_resultants, static_contact_resultants};
-use dovetail_numerics::spectrum::blocks;
 
 /// Resultants in a static state that converged: of contacts and, with a recovery, of supports and
 /// springs to ground.
@@ -53,7 +52,7 @@ pub fn peak_forces(bodies: &Bodies, peak: PeakMotion<'_>) -> Result<Vec<Resultan
         let supports = Supports::new(model, &bodies.prestressed)?;
         let with_own_ratio = peak.problem.modal_ratios.len();
         let without = match with_own_ratio > 0 && peak.damping != Rayleigh::NONE {
-            true => bodies.free_motion_m(&without_lowest_modes(orbit, with_own_ratio)),
+            true => bodies.free_motion_m(&orbit.without_modes(0..with_own_ratio)),
             false => None,
         };
         all.extend(supports.in_motion(&Moving {
@@ -64,14 +63,4 @@ pub fn peak_forces(bodies: &Bodies, peak: PeakMotion<'_>) -> Result<Vec<Resultan
         }));
     }
     Ok(all)
-}
-
-/// Orbit whose lowest stuck modes do not vibrate.
-fn without_lowest_modes(orbit: &Orbit, count: usize) -> Orbit {
-    let mut without = orbit.clone();
-    let all = orbit.modal.len() / blocks(orbit.harmonics);
-    for modal in without.modal.chunks_mut(all.max(1)) {
-        modal[..count.min(all)].fill(0.0);
-    }
-    without
 }

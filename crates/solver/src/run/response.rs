@@ -58,6 +58,12 @@ pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<
         .collect())
 }
 
+/// Returns `true` if the curve of a response is followed, `false` if it is the answer at these
+/// frequencies.
+pub(super) fn follows(response: &ResponseSpec, frequencies_hz: &[f64]) -> bool {
+    response.points.is_none() && frequencies_hz.len() > 1
+}
+
 /// Relative distance to an undamped mode within which a harmonic of the response lies on it.
 const ON_A_MODE: f64 = 1e-9;
 
@@ -194,7 +200,7 @@ impl Responses<'_, '_> {
             points: spec.points,
         });
         let earlier = unless_ended(solved)?;
-        let follows = spec.points.is_none() && self.frequencies_hz.len() > 1;
+        let follows = follows(spec, self.frequencies_hz);
         let steps = if follows {
             session.steps(100, "% of the range")
         } else {

@@ -49,7 +49,9 @@ pub fn peak_stress(
     let amplitudes = highest.places.iter().map(|place| place.cycle.amplitude_pa);
     let largest = amplitudes.reduce(f64::max).filter(|largest| *largest > 0.0);
     let modes_share = largest.and_then(|largest| {
-        let lower = bodies.motion_m(&without_upper_modes(orbit, stuck_modes))?;
+        // Residual vectors stay.
+        let upper = stuck_modes.div_ceil(2)..stuck_modes;
+        let lower = bodies.motion_m(&orbit.without_modes(upper))?;
         let lower = harmonic_stress(model, &lower);
         let changes = highest.places.iter().map(|place| {
             let other = of_node(&lower[place.at.body], place.at.node as usize);
@@ -66,16 +68,4 @@ pub fn peak_stress(
         highest,
         modes_share,
     })
-}
-
-/// Orbit whose upper half of the stuck modes does not vibrate; residual vectors stay.
-fn without_upper_modes(orbit: &Orbit, stuck_modes: usize) -> Orbit {
-    let mut lower = orbit.clone();
-    let blocks = 2 * orbit.harmonics + 1;
-    let all = orbit.modal.len() / blocks;
-    let left_out = stuck_modes.min(all).div_ceil(2)..stuck_modes.min(all);
-    for block in 1..blocks {
-        lower.modal[all * block..][left_out.clone()].fill(0.0);
-    }
-    lower
 }

@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::outcome::{OfTraction, TractionPeak, TractionRange};
 use super::reduced::Reduced;
-use super::response::settings;
+use super::response::{follows, settings};
 use super::session::{Session, Stage};
 use super::statics::{load_path, newton};
 use crate::description::Scene;
@@ -38,8 +38,8 @@ pub(super) fn over_tractions(
     let sides = ShorterSides::of(&reduced.pairs);
     let spec = &scene.response;
     let settings = settings(spec, frequencies_hz.to_vec(), spec.resolution);
-    let follows = spec.points.is_none() && frequencies_hz.len() > 1;
-    let solve = if follows { follow } else { sweep };
+    let is_followed = follows(spec, frequencies_hz);
+    let solve = if is_followed { follow } else { sweep };
     let tell = |told: Told<'_>| {
         if let Told::Next(stop) = told {
             session.stops(stop);
