@@ -66,6 +66,7 @@ calculix: setup
 	@tools/setup.sh calculix
 	$(PYTHON) benches/calculix/compare_blade_modes.py
 	$(PYTHON) benches/calculix/campbell.py
+	$(PYTHON) benches/calculix/nodal_diameters.py
 	$(PYTHON) benches/calculix/matrices.py meshes/dovetail.msh
 	$(PYTHON) benches/calculix/initial_displacement.py meshes/dovetail.msh
 	$(PYTHON) benches/calculix/quadrature.py meshes/dovetail.msh

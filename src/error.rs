@@ -275,6 +275,10 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
              eps_scale = 1 may help"
         }
         run::Error::Fem(FemError::LooselyHeld { .. })
+        | run::Error::NodalDiameter {
+            source: ReductionError::NotHeld { .. },
+            ..
+        }
         | run::Error::Reduction(
             ReductionError::InteriorNotHeld { .. } | ReductionError::NotHeld { .. },
         ) => {

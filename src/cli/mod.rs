@@ -27,7 +27,7 @@ pub use self::error::Error;
 
 use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
 use crate::cache::Cache;
-use crate::commands::{self, Work};
+use crate::commands::{self, Work, table_of_nodal_diameters};
 use crate::console::Console;
 use crate::error::RunError;
 use crate::exhaustion;
@@ -290,9 +290,14 @@ fn with_files(
             finish(&Ok(()))
         }
         Command::Modes(Modes { rpm: None, .. }) => {
-            let modes = work.modes()?;
+            let (modes, nodal_diameters) = work.modes()?;
             let listed = modes.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
+            print(
+                &nodal_diameters
+                    .as_ref()
+                    .map_or_else(String::new, table_of_nodal_diameters),
+            )?;
             finish(&Ok(()))
         }
         Command::Modes(Modes {

@@ -6,7 +6,9 @@ use crate::export::csv::ASSEMBLY;
 use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
 use crate::words::{figure, quantity, supported_digits};
 use dovetail_solver::results::modes::ModeKind;
-use dovetail_solver::run::{Campbell, Crossing, CrossingPeak, Family, PeakAt};
+use dovetail_solver::run::{
+    Campbell, Crossing, CrossingPeak, Family, NodalDiameters, PeakAt, Wave,
+};
 
 /// Highest engine order whose crossings are listed if no engine orders are requested.
 const MOST_ENGINE_ORDER: usize = 36;
@@ -169,14 +171,16 @@ impl<'a> Diagram<'a> {
         }
         let line = |c: Crossing| {
             format!(
-                "{:>10.1}{:>12.4}  EO {:<3}{:+8.1} %  {}, {}, mode {}\n",
+                "{:>10.1}{:>12.4}  EO {:<3}{:+8.1} %  {}, {}, mode {}{}\n",
                 c.speed_rpm,
                 c.frequency_hz,
                 c.engine_order,
                 100.0 * c.margin(operating_rpm),
                 c.body.as_deref().unwrap_or(ASSEMBLY),
                 c.kind.id().replace('_', " "),
-                c.mode
+                c.mode,
+                c.wave
+                    .map_or_else(String::new, |wave| format!(", {}", wave_words(wave)))
             )
         };
         let lines: String = self.nearest().into_iter().map(line).collect();
@@ -234,7 +238,31 @@ pub fn table_of_peaks(observation: &str, peaks: &[CrossingPeak]) -> String {
     )
 }
 
+/// Table of the frequencies of a disc for the reader, one line per nodal diameter.
+pub fn table_of_nodal_diameters(found: &NodalDiameters) -> String {
+    let modes = found.frequencies_hz.iter().map(Vec::len).max().unwrap_or(0);
+    let heads: String = (1..=modes).map(|mode| format!("{mode:>12}")).collect();
+    let line = |(diameter, frequencies): (usize, &Vec<f64>)| {
+        let cells = frequencies.iter().map(|hz| format!("{hz:>12.4}"));
+        format!("{diameter:>10}{}\n", cells.collect::<String>())
+    };
+    let lines = found.frequencies_hz.iter().enumerate().map(line);
+    format!(
+        "disc of {} sectors, all pairs stuck: frequencies in Hz\n{:>10}{heads}\n{}",
+        found.sectors,
+        "diameters",
+        lines.collect::<String>()
+    )
+}
+
+fn wave_words(wave: Wave) -> String {
+    format!("nodal diameter {}", wave.nodal_diameter)
+}
+
 fn title(family: &Family) -> String {
+    if let Some(wave) = family.wave {
+        return wave_words(wave);
+    }
     let body = family.body.as_deref().unwrap_or(ASSEMBLY);
     format!("{body}, {}", family.kind.id().replace('_', " "))
 }
@@ -247,7 +275,7 @@ fn curves(family: &Family) -> CampbellFamily {
     CampbellFamily {
         label: title(family),
         modes: (0..family.modes()).map(mode).collect(),
-        dashed: family.kind == ModeKind::Stuck,
+        dashed: family.kind == ModeKind::Stuck && family.wave.is_none(),
     }
 }
 

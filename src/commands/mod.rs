@@ -25,7 +25,7 @@ pub use self::backbone::{
     AMPLITUDES, AmplitudeRange, AmplitudeRangeError, AskedBackbone, MOST_AMPLITUDES,
 };
 use self::campbell::Diagram;
-pub use self::campbell::{SpeedRange, SpeedRangeError};
+pub use self::campbell::{SpeedRange, SpeedRangeError, table_of_nodal_diameters};
 use self::meshing::MadeIn;
 pub use self::peaks::{KeyRange, KeyRangeError, PeakQuestion};
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
@@ -40,8 +40,8 @@ use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
-    self, Bodies, Condensed, Error, Meshes, Options, Reduced, Run, Session, Stage, Verification,
-    Verified,
+    self, Bodies, Condensed, Error, Meshes, NodalDiameters, Options, Reduced, Run, Session, Stage,
+    Verification, Verified,
 };
 
 /// Scene with the means of the commands about it.
@@ -132,18 +132,19 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Modes of each body with its flanks held, fixed-interface modes, and modes of the stuck
-    /// assembly.
+    /// Modes of each body with its flanks held, fixed-interface modes, modes of the stuck assembly,
+    /// and those of a disc over its nodal diameters.
     ///
     /// # Errors
     /// Errors of [`Work::solve`].
-    pub fn modes(&self) -> Result<Vec<NaturalFrequency>, RunError> {
+    pub fn modes(&self) -> Result<(Vec<NaturalFrequency>, Option<NodalDiameters>), RunError> {
         let meshes = self.meshes()?;
         let found = self.computes(|session| run::modes(self.scene, meshes, session))?;
-        match &self.files {
-            Some(files) => files.locked().modal_analysis(&found),
-            None => Ok(found.reduced.natural_frequencies(None, &found.held_omega2)),
-        }
+        let rows = match &self.files {
+            Some(files) => files.locked().modal_analysis(&found)?,
+            None => found.reduced.natural_frequencies(None, &found.held_omega2),
+        };
+        Ok((rows, found.nodal_diameters))
     }
 
     /// Computes the modes over the speed and returns a table for the reader. `engine_orders` are

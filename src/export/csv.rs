@@ -25,8 +25,8 @@ use dovetail_solver::results::quantities::{
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{
-    Crossing, CrossingPeak, Family, Observed, PeakAt, Peaks, TractionPeak, TractionRange,
-    WearBlock, WearCourse,
+    Crossing, CrossingPeak, Family, NodalDiameters, Observed, PeakAt, Peaks, TractionPeak,
+    TractionRange, WearBlock, WearCourse,
 };
 use dovetail_solver::spectrum::{cosine, sine};
 use dovetail_solver::structure::Quantity;
@@ -420,7 +420,26 @@ pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportErro
     add_mode(&mut table, |row| {
         (row.family.kind, row.family.body.as_deref(), row.mode)
     });
+    if families.iter().any(|family| family.wave.is_some()) {
+        let diameter = |row: &Row<'_>| row.family.wave.map(|wave| wave.nodal_diameter);
+        table.add("nodal_diameter", diameter);
+    }
     table.add("frequency_hz", |row| row.frequency_hz);
+    table.write(path, &rows.collect::<Vec<_>>())
+}
+
+/// Writes modes_nodal_diameters.csv: nodal_diameter, mode, frequency_hz.
+pub fn write_nodal_diameters(path: &Path, found: &NodalDiameters) -> Result<(), ExportError> {
+    type Row = (usize, usize, f64);
+    let diameters = found.frequencies_hz.iter().enumerate();
+    let rows = diameters.flat_map(|(diameter, frequencies)| {
+        let modes = frequencies.iter().enumerate();
+        modes.map(move |(i, hz)| (diameter, i + 1, *hz))
+    });
+    let mut table: Columns<'_, Row> = Columns::default();
+    table.add("nodal_diameter", |row| row.0);
+    table.add("mode", |row| row.1);
+    table.add("frequency_hz", |row| row.2);
     table.write(path, &rows.collect::<Vec<_>>())
 }
 
@@ -491,6 +510,9 @@ pub fn write_crossings(
     let mut table: Columns<'_, Crossing> = Columns::default();
     table.add("speed_rpm", |c| c.speed_rpm);
     add_mode(&mut table, |c| (c.kind, c.body.as_deref(), c.mode));
+    if rows.iter().any(|crossing| crossing.wave.is_some()) {
+        table.add("nodal_diameter", |c| c.wave.map(|wave| wave.nodal_diameter));
+    }
     table.add("engine_order", |c| c.engine_order);
     table.add("frequency_hz", |c| c.frequency_hz);
     table.add("margin", move |c| {

@@ -40,7 +40,9 @@ pub use crate::export::folder::Beginning;
 use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
 use crate::export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
-use crate::export::plots::{CampbellFamily, EngineOrders, Heading, Operation, write_campbell};
+use crate::export::plots::{
+    CampbellFamily, EngineOrders, Heading, Operation, write_campbell, write_nodal_diameters,
+};
 use crate::export::{ExportError, create_folder, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
@@ -53,8 +55,8 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, PeakStress, Reduced,
-    ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
+    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakStress,
+    Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -217,6 +219,9 @@ impl Files {
         if let Some(bodies) = &modes.reduced.bodies {
             vtu::write_modes(&self.out.file("modes.vtu")?, bodies.model(), &modes.shapes)?;
         }
+        if let Some(found) = &modes.nodal_diameters {
+            self.nodal_diameters(found)?;
+        }
         let own = modes.reduced.natural_frequencies(None, &modes.held_omega2);
         let mut rows = own.clone();
         if self.out.is_beside_run() {
@@ -230,6 +235,22 @@ impl Files {
         self.summary.blade_frequency_hz = summary::first_hz(&modes.held_omega2);
         self.modes(rows)?;
         Ok(own)
+    }
+
+    /// Writes modes_nodal_diameters.csv and plots/nodal_diameters.svg.
+    fn nodal_diameters(&mut self, found: &NodalDiameters) -> Result<(), RunError> {
+        csv::write_nodal_diameters(&self.out.file("modes_nodal_diameters.csv")?, found)?;
+        let speed = if found.speed_rpm > 0.0 {
+            format!("{:.0} rpm", found.speed_rpm)
+        } else {
+            "at rest".to_owned()
+        };
+        let heading = Heading {
+            title: &format!("{}: modes of the disc", self.summary.scene.name),
+            conditions: &format!("{} sectors, all pairs stuck, {speed}", found.sectors),
+        };
+        let path = self.out.file("plots/nodal_diameters.svg")?;
+        Ok(write_nodal_diameters(&path, heading, found)?)
     }
 
     /// Writes modes.csv again, with the modes of the bodies with held flanks.

@@ -12,8 +12,8 @@ use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
-    Assembly, Body, ContactSpec, DashpotSpec, FrictionMap, Matrices, Model, PlacedMatrices, Side,
-    SpringSpec,
+    Assembly, Body, ContactSpec, Cyclic, DashpotSpec, FrictionMap, Matrices, Model, PlacedMatrices,
+    Side, SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
@@ -29,6 +29,7 @@ pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line
     let friction = model.friction_maps.iter().map(friction_note);
     lines.extend(friction.map(Line::Note));
     lines.push(Line::Note(counts_note(model)));
+    lines.extend(model.cyclic.iter().map(|c| Line::Note(sector_note(c))));
     maps::tell(model, &mut lines);
     for (body, properties) in model.bodies.iter().zip(&bound.properties) {
         tell_of_mass(body, properties, &mut lines);
@@ -68,6 +69,14 @@ fn counts_note(model: &Model) -> String {
             .sum::<usize>(),
         model.pairs.len(),
         model.largest_mismatch_m()
+    )
+}
+
+fn sector_note(cyclic: &Cyclic) -> String {
+    format!(
+        "one of {} sectors, joined to the next by {} nodes; static state and response are those of all sectors in phase",
+        cyclic.sectors,
+        cyclic.ties.len()
     )
 }
 

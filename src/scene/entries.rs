@@ -44,12 +44,13 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 16] = [
+const SECTIONS: [Section; 17] = [
     TOP,
     REDUCED_MODEL,
     MESH,
     BODY,
     ROTATION,
+    CYCLIC,
     CONTACT,
     SPRING,
     DASHPOT,
@@ -74,6 +75,7 @@ section! {
         #[serde(default)]
         pub body: Vec<Spanned<RawBody>>,
         pub rotation: Located<RawRotation>,
+        pub cyclic: Located<RawCyclic>,
         #[serde(default)]
         pub contact: Vec<Spanned<RawContact>>,
         #[serde(default)]
@@ -283,6 +285,29 @@ section! {
              `\"held_flanks\"`: that of each body with its contact nodes held, which lacks the \
              stress that a contact hands on; `\"none\"`: the load only",
             "\"contact\"";
+    }
+}
+
+section! {
+    CYCLIC: RawCyclic, "cyclic", Table, "optional",
+        "the disc of which the bodies are one of several equal sectors",
+        "[cyclic]\nsectors = 36\nlow = [\"sector_low\"]\nhigh = [\"sector_high\"]" {
+        sectors: Whole(Some(2), Some(10_000)), "-",
+            "number of sectors of the whole disc",
+            "36";
+        low: Texts("list of surface groups"), "-",
+            "faces at which the sector before ends",
+            "[\"sector_low\"]";
+        high: Texts("list of surface groups"), "-",
+            "faces at which the next sector begins: those of `low` come here when they are turned by \
+             one pitch about the axis, by the right hand. The meshes of the two match",
+            "[\"sector_high\"]";
+        axis: Numbers(3, ""), "that of `[rotation]`",
+            "axis of the disc, of any length",
+            "[1, 0, 0]";
+        point_m: Numbers(3, "m"), "that of `[rotation]`, or `[0, 0, 0]`",
+            "a point of the axis",
+            "[0, 0, 0]";
     }
 }
 

@@ -36,6 +36,7 @@ mod memory;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;
+mod nodal_diameters;
 mod only_what_is_asked;
 mod open_at_rest;
 mod output_folder;

@@ -549,6 +549,7 @@ fn structure_of(
             slave,
             masters: master.map(|master| (master, 1.0)).into_iter().collect(),
             turned: Some(turned),
+            across: None,
         });
     }
     for (at, is_held) in is_held.iter().enumerate() {

@@ -228,7 +228,24 @@ impl PyScene {
         let (modes, _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
             work.modes()
         })?;
-        Ok(modes.iter().map(run::mode).collect())
+        Ok(modes.0.iter().map(run::mode).collect())
+    }
+
+    /// Frequencies of a disc over its nodal diameters, with all pairs stuck, Hz: a list for each
+    /// nodal diameter from 0 to half the number of sectors. `None` for a scene without `[cyclic]`.
+    #[pyo3(signature = (*, progress=None, cache=None))]
+    fn nodal_diameters(
+        slf: &Bound<'_, Self>,
+        progress: Option<Bound<'_, PyAny>>,
+        cache: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Option<Vec<Vec<f64>>>> {
+        let scene = slf.borrow().scene.clone();
+        let kept = run::cache_of(cache.as_ref())?;
+        let progress = or_bar(slf.py(), progress);
+        let ((_, found), _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
+            work.modes()
+        })?;
+        Ok(found.map(|found| found.frequencies_hz))
     }
 
     /// Peaks of an observed amplitude over the values of a key, such as `contact.*.friction` or

@@ -130,6 +130,19 @@ def test_a_mesh_gives_fields_on_its_nodes(meshed):
     assert kinds == {"stuck", "linear"}
 
 
+def test_a_disc_has_frequencies_at_each_nodal_diameter(root):
+    disc = dovetail.Scene(root / "scenes/verification/disc_sector.toml")
+    del disc["mesh.geometry"]
+    del disc["mesh.parameters"]
+    disc["mesh.file"] = str(root / "meshes/verification/disc_sector.msh")
+    found = disc.nodal_diameters(progress=False, cache=False)
+    assert [len(frequencies) for frequencies in found] == [6, 6, 6, 6]
+    in_phase = [f for kind, _, _, f in disc.modes(progress=False, cache=False) if kind == "stuck"]
+    assert found[0] == pytest.approx(in_phase[:6], rel=1e-9)
+    assert joint().nodal_diameters(progress=False, cache=False) is None
+
+
+
 def test_natural_frequencies_of_a_scene():
     modes = joint().modes(progress=False, cache=False)
     held = [hz for kind, body, _, hz in modes if (kind, body) == ("flanks_held", "blade")]

@@ -67,6 +67,7 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
             // Rigid ground.
             masters: Vec::new(),
             turned: Some([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            across: None,
         }],
         excitations: vec![vec![along_the_mass.clone()]],
         observations: vec![ObservedWork {

@@ -135,4 +135,25 @@ pub struct Joint {
     /// Matrix that turns the relative displacement of a contact pair (normal, first and second
     /// tangent) to that of the slave relative to its masters; `None` where the two are bonded.
     pub turned: Option<[[f64; 3]; 3]>,
+    /// Sector of the masters where it is another one than that of the slave; `None` where they
+    /// belong to the same one, or nothing repeats.
+    pub across: Option<OtherSector>,
+}
+
+/// Sector of a disc of equal sectors, seen from another one. Each sector has axes of its own, which
+/// are those of the sector before turned by one pitch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OtherSector {
+    /// Number of sectors by which it lies ahead, in the direction in which they are counted.
+    pub ahead: i32,
+    /// Matrix that turns displacements in its axes to the axes of the sector that it is seen from.
+    pub turn: [[f64; 3]; 3],
+}
+
+impl OtherSector {
+    /// The same sector with displacements times a factor.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        let turn = self.turn.map(|row| row.map(|v| factor * v));
+        Self { turn, ..self }
+    }
 }

@@ -76,7 +76,7 @@ fn draw(
     operation: &Operation,
 ) -> Drawn {
     let stroke = |i: usize| Stroke {
-        colour: rgb(of_series(i % 6, 6)),
+        colour: rgb(of_series(i, families.len())),
         width: 3,
         dashed: families[i].dashed,
     };

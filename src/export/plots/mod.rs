@@ -16,6 +16,7 @@ mod haigh;
 mod heat_map;
 mod legend;
 mod names;
+mod nodal_diameters;
 mod series;
 
 pub use axis::{Axis, Scale, ends};
@@ -24,6 +25,7 @@ pub use curves::write_curves;
 pub use flanks::{write_field_map, write_no_field, write_separation_map};
 pub use haigh::{Haigh, haigh_svg, write_haigh};
 pub use heat_map::{HeatMap, write_heat_map};
+pub use nodal_diameters::write_nodal_diameters;
 pub use series::{Series, write_series};
 
 use std::path::Path;

@@ -536,7 +536,7 @@ pub fn is_name(word: &str) -> bool {
 
 /// Unit vector along `v`; `None` if `v` is zero. It is scaled first: squares of very large or very
 /// small components would leave the range of f64.
-fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
+pub fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let largest = v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if largest == 0.0 {
         return None;

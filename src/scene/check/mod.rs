@@ -10,6 +10,7 @@
 
 mod bodies;
 mod contacts;
+mod cyclic;
 mod excitations;
 pub(crate) mod fields;
 mod loads;
@@ -104,6 +105,8 @@ fn assembly(
     let names: Vec<String> = names.map(|n| n.get_ref().clone()).collect();
     let rotation = raw.rotation.as_ref();
     let rotation = rotation.map(|r| bodies::rotation(checker, &names, r));
+    let symmetry = raw.cyclic.as_ref();
+    let symmetry = symmetry.map(|c| cyclic::cyclic(checker, c, raw.rotation.as_ref()));
     let contacts = contacts::contacts(checker, base_dir, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);
     let dashpots = springs::dashpots(checker, &raw.dashpot);
@@ -117,6 +120,10 @@ fn assembly(
         rotation: match rotation {
             None => None,
             Some(rotation) => Some(rotation?),
+        },
+        cyclic: match symmetry {
+            None => None,
+            Some(symmetry) => Some(symmetry?),
         },
         contacts: contacts?,
         springs: springs?,

@@ -44,13 +44,16 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
         ("observe", first(&raw.observe)),
         ("engine_order", first(&raw.engine_order)),
     ];
-    for (section, span) in places!(raw; mesh, rotation).into_iter().chain(lists) {
+    for (section, span) in places!(raw; mesh, rotation, cyclic)
+        .into_iter()
+        .chain(lists)
+    {
         let Some(span) = span else { continue };
         let fault = Fault::Exclusive {
             first: "reduced_model".to_owned(),
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
-                     holds the loads, the dashpots and the observed points, or the sections [mesh], [[body]], [rotation], \
+                     holds the loads, the dashpots and the observed points, or the sections [mesh], [[body]], [rotation], [cyclic], \
                      [[contact]], [[spring]], [[dashpot]], [[load]], [[excitation]], [[observe]] and [[engine_order]] without it",
         };
         let problem = checker

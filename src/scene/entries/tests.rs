@@ -62,6 +62,7 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              [[body]]\nname = \"a\"\n{own}volume = \"a\"\n{body}\n\
              [[body]]\nname = \"b\"\nvolume = \"b\"\n{body}\nfixed = [\"base\"]\n\
              [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
+             [cyclic]\nsectors = 36\nlow = [\"a5\"]\nhigh = [\"a6\"]\n\
              [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\n{friction}\n\
              crown_radius_m = 1.0\n\
              [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\

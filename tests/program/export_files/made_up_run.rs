@@ -217,6 +217,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
     Model {
         bodies: vec![blade, jaw],
         rotation: None,
+        cyclic: None,
         pairs,
         bonded: Vec::new(),
         flank_facets: triangles,

@@ -54,6 +54,9 @@ class Scene:
         self, *, progress: Progress = None, fields: bool = False, cache: Cache = None
     ) -> Run: ...
     def modes(self, *, progress: Progress = None, cache: Cache = None) -> list[Mode]: ...
+    def nodal_diameters(
+        self, *, progress: Progress = None, cache: Cache = None
+    ) -> list[list[float]] | None: ...
     def peaks(
         self,
         key: str,

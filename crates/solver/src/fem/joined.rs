@@ -6,7 +6,9 @@ use crate::model::{
     AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Model, NodeMotion, Observation, Side,
     Slave,
 };
-use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
+use crate::structure::{
+    BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, OtherSector, Structure,
+};
 
 /// Bodies with the joints, the excitations and the observed points of the model that their matrices
 /// belong to.
@@ -15,10 +17,14 @@ use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, Observed
 /// [`FemError::ContactNodeNotFree`].
 pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
     let pairs = model.pairs.iter();
-    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
-    let bonded = model.bonded.iter().map(|slave| (slave, None));
-    let joints = pairs.chain(bonded);
-    let joints = joints.map(|(slave, turned)| joint(model, slave, turned));
+    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair)), None));
+    let bonded = model.bonded.iter().map(|slave| (slave, None, None));
+    let tied = model.cyclic.iter().flat_map(|cyclic| {
+        let ties = cyclic.ties.iter();
+        ties.map(|slave| (slave, None, Some(cyclic.next)))
+    });
+    let joints = pairs.chain(bonded).chain(tied);
+    let joints = joints.map(|(slave, turned, across)| joint(model, slave, turned, across));
     let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
     let excitation = |excitation: &Excitation| {
         let mut load = nothing();
@@ -65,7 +71,12 @@ fn hold(model: &Model, load: &mut BodyVectors) {
 }
 
 /// Joint of a slave. Masters on a support are left out, because a slave does not move with them.
-fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<Joint, FemError> {
+fn joint(
+    model: &Model,
+    slave: &Slave,
+    turned: Option<[[f64; 3]; 3]>,
+    across: Option<OtherSector>,
+) -> Result<Joint, FemError> {
     let at = |BodyNode { body, node }: BodyNode| {
         let of = &model.bodies[body];
         let free = of
@@ -86,6 +97,7 @@ fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<
         slave: at(slave.node)?,
         masters: masters.collect::<Result<_, FemError>>()?,
         turned,
+        across,
     })
 }
 

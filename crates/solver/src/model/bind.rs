@@ -2,6 +2,7 @@
 //! observed points to nodes.
 
 use super::builder::{BodyBuilder, Source};
+use super::cyclic::cyclic;
 use super::excitations::excitations;
 use super::groups::first_tags;
 use super::joints::joints;
@@ -51,6 +52,9 @@ pub fn bind(
     }
     let fields = files.map(|f| &f.fields);
     let mut joints = joints(assembly, mesh, &mut bodies, fields)?;
+    let symmetry = assembly.cyclic.as_ref();
+    let symmetry = symmetry.map(|spec| cyclic(spec, mesh, &mut bodies));
+    let symmetry = symmetry.transpose()?;
     let mut straightened = Vec::new();
     for body in &mut bodies {
         straightened.extend(body.straighten_flanks(mesh)?);
@@ -89,6 +93,7 @@ pub fn bind(
             },
             prestress_of_contact: r.prestress == Prestress::Contact,
         }),
+        cyclic: symmetry,
         pairs: joints.pairs,
         bonded: joints.bonded,
         flank_facets: joints.facets,

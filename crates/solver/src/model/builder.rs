@@ -177,6 +177,11 @@ impl BodyBuilder {
         self.local[mesh_node as usize] != NONE
     }
 
+    /// Returns `true` if a node of the mesh belongs to a contact.
+    pub(super) fn is_in_contact(&self, mesh_node: u32) -> bool {
+        self.in_contact[self.local(mesh_node) as usize]
+    }
+
     pub(super) fn is_fixed(&self, mesh_node: u32) -> bool {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }

@@ -23,6 +23,8 @@ pub struct Assembly {
     pub bodies: Vec<BodySpec>,
     /// Rotation; `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
+    /// Cyclic symmetry, of which the bodies are one sector; `None`: the bodies are all there is.
+    pub cyclic: Option<CyclicSpec>,
     /// Contacts between bodies, or with the ground.
     pub contacts: Vec<ContactSpec>,
     /// Linear springs to ground and between groups of nodes.
@@ -185,6 +187,23 @@ pub struct Material {
     pub poisson: f64,
     /// Density, kg/m3.
     pub density_kg_m3: f64,
+}
+
+/// Disc of equal sectors, of which the bodies are one. Sectors are counted by the right hand about
+/// the axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CyclicSpec {
+    /// Number of sectors, 2 or more.
+    pub sectors: usize,
+    /// Names of the surface groups at which the sector before begins.
+    pub low: Vec<String>,
+    /// Names of the surface groups at which the next sector begins: where the low faces come to when
+    /// they are turned by one pitch.
+    pub high: Vec<String>,
+    /// Point of the axis, m.
+    pub point_m: [f64; 3],
+    /// Direction of the axis, unit length.
+    pub axis: [f64; 3],
 }
 
 /// Rotation at constant speed.

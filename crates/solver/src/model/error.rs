@@ -341,6 +341,51 @@ pub enum ModelError {
         tags: Vec<u64>,
         largest_m: f64,
     },
+    #[error(
+        "{used_by}: {count} nodes of `{group}` belong to no body (first tags {}): name a surface of the bodies",
+        list(tags)
+    )]
+    NoBodyAtFace {
+        used_by: String,
+        group: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "[cyclic]: turned by one of {sectors} pitches about the axis, {count} nodes of `low` (first tags {}) meet no node of `high`: the nearest one is {distance_m:.3e} m away{}",
+        list(tags),
+        if *other_way {
+            "; turned the other way round all of them do: exchange `low` and `high`"
+        } else {
+            ". Check `sectors`, the axis and metres_per_unit, and mesh one face as the copy of the other (Periodic Surface in a Gmsh script)"
+        }
+    )]
+    FacesApart {
+        sectors: usize,
+        count: usize,
+        tags: Vec<u64>,
+        distance_m: f64,
+        other_way: bool,
+    },
+    #[error(
+        "[cyclic]: `low` has {low} nodes and `high` has {high}: mesh one face as the copy of the other (Periodic Surface in a Gmsh script)"
+    )]
+    FacesDiffer { low: usize, high: usize },
+    #[error(
+        "[cyclic]: {count} nodes (first tags {}) are on the axis, or on both faces: leave a hole around the axis",
+        list(tags)
+    )]
+    FaceOnAxis { count: usize, tags: Vec<u64> },
+    #[error(
+        "[cyclic]: {count} nodes of the faces (first tags {}) belong to a contact, too: end the contact before the faces of the sector, or put these elsewhere",
+        list(tags)
+    )]
+    FaceInContact { count: usize, tags: Vec<u64> },
+    #[error(
+        "[cyclic]: {count} nodes (first tags {}) are held otherwise than the nodes of the other face that they meet, or along an axis that a pitch turns elsewhere: support both faces alike, along the axis of the disc or along all axes",
+        list(tags)
+    )]
+    FaceHeld { count: usize, tags: Vec<u64> },
     #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
     NothingFree { body: String },
 }

@@ -16,13 +16,14 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
-use crate::structure::Quantity;
+use crate::structure::{OtherSector, Quantity};
 use dovetail_mesh::{Connectivity, ElementType};
 
 mod bind;
 mod builder;
 mod contacts;
 mod crown;
+mod cyclic;
 mod description;
 mod dofs;
 mod error;
@@ -45,10 +46,10 @@ mod springs;
 
 pub use bind::bind;
 pub use description::{
-    Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, DashpotSpec,
-    ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec,
-    MatrixFile, MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress, RotationSpec,
-    Side, SpringSpec, Strength, SurfaceFields,
+    Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, CyclicSpec,
+    DashpotSpec, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material,
+    MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress,
+    RotationSpec, Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
 pub use error::ModelError;
@@ -64,6 +65,8 @@ pub struct Model {
     pub bodies: Vec<Body>,
     /// Rotation; `None` where nothing rotates.
     pub rotation: Option<Rotation>,
+    /// Cyclic symmetry; `None` where the bodies are all there is.
+    pub cyclic: Option<Cyclic>,
     /// Pairs of nodes that may slide and open.
     pub pairs: Vec<ContactPair>,
     /// Nodes that move with others: those of bonded contacts, and the end of a spring with that of
@@ -348,6 +351,18 @@ impl DofMap {
         let behind = local.checked_sub(self.nodes.len());
         behind.map_or_else(|| self.nodes[local], auxiliary)
     }
+}
+
+/// Disc of equal sectors, of which the bodies are one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cyclic {
+    /// Number of sectors.
+    pub sectors: usize,
+    /// Nodes of the high faces, each with the nodes of the low faces of the next sector that it
+    /// moves with.
+    pub ties: Vec<Slave>,
+    /// Next sector, whose displacements are turned by one pitch.
+    pub next: OtherSector,
 }
 
 /// Rotation at constant speed.

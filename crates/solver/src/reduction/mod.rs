@@ -19,6 +19,7 @@ mod matrix_market;
 pub mod recovery;
 mod residual;
 mod restiffened;
+pub mod sectors;
 pub mod superelement;
 pub mod transformation;
 mod truncation;

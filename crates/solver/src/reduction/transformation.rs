@@ -13,6 +13,9 @@
 //! slaves are g. So u = T (g, X) with a sparse T, and the assembly has the matrices T^T K T and T^T
 //! M T.
 //!
+//! Where the masters belong to another sector of a disc, their displacements are turned to the axes
+//! of the slave's sector first; all sectors move in phase ([`super::sectors`] has the others).
+//!
 //! A master that is the slave of another contact is replaced by its own row. Along an axis on which
 //! a support holds it, a master adds nothing, and a slave moves with its X alone, on which no force
 //! acts.
@@ -35,6 +38,13 @@ const CHUNK: usize = 1024;
 type Block = [[f64; 3]; 3];
 
 const IDENTITY: Block = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const AXES: [usize; 3] = [0, 1, 2];
+
+/// Product of two blocks.
+fn times_block(a: &Block, b: &Block) -> Block {
+    let entry = |i: usize, j: usize| AXES.iter().map(|&k| a[i][k] * b[k][j]).sum();
+    AXES.map(|i| AXES.map(|j| entry(i, j)))
+}
 
 /// Matrix T of `u = T (g, X)`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,8 +62,8 @@ pub struct Transformation {
 struct Row {
     /// Pair, and the matrix that turns its relative displacements.
     pair: Option<(usize, Block)>,
-    /// First coordinates and weights of the masters along the axes.
-    masters: Vec<(usize, [f64; 3])>,
+    /// First coordinates of the masters, and what their displacements are multiplied by.
+    masters: Vec<(usize, Block)>,
 }
 
 impl Transformation {
@@ -91,10 +101,14 @@ impl Transformation {
         for joint in &structure.joints {
             let still = held(joint.slave);
             let mut masters = Vec::with_capacity(joint.masters.len());
+            let turn = joint.across.map_or(IDENTITY, |sector| sector.turn);
             for &(master, weight) in &joint.masters {
                 let own = held(master);
-                let weights = [0, 1, 2].map(|k| if still[k] || own[k] { 0.0 } else { weight });
-                masters.push((at(master)?, weights));
+                let entry = |i: usize, j: usize| match still[i] || own[j] {
+                    true => 0.0,
+                    false => weight * turn[i][j],
+                };
+                masters.push((at(master)?, AXES.map(|i| AXES.map(|j| entry(i, j)))));
             }
             let pair = joint.turned.map(|turned| (pairs, turned));
             pairs += usize::from(pair.is_some());
@@ -126,7 +140,7 @@ impl Transformation {
         for &slave in slaves.keys() {
             let mut blocks = BTreeMap::new();
             let depth = slaves.len();
-            if !expand(slave, [1.0; 3], &slaves, &place, inner, depth, &mut blocks) {
+            if !expand(slave, IDENTITY, &slaves, &place, inner, depth, &mut blocks) {
                 return Err(ReductionError::Circle);
             }
             for (column, block) in blocks {
@@ -271,12 +285,12 @@ pub enum Zeros {
     LeftOut,
 }
 
-/// Adds the motion of the node at `coordinate`, times `weights` along the axes, to blocks by the
-/// first of their three unknowns. Returns `false` if this does not end within as many steps as
-/// there are slaves.
+/// Adds the motion of the node at `coordinate`, multiplied by `factor`, to blocks by the first of
+/// their three unknowns. Returns `false` if this does not end within as many steps as there are
+/// slaves.
 fn expand(
     coordinate: usize,
-    weights: [f64; 3],
+    factor: Block,
     slaves: &BTreeMap<usize, Row>,
     place: &[Option<usize>],
     inner: usize,
@@ -285,9 +299,9 @@ fn expand(
 ) -> bool {
     let mut add = |column: usize, block: &Block| {
         let sum = blocks.entry(column).or_insert([[0.0; 3]; 3]);
-        for ((sum, line), weight) in sum.iter_mut().zip(block).zip(weights) {
+        for (sum, line) in sum.iter_mut().zip(times_block(&factor, block)) {
             for (sum, v) in sum.iter_mut().zip(line) {
-                *sum += weight * v;
+                *sum += v;
             }
         }
     };
@@ -301,11 +315,11 @@ fn expand(
     if let Some((pair, block)) = &row.pair {
         add(inner + 3 * pair, block);
     }
-    row.masters.iter().all(|&(master, shares)| {
-        let weights = [0, 1, 2].map(|k| weights[k] * shares[k]);
+    row.masters.iter().all(|(master, share)| {
+        let factor = times_block(&factor, share);
         expand(
-            master,
-            weights,
+            *master,
+            factor,
             slaves,
             place,
             inner,

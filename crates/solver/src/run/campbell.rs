@@ -7,6 +7,9 @@ use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::model::{Model, RotationSpec};
 use crate::reduction::craig_bampton::fixed_interface_modes;
+use crate::reduction::sectors::{
+    largest_nodal_diameter, modes_of_nodal_diameter, nodal_diameter_of,
+};
 use crate::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 use crate::results::modes::{ModeKind, hertz};
 use crate::structure::{BodyMatrices, Structure};
@@ -18,8 +21,9 @@ use dovetail_numerics::sparse::sum;
 pub struct Campbell {
     /// Model at the highest speed.
     pub bound: Bound,
-    /// Modes of the first body with its flanks held (full model), and of the stuck assembly.
-    pub families: [Family; 2],
+    /// Modes of the first body with its flanks held (full model), and of the stuck assembly; of a disc
+    /// those of the stuck assembly at each nodal diameter.
+    pub families: Vec<Family>,
     /// Speed of the scene, rpm; 0 at rest.
     pub operating_rpm: f64,
     /// Speeds (rpm) at which the structure is unstable or not held, and why.
@@ -34,9 +38,28 @@ pub struct Family {
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
+    /// Wave round the disc that the assembly is a sector of; `None` without cyclic symmetry, and for
+    /// a body alone.
+    pub wave: Option<Wave>,
     /// Speeds (rpm), ascending, with the frequencies (Hz) of each; `None` where the structure is
     /// unstable.
     pub speeds: Vec<(f64, Option<Vec<f64>>)>,
+}
+
+/// Wave round a disc of equal sectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wave {
+    /// Number of sectors.
+    pub sectors: usize,
+    /// Nodal diameter.
+    pub nodal_diameter: usize,
+}
+
+impl Wave {
+    /// Returns `true` if an engine order excites this wave.
+    pub const fn is_excited_by(self, engine_order: usize) -> bool {
+        nodal_diameter_of(engine_order, self.sectors) == self.nodal_diameter
+    }
 }
 
 /// Mode that has the frequency of an engine order.
@@ -47,6 +70,8 @@ pub struct Crossing {
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
+    /// Wave round the disc, as in [`Family`].
+    pub wave: Option<Wave>,
     /// Number of the mode, 1 the lowest.
     pub mode: usize,
     /// Engine order, in cycles per revolution.
@@ -65,7 +90,9 @@ impl Crossing {
 }
 
 /// Modes at each of `speeds_rpm`, which ascend: of the first body with its flanks held (full
-/// model), and of the stuck assembly. Mesh, pairs, stiffness and mass are made once: under rotation
+/// model), and of the stuck assembly. A sector of a disc has those of the stuck assembly at each nodal
+/// diameter alone. Mesh,
+/// pairs, stiffness and mass are made once: under rotation
 /// the stiffness is a parabola of the speed, so that two assemblies, at rest and at the highest
 /// speed, give it at any speed. The stress is that with all pairs stuck.
 ///
@@ -90,7 +117,21 @@ pub fn campbell(
     drop(meshes);
     let model = &bound.model;
     let spun = Spun::of(model, session)?;
-    let (mut held, mut stuck, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    let waves = waves(model);
+    let family = |kind, body, wave| Family {
+        kind,
+        body,
+        wave,
+        speeds: Vec::new(),
+    };
+    // A sector by itself would have its faces held, too, which no part of a disc has.
+    let first = model.bodies.first().filter(|_| model.cyclic.is_none());
+    let held = first.map(|body| family(ModeKind::FlanksHeld, Some(body.name.clone()), None));
+    let stuck = waves
+        .iter()
+        .map(|wave| family(ModeKind::Stuck, None, *wave));
+    let mut families: Vec<Family> = held.into_iter().chain(stuck).collect();
+    let mut failed = Vec::new();
     {
         let _stage = session.stage(Stage::ModesAtSpeeds);
         let steps = session.steps(speeds_rpm.len(), "speeds");
@@ -99,37 +140,29 @@ pub fn campbell(
                 0.0 => 0.0,
                 fastest => (rpm / fastest).powi(2),
             };
-            let [of_body, of_assembly] = match spun.modes(share) {
-                Ok(modes) => modes.map(Some),
+            session.goes_on()?;
+            let found = match spun.modes(share, &waves) {
+                Ok(modes) => modes.into_iter().map(Some).collect(),
                 // At the lowest speed the scene is at fault, not the speed.
                 Err(
                     error @ (ReductionError::InteriorUnstable { .. }
                     | ReductionError::NotHeld { .. }),
                 ) if rpm > speeds_rpm[0] => {
                     failed.push((rpm, error));
-                    [None, None]
+                    vec![None; families.len()]
                 }
                 Err(error) => return Err(error.into()),
             };
-            held.push((rpm, of_body));
-            stuck.push((rpm, of_assembly));
+            for (family, found) in families.iter_mut().zip(found) {
+                family.speeds.push((rpm, found));
+            }
             steps.step();
         }
     }
-    let held = Family {
-        kind: ModeKind::FlanksHeld,
-        body: Some(model.bodies[0].name.clone()),
-        speeds: held,
-    };
-    let stuck = Family {
-        kind: ModeKind::Stuck,
-        body: None,
-        speeds: stuck,
-    };
     session.goes_on()?;
     Ok(Campbell {
         bound,
-        families: [held, stuck],
+        families,
         operating_rpm,
         failed,
     })
@@ -154,8 +187,19 @@ impl Campbell {
     }
 }
 
-/// Frequencies (Hz) at one speed: flanks held, stuck.
-type ModesAtSpeed = [Vec<f64>; 2];
+/// Waves of the stuck assembly: one of each nodal diameter of a disc.
+fn waves(model: &Model) -> Vec<Option<Wave>> {
+    let Some(cyclic) = &model.cyclic else {
+        return vec![None];
+    };
+    let sectors = cyclic.sectors;
+    let wave = |nodal_diameter| Wave {
+        sectors,
+        nodal_diameter,
+    };
+    let all = 0..=largest_nodal_diameter(sectors);
+    all.map(|d| Some(wave(d))).collect()
+}
 
 /// Bodies at rest and at the highest speed.
 struct Spun {
@@ -186,7 +230,8 @@ impl Spun {
         body
     }
 
-    fn modes(&self, share: f64) -> Result<ModesAtSpeed, ReductionError> {
+    /// Frequencies (Hz) of the families: flanks held, where there is no disc, and stuck at each wave.
+    fn modes(&self, share: f64, waves: &[Option<Wave>]) -> Result<Vec<Vec<f64>>, ReductionError> {
         let bodies = (0..self.at_rest.bodies.len()).map(|b| self.body(b, share));
         let structure = Structure {
             bodies: bodies.collect(),
@@ -195,15 +240,23 @@ impl Spun {
             observations: self.at_rest.observations.clone(),
             dashpots: self.at_rest.dashpots.clone(),
         };
-        let held = fixed_interface_modes(&structure.bodies[0], LISTED_MODES)?.omega2;
-        let stuck = stuck_modes(&structure, LISTED_MODES)?;
-        Ok([held, stuck].map(|omega2| {
-            omega2
-                .iter()
-                .take(LISTED_MODES)
-                .map(|w2| hertz(*w2))
-                .collect()
-        }))
+        let held = (waves == [None])
+            .then(|| fixed_interface_modes(&structure.bodies[0], LISTED_MODES))
+            .transpose()?;
+        let held = held.map(|modes| Ok(modes.omega2));
+        let stuck = waves.iter().map(|wave| match wave {
+            None => stuck_modes(&structure, LISTED_MODES),
+            Some(wave) => {
+                let (sectors, diameter) = (wave.sectors, wave.nodal_diameter);
+                modes_of_nodal_diameter(&structure, sectors, diameter, LISTED_MODES)
+            }
+        });
+        let all = held.into_iter().chain(stuck);
+        all.map(|omega2| {
+            let listed = omega2?.into_iter().take(LISTED_MODES);
+            Ok(listed.map(hertz).collect())
+        })
+        .collect()
     }
 }
 
@@ -245,13 +298,16 @@ impl Family {
     }
 
     fn crossings(&self, orders: &[usize]) -> Vec<Crossing> {
+        let is_excited = |order: &&usize| self.wave.is_none_or(|wave| wave.is_excited_by(**order));
         let of_mode = |mode: usize| {
             self.stretches(mode).flat_map(move |stretch| {
-                orders.iter().filter_map(move |&engine_order| {
+                let excited = orders.iter().filter(is_excited);
+                excited.filter_map(move |&engine_order| {
                     let speed_rpm = stretch.crossing_rpm(engine_order)?;
                     Some(Crossing {
                         kind: self.kind,
                         body: self.body.clone(),
+                        wave: self.wave,
                         mode: mode + 1,
                         engine_order,
                         speed_rpm,
@@ -307,6 +363,7 @@ mod tests {
         let family = Family {
             kind: ModeKind::Stuck,
             body: None,
+            wave: None,
             speeds: speeds
                 .iter()
                 .map(|rpm| (*rpm, Some(vec![hz(*rpm)])))

@@ -48,7 +48,10 @@ pub fn crossing_peaks(
     let mut asked: Vec<(Crossing, f64)> = excited
         .flat_map(|(order, times)| {
             let all = campbell.crossings(&[order]).into_iter();
-            let stuck = all.filter(|crossing| crossing.kind == ModeKind::Stuck);
+            // The response of a disc is that of all sectors in phase.
+            let in_phase =
+                |crossing: &Crossing| crossing.wave.is_none_or(|w| w.nodal_diameter == 0);
+            let stuck = all.filter(move |c| c.kind == ModeKind::Stuck && in_phase(c));
             stuck.map(move |crossing| (crossing, times))
         })
         .collect();

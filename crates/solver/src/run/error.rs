@@ -28,6 +28,14 @@ pub enum Error {
     /// The bodies cannot be reduced.
     #[error(transparent)]
     Reduction(#[from] ReductionError),
+    /// The modes of a disc at a nodal diameter were not found.
+    #[error("at {nodal_diameter} nodal diameters")]
+    NodalDiameter {
+        /// Nodal diameter.
+        nodal_diameter: usize,
+        /// Reason.
+        source: ReductionError,
+    },
     /// The folder of a reduced model cannot be read.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),

@@ -21,6 +21,7 @@ mod crossing_peaks;
 mod error;
 mod free_motion;
 mod kept;
+mod nodal_diameters;
 mod outcome;
 mod peaks;
 mod prestress;
@@ -39,10 +40,11 @@ mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
-pub use campbell::{Campbell, Crossing, Family, campbell};
+pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
 pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
+pub use nodal_diameters::NodalDiameters;
 pub use outcome::{
     Compared, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs,
     StaticResult, TractionPeak, TractionRange,
@@ -245,10 +247,12 @@ pub struct ModalAnalysis {
     pub held_omega2: Vec<Vec<f64>>,
     /// Shapes on the nodes; empty without bodies.
     pub shapes: Vec<ModeShape>,
+    /// Frequencies over the nodal diameters; `None` for bodies that are not a sector of a disc.
+    pub nodal_diameters: Option<NodalDiameters>,
 }
 
 /// Computes the modes of each body with its flanks held (full model), the fixed-interface modes,
-/// and those of the stuck assembly.
+/// those of the stuck assembly, and those of a disc at each nodal diameter.
 ///
 /// # Errors
 /// The errors of [`Reduced::of`] and of the eigenvalues.
@@ -258,17 +262,19 @@ pub fn modes(
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
     let reduced = Reduced::of(scene, meshes, session)?;
-    let (mut held_omega2, mut shapes) = (Vec::new(), Vec::new());
+    let (mut held_omega2, mut shapes, mut nodal_diameters) = (Vec::new(), Vec::new(), None);
     if let Some(bodies) = &reduced.bodies {
         bodies.recover(session)?;
         let modes = bodies.held_modes(session)?;
         shapes = bodies.shapes(&reduced.problem, &modes);
         held_omega2 = omega2(&modes);
+        nodal_diameters = bodies.nodal_diameters(session)?;
     }
     Ok(ModalAnalysis {
         reduced,
         held_omega2,
         shapes,
+        nodal_diameters,
     })
 }
 

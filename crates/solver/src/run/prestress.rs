@@ -234,7 +234,13 @@ fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Prestressed {
 /// Number of unknowns of the stuck assembly, no body of which is reduced by itself.
 fn unknowns(model: &Model) -> usize {
     let free: usize = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
-    free - 3 * (model.pairs.len() + model.bonded.len())
+    free - 3 * joined(model)
+}
+
+/// Number of nodes that follow others.
+fn joined(model: &Model) -> usize {
+    let tied = model.cyclic.as_ref().map_or(0, |cyclic| cyclic.ties.len());
+    model.pairs.len() + model.bonded.len() + tied
 }
 
 pub(super) fn reduce(
@@ -261,6 +267,6 @@ fn reduction_stage<'s, 'o>(model: &Model, session: &'s Session<'o>) -> StageGuar
             None => assembly += 3 * body.dofs.free_nodes(),
         }
     }
-    stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
+    stage.solves(assembly - 3 * joined(model));
     stage
 }

@@ -185,7 +185,7 @@ impl Bodies {
     }
 
     /// Matrices of the bodies, assembled once.
-    fn structure(&self, session: &Session<'_>) -> Result<&Structure, Error> {
+    pub(super) fn structure(&self, session: &Session<'_>) -> Result<&Structure, Error> {
         if let Some(structure) = self.structure.get() {
             return Ok(structure);
         }

@@ -50,6 +50,8 @@ pub enum Stage {
     HeldModes,
     /// Modes of a Campbell diagram.
     ModesAtSpeeds,
+    /// Modes of a disc at each nodal diameter.
+    NodalDiameters,
     /// Static state with friction.
     StaticState,
     /// The observer writes the files of the static state.
@@ -97,6 +99,7 @@ impl Stage {
             Self::ReducedModelFiles => "files of the reduced model",
             Self::HeldModes => "modes of each body, flanks held",
             Self::ModesAtSpeeds => "modes at each speed",
+            Self::NodalDiameters => "modes at each nodal diameter",
             Self::StaticState => "static state",
             Self::StaticFiles => "static files",
             Self::Response => "response",

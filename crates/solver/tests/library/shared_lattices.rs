@@ -62,6 +62,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
     let model = Model {
         bodies: vec![bar_body, block_body],
         rotation: None,
+        cyclic: None,
         pairs,
         bonded: Vec::new(),
         flank_facets: Vec::new(),

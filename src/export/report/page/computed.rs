@@ -99,6 +99,12 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                 }
             }
         }
+        @if let Some(cyclic) = &assembly.cyclic {
+            p {
+                "The bodies are one of " (cyclic.sectors) " equal sectors of a disc about the axis "
+                (vector(cyclic.axis, 3)) ". The static state and the response are those of all sectors in phase."
+            }
+        }
         ul {
             @for contact in &assembly.contacts { li { (contact_words(contact, contents.model)) } }
             @for spring in &assembly.springs { li { (spring_words(spring)) } }

@@ -1,0 +1,202 @@
+//! Disc of equal sectors, computed from one of them.
+//!
+//! In a motion of nodal diameter d of a disc of N sectors, sector j moves as sector 0 does times
+//! `exp(i j theta)`, each in axes of its own, with `theta = 2 pi d / N` (D. L. Thomas, Int. J. Numer.
+//! Meth. Engng 14 (1979) 81-102). A joint whose masters belong to the sector that lies `a` sectors
+//! ahead therefore reads, with the matrix Q that turns the axes of that sector to those of this one,
+//!
+//! ```text
+//! u_s = R^T X + exp(i a theta) Q sum_k w_k u_k
+//! ```
+//!
+//! With `u = c + i s` that is a real structure of two copies of the bodies, one for c and one for
+//! s, whose joints lead from one copy to the other:
+//!
+//! ```text
+//! c_s = R^T X_c + cos(a theta) Q sum_k w_k c_k - sin(a theta) Q sum_k w_k s_k
+//! s_s = R^T X_s + sin(a theta) Q sum_k w_k c_k + cos(a theta) Q sum_k w_k s_k
+//! ```
+//!
+//! Its matrices are [[A, -B], [B, A]], where A + i B is the Hermitian matrix of the sector, so that
+//! each of its frequencies is there twice: the two are the travelling wave at two phases. Where
+//! theta is 0 or pi, s is free of c and one copy is enough. Sectors that turn the other way round,
+//! N - d, have the same frequencies, because the Coriolis force is left out.
+
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+use super::{ReductionError, stuck_modes};
+use crate::structure::{InterfaceNode, Joint, Structure};
+
+/// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
+pub const fn largest_nodal_diameter(sectors: usize) -> usize {
+    sectors / 2
+}
+
+/// Nodal diameter, from 0 to [`largest_nodal_diameter`], that a load with so many waves round a disc
+/// excites, such as one that an engine order brings about: all sectors see the same as from that
+/// one, or from the wave that runs the other way.
+pub const fn nodal_diameter_of(waves: usize, sectors: usize) -> usize {
+    let rest = waves % sectors;
+    let other = sectors - rest;
+    if rest < other { rest } else { other }
+}
+
+/// Squared angular frequencies of the `count` lowest modes of a disc with all pairs stuck, rad2/s2,
+/// ascending. The structure is one of its `sectors`, and the motion has this nodal diameter.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn modes_of_nodal_diameter(
+    structure: &Structure,
+    sectors: usize,
+    nodal_diameter: usize,
+    count: usize,
+) -> Result<Vec<f64>, ReductionError> {
+    match at_nodal_diameter(structure, sectors, nodal_diameter) {
+        Wave::Standing(sector) => stuck_modes(&sector, count),
+        Wave::Travelling(copies) => {
+            let both = stuck_modes(&copies, 2 * count)?;
+            Ok(both.into_iter().step_by(2).take(count).collect())
+        }
+    }
+}
+
+/// Sector at a nodal diameter.
+enum Wave<'a> {
+    /// All sectors move in phase, or each against its neighbours.
+    Standing(Cow<'a, Structure>),
+    /// Two copies of the bodies, each for a part of the complex motion.
+    Travelling(Structure),
+}
+
+fn at_nodal_diameter(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Wave<'_> {
+    let nodal_diameter = nodal_diameter_of(nodal_diameter, sectors);
+    if nodal_diameter == 0 {
+        return Wave::Standing(Cow::Borrowed(structure));
+    }
+    if 2 * nodal_diameter == sectors {
+        let mut against = structure.clone();
+        for joint in &mut against.joints {
+            let odd = |ahead: i32| ahead.rem_euclid(2) == 1;
+            let across = joint.across.as_mut().filter(|sector| odd(sector.ahead));
+            if let Some(sector) = across {
+                *sector = sector.times(-1.0);
+            }
+        }
+        return Wave::Standing(Cow::Owned(against));
+    }
+    Wave::Travelling(copies(
+        structure,
+        TAU * nodal_diameter as f64 / sectors as f64,
+    ))
+}
+
+/// Structure of two copies, with the phase `theta`, radians, between neighbouring sectors. It has no
+/// loads but the steady ones.
+fn copies(structure: &Structure, theta: f64) -> Structure {
+    let count = structure.bodies.len();
+    let in_copy = |copy: usize, at: InterfaceNode| InterfaceNode {
+        body: at.body + copy * count,
+        ..at
+    };
+    let joint = |copy: usize, joint: &Joint| {
+        let mut masters = Vec::new();
+        let shares = match joint.across {
+            None => [f64::from(copy == 0), f64::from(copy == 1)],
+            Some(sector) => {
+                let (sine, cosine) = (f64::from(sector.ahead) * theta).sin_cos();
+                [[cosine, -sine], [sine, cosine]][copy]
+            }
+        };
+        for (of, share) in shares.into_iter().enumerate().filter(|(_, s)| *s != 0.0) {
+            let own = joint.masters.iter();
+            masters.extend(own.map(|&(at, weight)| (in_copy(of, at), share * weight)));
+        }
+        Joint {
+            slave: in_copy(copy, joint.slave),
+            masters,
+            ..joint.clone()
+        }
+    };
+    let joints = [0, 1].map(|copy| structure.joints.iter().map(move |j| joint(copy, j)));
+    Structure {
+        bodies: [&structure.bodies[..], &structure.bodies[..]].concat(),
+        joints: joints.into_iter().flatten().collect(),
+        excitations: Vec::new(),
+        observations: Vec::new(),
+        dashpots: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::structure::{BodyMatrices, OtherSector};
+    use nalgebra_sparse::{CooMatrix, CscMatrix};
+
+    /// Sector of a ring of masses, kg, each on a spring to ground, N/m, and joined by springs along z
+    /// to the next: node 0 is the mass, node 1 the end of its spring to the next mass, which
+    /// follows node 0 of the next sector.
+    fn ring(mass: f64, ground: f64, between: f64) -> Structure {
+        let mut stiffness = CooMatrix::new(6, 6);
+        for k in 0..3 {
+            stiffness.push(k, k, ground + between);
+            stiffness.push(3 + k, 3 + k, between);
+        }
+        stiffness.push(2, 5, -between);
+        stiffness.push(5, 2, -between);
+        let mut masses = CooMatrix::new(6, 6);
+        masses.push(2, 2, mass);
+        let node = |node: usize| InterfaceNode { body: 0, node };
+        Structure {
+            bodies: vec![BodyMatrices {
+                name: "mass".to_owned(),
+                stiffness: CscMatrix::from(&stiffness),
+                mass: CscMatrix::from(&masses),
+                load_n: vec![0.0; 6],
+                interior_nodes: 0,
+                held_dofs: vec![0, 1, 3, 4],
+                fixed_interface_modes: None,
+                node_tags: vec![1, 2],
+            }],
+            joints: vec![Joint {
+                slave: node(1),
+                masters: vec![(node(0), 1.0)],
+                turned: None,
+                across: Some(OtherSector {
+                    ahead: 1,
+                    turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                }),
+            }],
+            excitations: Vec::new(),
+            observations: Vec::new(),
+            dashpots: Vec::new(),
+        }
+    }
+
+    /// A ring of masses that move along its axis has m w^2 = k + 4 c sin^2(pi d / N).
+    #[test]
+    fn a_ring_of_masses_has_its_frequencies_in_closed_form() {
+        let (mass, ground, between) = (2.0, 3.0, 50.0);
+        let structure = ring(mass, ground, between);
+        for sectors in [2, 3, 4, 7, 36] {
+            for d in 0..=largest_nodal_diameter(sectors) {
+                let sine = (TAU * d as f64 / sectors as f64 / 2.0).sin();
+                let expected = (ground + 4.0 * between * sine * sine) / mass;
+                let found = modes_of_nodal_diameter(&structure, sectors, d, 1).unwrap();
+                let error = found[0] / expected - 1.0;
+                assert!(error.abs() < 1e-12, "{sectors} {d}: {found:?} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_engine_order_excites_the_nodal_diameter_that_all_sectors_see() {
+        let of = |waves: usize| nodal_diameter_of(waves, 6);
+        let expected = [0, 1, 2, 3, 2, 1, 0, 1, 2];
+        assert_eq!((0..9).map(of).collect::<Vec<_>>(), expected);
+        assert_eq!(nodal_diameter_of(3, 5), 2);
+        assert_eq!(largest_nodal_diameter(5), 2);
+    }
+}

@@ -1,0 +1,96 @@
+//! Checks `[cyclic]`.
+
+use serde_spanned::Spanned;
+
+use super::fields::{Checker, Table, places, unit};
+use crate::scene::entries::{RawCyclic, RawRotation};
+use crate::scene::error::Fault;
+use crate::scene::raw::Located;
+use dovetail_solver::model::CyclicSpec;
+use dovetail_solver::space::{cross, norm, sub};
+
+/// Sine of the largest angle between two axes that are one.
+const ALONG: f64 = 1e-9;
+
+pub fn cyclic(
+    checker: &mut Checker,
+    raw: &Spanned<RawCyclic>,
+    rotation: Option<&Spanned<RawRotation>>,
+) -> Option<CyclicSpec> {
+    let at = Table::of("cyclic", raw.span(), None);
+    let raw = raw.get_ref();
+    let rotation = rotation.map(Spanned::get_ref);
+    let sectors = checker.count(&at, "sectors", &raw.sectors);
+    let low = faces(checker, &at, "low", &raw.low);
+    let high = faces(checker, &at, "high", &raw.high);
+    let own = checker.optional_direction(&at, "axis", &raw.axis)?;
+    let turns_about = rotation.and_then(|r| unit(r.axis.as_ref()?.get_ref().0));
+    let Some(axis) = own.or(turns_about) else {
+        // A rotation without an axis has a fault of its own.
+        if rotation.is_none() {
+            checker.missing(&at, "axis");
+        }
+        return None;
+    };
+    let of_rotation = rotation.and_then(|r| r.point_m.as_ref());
+    let point = raw.point_m.as_ref().or(of_rotation);
+    let point_m = point.map_or([0.0; 3], |p| p.get_ref().0);
+    if let (Some(turns), Some(rotation)) = (turns_about, rotation) {
+        let other_m = rotation
+            .point_m
+            .as_ref()
+            .map_or([0.0; 3], |p| p.get_ref().0);
+        let beside = cross(turns, sub(point_m, other_m));
+        let is_beside = norm(beside) > ALONG * (norm(point_m) + norm(other_m));
+        let differs = [norm(cross(axis, turns)) > ALONG, is_beside];
+        let own = places!(raw; axis, point_m).into_iter().zip(differs);
+        if let Some(((key, span), _)) = own.into_iter().find(|(_, differs)| *differs) {
+            let fault = Fault::Exclusive {
+                first: at.key(key),
+                second: format!("rotation.{key}"),
+                remedy: "a disc turns about its own axis: leave out `axis` and `point_m` of [cyclic], which \
+                         are those of [rotation] then",
+            };
+            checker.fault(span.unwrap_or(at.span.clone()), fault);
+            return None;
+        }
+    }
+    if let Some(prestress) = rotation.and_then(|r| r.prestress.as_ref())
+        && prestress.get_ref() == "held_flanks"
+    {
+        let fault = Fault::Exclusive {
+            first: "rotation.prestress = \"held_flanks\"".to_owned(),
+            second: "[cyclic]".to_owned(),
+            remedy: "it holds the faces of the sector, too, where the stress of the disc is: take \
+                     \"contact\", or \"none\"",
+        };
+        checker.fault(prestress.span(), fault);
+        return None;
+    }
+    Some(CyclicSpec {
+        sectors: sectors?,
+        low: low?,
+        high: high?,
+        point_m,
+        axis,
+    })
+}
+
+/// Names of groups, at least one.
+fn faces(
+    checker: &mut Checker,
+    at: &Table,
+    key: &'static str,
+    list: &Located<Vec<Spanned<String>>>,
+) -> Option<Vec<String>> {
+    let Some(list) = list else {
+        checker.missing(at, key);
+        return None;
+    };
+    let groups = checker.at_least_one(at, key, list)?;
+    let mut names = Vec::with_capacity(groups.len());
+    for name in groups {
+        names.push(checker.text(at, key, &Some(name.clone()))?);
+    }
+    Some(names)
+}

@@ -1,0 +1,300 @@
+//! A disc of equal sectors from one of them, against all of its sectors.
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use crate::shared_program::{ended, has, on_scene, printed, told};
+use crate::shared_runs::{Run, number, rows};
+use dovetail_testkit::folder::{Folder, root};
+
+const SECTORS: usize = 6;
+
+const STEEL: &str = "young_pa = 210e9\npoisson = 0.3\ndensity_kg_m3 = 7800\n";
+
+/// Bonded flanks may be held along axes, not fixed.
+const BORE: &str = "fixed_x = [\"bore\"]\nfixed_y = [\"bore\"]\nfixed_z = [\"bore\"]\n";
+
+const CYCLIC: &str =
+    "[cyclic]\nsectors = 6\nlow = [\"low\"]\nhigh = [\"high\"]\naxis = [1, 0, 0]\n";
+
+fn mesh(name: &str) -> PathBuf {
+    root().join("meshes/verification").join(name)
+}
+
+/// Direction of the first sector, turned about x to where a sector stands.
+fn turned([x, y, z]: [f64; 3], sector: usize) -> String {
+    let (sine, cosine) = (TAU * sector as f64 / SECTORS as f64).sin_cos();
+    let (y, z) = (y * cosine - z * sine, y * sine + z * cosine);
+    format!("[{x}, {y}, {z}]")
+}
+
+/// Name of a body, or of a group of it, in a sector. The first sector has the bodies themselves.
+fn of(body: &str, sector: usize) -> String {
+    match sector {
+        0 => body.to_owned(),
+        sector => format!("{body}{sector}"),
+    }
+}
+
+/// Bodies of so many sectors; each is a disc whose bore is held, with or without a blade of its own.
+fn bodies(file: &str, sectors: usize, names: &[&str]) -> String {
+    let mut text = String::new();
+    for sector in 0..sectors {
+        for name in names {
+            let own = of(name, sector);
+            text += &format!("[[body]]\nname = \"{own}\"\n");
+            if sector > 0 {
+                let degrees = 360.0 * sector as f64 / SECTORS as f64;
+                text += &format!(
+                    "copy_of = \"{name}\"\nrotation_axis = [1, 0, 0]\nrotation_deg = {degrees}\n"
+                );
+                continue;
+            }
+            let path = mesh(file);
+            text += &format!("mesh_file = {path:?}\nmetres_per_unit = 1\nvolume = \"{name}\"\n");
+            text += STEEL;
+            if *name == "disc" {
+                text += BORE;
+            }
+        }
+    }
+    if sectors > 1 {
+        for sector in 0..sectors {
+            let (own, next) = (of("disc", sector), of("disc", (sector + 1) % sectors));
+            text += &format!(
+                "[[contact]]\nname = \"pitch{sector}\"\nfirst = \"{own}.high\"\n\
+                 second = \"{next}.low\"\nlaw = \"bonded\"\n"
+            );
+        }
+    }
+    text
+}
+
+/// Scene of so many sectors. One alone has the cyclic symmetry of all.
+fn scene(file: &str, sectors: usize, names: &[&str], more: &str) -> String {
+    let blade = *names.last().unwrap();
+    let mut text = format!("name = \"disc\"\n{}", bodies(file, sectors, names));
+    if sectors == 1 {
+        text += CYCLIC;
+    }
+    for sector in 0..sectors {
+        let (tip, along) = (of(blade, sector), turned([1.0, 0.5, 0.0], sector));
+        text += &format!("[[excitation]]\non = \"{tip}.tip\"\ndirection = {along}\nforce_n = 20\n");
+        if names.len() == 2 {
+            let inwards = turned([0.0, 0.0, -1.0], sector);
+            let seat = of("disc", sector);
+            text += &format!(
+                "[[load]]\non = \"{tip}.tip\"\ndirection = {inwards}\nforce_n = 5000\n\
+                 [[contact]]\nname = \"root{sector}\"\nfirst = \"{tip}.foot\"\n\
+                 second = \"{seat}.seat\"\nfriction = 0.3\n"
+            );
+        }
+    }
+    text += &format!(
+        "[[observe]]\nname = \"tip\"\npoints = \"{blade}.tip\"\ndirection = [1, 0, 1]\n\
+         [damping]\nstiffness_s = 3e-6\nmass_per_s = 0\n{more}"
+    );
+    text
+}
+
+const RESPONSE: &str = "[response]\nfrequency_hz = [900, 1100]\npoints = 6\nharmonics = 3\n\
+                        samples = 120\ntolerance = 1e-10\nstuck_modes = 400\n";
+
+/// The modes of all nodal diameters are those of the whole disc, of which all but the first and the
+/// last come in pairs.
+#[test]
+fn modes_over_the_nodal_diameters_are_those_of_the_whole_disc() {
+    for (file, names) in [
+        ("disc_sector.msh", &["disc"][..]),
+        ("disc_sector_two.msh", &["disc", "blade"][..]),
+    ] {
+        let folder = Folder::new("nodal_diameters");
+        let run = |sectors: usize| {
+            let text = scene(file, sectors, names, RESPONSE);
+            let path = folder.write(&format!("{sectors}.toml"), text);
+            Run::of_file("modes", path, &format!("nodal_diameters_{sectors}"), &[])
+        };
+        let (sector, disc) = (run(1), run(SECTORS));
+        let rows = sector.table("modes_nodal_diameters.csv");
+        let mut expected: Vec<f64> = Vec::new();
+        for row in &rows {
+            let diameter = number(row, "nodal_diameter") as usize;
+            let times = if [0, SECTORS / 2].contains(&diameter) {
+                1
+            } else {
+                2
+            };
+            expected.extend(vec![number(row, "frequency_hz"); times]);
+        }
+        assert_eq!(rows.len(), 6 * (SECTORS / 2 + 1));
+        expected.sort_by(f64::total_cmp);
+        let of_disc = disc.table("modes.csv");
+        let of_disc = of_disc.iter().filter(|row| row["kind"] == "stuck");
+        let found: Vec<f64> = of_disc.map(|row| number(row, "frequency_hz")).collect();
+        // Each nodal diameter has its six lowest alone.
+        for (found, expected) in found.iter().zip(&expected).take(12) {
+            let error = found / expected - 1.0;
+            assert!(error.abs() < 1e-9, "{file}: {found} {expected}");
+        }
+        let drawn = sector.0.join("plots/nodal_diameters.svg");
+        has(
+            &std::fs::read_to_string(drawn).unwrap(),
+            "nodal diameter & 6 sectors & at rest",
+        );
+    }
+}
+
+/// With the same force on each sector the disc vibrates with friction as the sector does.
+#[test]
+fn sectors_in_phase_have_the_response_of_the_whole_disc() {
+    let folder = Folder::new("sectors_in_phase");
+    let run = |sectors: usize| {
+        let text = scene("disc_sector_two.msh", sectors, &["disc", "blade"], RESPONSE);
+        let path = folder.write(&format!("{sectors}.toml"), text);
+        Run::of_file("run", path, &format!("in_phase_{sectors}"), &[])
+    };
+    let (sector, disc) = (run(1), run(SECTORS));
+    let [own, whole] = [&sector, &disc].map(|run| run.table("response.csv"));
+    assert_eq!((own.len(), whole.len()), (6, 6));
+    for (own, whole) in own.iter().zip(&whole) {
+        // Each has its own eps, which three harmonics leave a trace of where pairs slip.
+        let [a, b] = [own, whole].map(|row| number(row, "tip_amplitude_m"));
+        let allowed = number(own, "estimated_error").max(1e-5);
+        assert!((a / b - 1.0).abs() < allowed, "{a} {b} {allowed:e}");
+    }
+    let slipping = sector.column("response.csv", "slipping_pairs");
+    assert!(slipping.iter().any(|pairs| *pairs > 0.0), "{slipping:?}");
+    let [own, whole] =
+        [&sector, &disc].map(|run| run.column("static_observed.csv", "displacement_m")[0]);
+    assert!(
+        (own - whole).abs() < 1e-9 * whole.abs().max(1e-9),
+        "{own} {whole}"
+    );
+}
+
+/// At speed the stress of the whole disc stiffens it.
+#[test]
+fn a_disc_at_speed_is_stiffened_as_all_of_its_sectors_are() {
+    let folder = Folder::new("disc_at_speed");
+    let first = |sectors: usize| {
+        let more = format!("[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 20000\n{RESPONSE}");
+        let text = scene("disc_sector.msh", sectors, &["disc"], &more);
+        let text = text.replace("axis = [1, 0, 0]\n[[exc", "[[exc");
+        let path = folder.write(&format!("{sectors}.toml"), text);
+        let run = Run::of_file("modes", path, &format!("at_speed_{sectors}"), &[]);
+        let rows = run.table("modes.csv");
+        let stuck = rows.iter().filter(|row| row["kind"] == "stuck");
+        stuck
+            .map(|row| number(row, "frequency_hz"))
+            .collect::<Vec<_>>()
+    };
+    let (sector, disc) = (first(1), first(SECTORS));
+    let error = |hz: &f64| (hz / sector[0] - 1.0).abs();
+    let nearest = disc.iter().map(error).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-9, "{nearest:e}: {sector:?} {disc:?}");
+}
+
+/// Over the speed each nodal diameter has its own curves, which only the engine orders cross that
+/// excite it.
+#[test]
+fn engine_orders_cross_the_nodal_diameters_that_they_excite() {
+    let folder = Folder::new("disc_campbell");
+    let more = format!("[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 10000\n{RESPONSE}");
+    let text = scene("disc_sector.msh", 1, &["disc"], &more);
+    let path = folder.write("scene.toml", text);
+    let out = folder.join("out");
+    let mut command = on_scene("modes", path, &out, &[]);
+    let output = ended(command.args(["--rpm", "0:20000:3"]), 0);
+    has(&printed(&output), "nodal diameter 3");
+    let crossings = rows(&out.join("modes_crossings.csv"));
+    let of_disc: Vec<_> = crossings
+        .iter()
+        .filter(|row| row["kind"] == "stuck")
+        .collect();
+    assert!(of_disc.len() > 10);
+    for row in of_disc {
+        let (order, diameter) = (
+            number(row, "engine_order") as usize,
+            number(row, "nodal_diameter"),
+        );
+        let rest = order % SECTORS;
+        assert_eq!(rest.min(SECTORS - rest) as f64, diameter, "{row:?}");
+    }
+    let rows = rows(&out.join("modes_campbell.csv"));
+    assert_eq!(rows.len(), 3 * 6 * (SECTORS / 2 + 1));
+}
+
+/// What is wrong with a sector is said with the key and the remedy.
+#[test]
+fn what_is_no_sector_is_refused() {
+    let folder = Folder::new("no_sector");
+    let plain = scene("disc_sector.msh", 1, &["disc"], RESPONSE);
+    let turning = "[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 100\n";
+    let after = |text: &str, more: &str| text.replace("[damping]", &format!("{more}[damping]"));
+    let axis = "axis = [1, 0, 0]\n[[exc";
+    for (text, words) in [
+        (
+            plain
+                .replace("[\"low\"]", "[\"x\"]")
+                .replace("[\"high\"]", "[\"low\"]")
+                .replace("[\"x\"]", "[\"high\"]"),
+            "[cyclic] & 10 nodes & exchange `low` and `high`",
+        ),
+        (
+            plain.replace("sectors = 6", "sectors = 7"),
+            "one of 7 pitches & Check `sectors`",
+        ),
+        (
+            plain.replace("sectors = 6", "sectors = 1"),
+            "cyclic.sectors & from 2 to 10000",
+        ),
+        (
+            plain.replace("[\"high\"]", "[\"tip\"]"),
+            "meet no node of `high`",
+        ),
+        (
+            plain.replace("[\"high\"]", "[\"high\", \"tip\"]"),
+            "`low` has 10 nodes and `high` has 16",
+        ),
+        (
+            plain.replace("[\"high\"]", "[\"hihg\"]"),
+            "[cyclic], high & `hihg` & high",
+        ),
+        (
+            plain.replace("[\"high\"]", "[]"),
+            "cyclic.high & at least one",
+        ),
+        (plain.replace(axis, "[[exc"), "cyclic.axis & missing"),
+        (
+            after(&plain.replace(axis, "axis = [0, 0, 1]\n[[exc"), turning),
+            "cyclic.axis & rotation.axis & leave out `axis`",
+        ),
+        (
+            after(
+                &plain.replace(axis, "axis = [1, 0, 0]\npoint_m = [0, 0.1, 0]\n[[exc"),
+                turning,
+            ),
+            "cyclic.point_m & rotation.point_m",
+        ),
+        (
+            after(&plain, &format!("{turning}prestress = \"held_flanks\"\n")),
+            "rotation.prestress & [cyclic] & \"contact\"",
+        ),
+        (
+            plain.replace("fixed_y = [\"bore\"]\n", ""),
+            "[cyclic]: 2 nodes & support both faces alike",
+        ),
+        (
+            after(
+                &plain.replace(BORE, ""),
+                "[[spring]]\nname = \"s\"\nfirst = \"bore\"\nstiffness_n_m = 1e9\n\
+                 [[contact]]\nname = \"c\"\nfirst = \"low\"\nfriction = 0.3\n",
+            ),
+            "[cyclic] & 10 nodes of the faces & belong to a contact",
+        ),
+    ] {
+        let path = folder.write("scene.toml", &text);
+        let said = told(on_scene("mesh", path, &folder.join("out"), &[]), 2);
+        has(&said, words);
+    }
+}
