@@ -326,6 +326,10 @@ section! {
             "surface group that lies opposite `first`, of another body or of the same one; the \
              meshes of the two need not match",
             "\"jaw_flank_left\"  # a physical surface of the jaw";
+        second_sector: Choice(&["same", "next"]), "`\"same\"`",
+            "of a [disc of equal sectors](how-to/disc.md): `\"next\"` if `second` is the surface of the \
+             next sector, as of two shrouds, and `\"same\"` otherwise",
+            "\"next\"";
         slave: Choice(&["first", "second"]),
             "the side of the smaller facets; `\"first\"` where they are alike",
             "the slave side, `\"first\"` or `\"second\"`: contact is enforced at its nodes, \

@@ -292,9 +292,109 @@ fn what_is_no_sector_is_refused() {
             ),
             "[cyclic] & 10 nodes of the faces & belong to a contact",
         ),
+        (
+            after(
+                &plain.replace(CYCLIC, ""),
+                "[[contact]]\nname = \"c\"\nfirst = \"low\"\nsecond = \"high\"\n\
+                 second_sector = \"next\"\nfriction = 0.3\n",
+            ),
+            "contact.c.second_sector & [cyclic] & leave out",
+        ),
+        (
+            after(
+                &plain,
+                "[[contact]]\nname = \"c\"\nfirst = \"low\"\nsecond = \"high\"\n\
+                 second_sector = \"next\"\nslave = \"second\"\nfriction = 0.3\n",
+            ),
+            "contact.c.slave & next & leave out `slave`",
+        ),
     ] {
         let path = folder.write("scene.toml", &text);
         let said = told(on_scene("mesh", path, &folder.join("out"), &[]), 2);
         has(&said, words);
+    }
+}
+
+/// Scene of so many sectors of a disc whose rims press on each other.
+fn rims(sectors: usize) -> String {
+    let file = mesh("slit_disc.msh");
+    let mut text = "name = \"rims\"\n".to_owned();
+    for sector in 0..sectors {
+        let own = of("disc", sector);
+        text += &format!("[[body]]\nname = \"{own}\"\n");
+        text += &match sector {
+            0 => format!(
+                "mesh_file = {file:?}\nmetres_per_unit = 1\nvolume = \"disc\"\n{STEEL}{BORE}"
+            ),
+            _ => format!(
+                "copy_of = \"disc\"\nrotation_axis = [1, 0, 0]\nrotation_deg = {}\n",
+                360.0 * sector as f64 / SECTORS as f64
+            ),
+        };
+        let next = of("disc", (sector + 1) % sectors);
+        let neighbour = match sectors {
+            1 => "second_sector = \"next\"\n",
+            _ => "slave = \"first\"\n",
+        };
+        text += &format!(
+            "[[contact]]\nname = \"rim{sector}\"\nfirst = \"{own}.rim_high\"\n\
+             second = \"{next}.rim_low\"\nfriction = 0.3\ngap_m = -2e-6\n{neighbour}"
+        );
+        if sectors > 1 {
+            text += &format!(
+                "[[contact]]\nname = \"pitch{sector}\"\nfirst = \"{own}.high\"\n\
+                 second = \"{next}.low\"\nlaw = \"bonded\"\n"
+            );
+        }
+        let along = turned([1.0, 0.5, 1.0], sector);
+        text +=
+            &format!("[[excitation]]\non = \"{own}.tip\"\ndirection = {along}\nforce_n = 2000\n");
+    }
+    if sectors == 1 {
+        text += CYCLIC;
+    }
+    text += "[[observe]]\nname = \"tip\"\npoints = \"disc.tip\"\ndirection = [1, 1, 1]\n\
+             [damping]\nstiffness_s = 3e-7\nmass_per_s = 0\n";
+    text + RESPONSE
+}
+
+/// A contact with the next sector is that of two neighbours: at rest, stuck at each nodal diameter,
+/// and in a vibration that all sectors share.
+#[test]
+fn a_contact_with_the_next_sector_is_that_of_two_neighbours() {
+    let folder = Folder::new("rims");
+    let run = |command: &str, sectors: usize| {
+        let path = folder.write(&format!("{sectors}.toml"), rims(sectors));
+        Run::of_file(command, path, &format!("rims_{command}_{sectors}"), &[])
+    };
+    let [sector, disc] = [1, SECTORS].map(|sectors| run("modes", sectors));
+    let all = sector.column("modes_nodal_diameters.csv", "frequency_hz");
+    let of_disc = disc.table("modes.csv");
+    let of_disc = of_disc.iter().filter(|row| row["kind"] == "stuck");
+    for row in of_disc.take(12) {
+        let hz = number(row, "frequency_hz");
+        let nearest = all.iter().map(|own| (own / hz - 1.0).abs());
+        assert!(nearest.fold(1.0, f64::min) < 1e-9, "{hz} {all:?}");
+    }
+    let [sector, disc] = [1, SECTORS].map(|sectors| run("run", sectors));
+    let [own, whole] = [&sector, &disc].map(|run| run.table("static.csv"));
+    assert_eq!(6 * own.len(), whole.len());
+    for (own, whole) in own.iter().zip(&whole) {
+        for column in [
+            "normal_force_n",
+            "friction_t1_n",
+            "friction_t2_n",
+            "x_m",
+            "z_m",
+        ] {
+            let [a, b] = [own, whole].map(|row| number(row, column));
+            assert!((a - b).abs() < 1e-7 * a.abs().max(1.0), "{column}: {a} {b}");
+        }
+    }
+    let [own, whole] = [&sector, &disc].map(|run| run.table("response.csv"));
+    for (own, whole) in own.iter().zip(&whole) {
+        let [a, b] = [own, whole].map(|row| number(row, "tip_amplitude_m"));
+        let allowed = number(own, "estimated_error").max(1e-5);
+        assert!((a / b - 1.0).abs() < allowed, "{a} {b} {allowed:e}");
     }
 }

@@ -31,6 +31,17 @@ fn contact(
     let name = checker.required_name(at, &raw.name);
     let first = checker.text(at, "first", &raw.first);
     let second = second(checker, at, raw);
+    let in_next = checker.choice(at, "second_sector", &raw.second_sector, &[false, true]);
+    if let (Some(true), Some(given)) = (in_next, &raw.slave) {
+        let fault = Fault::Exclusive {
+            first: at.key("slave"),
+            second: "second_sector = \"next\"".to_owned(),
+            remedy: "contact with the next sector is enforced at the nodes of `first`: leave out `slave`, \
+                     and make the side of the smaller facets the first",
+        };
+        checker.fault(given.span(), fault);
+        return None;
+    }
     let slave = slave(checker, at, raw);
     let laws = [ContactLaw::UnilateralCoulomb, ContactLaw::Bonded];
     let law = checker.choice(at, "law", &raw.law, &laws);
@@ -45,6 +56,7 @@ fn contact(
         name: name?,
         first: first?,
         second: second?,
+        second_in_next_sector: in_next?,
         slave: slave?,
         law: law?,
         pair_law: pair_law?,
@@ -75,7 +87,7 @@ fn friction_at(
 /// Opposite flank; `Some(None)` if it is rigid ground.
 fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<String>> {
     let Some(given) = &raw.second else {
-        let others = places!(raw; slave, gap, search_distance_m);
+        let others = places!(raw; second_sector, slave, gap, search_distance_m);
         let remedy =
             "name the opposite flank, or leave both out: rigid ground lies where the flank is";
         checker.all_lack(at, &others, "second", remedy)?;

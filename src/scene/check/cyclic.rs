@@ -3,7 +3,7 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places, unit};
-use crate::scene::entries::{RawCyclic, RawRotation};
+use crate::scene::entries::{RawCyclic, RawRotation, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Located;
 use dovetail_solver::model::CyclicSpec;
@@ -74,6 +74,28 @@ pub fn cyclic(
         point_m,
         axis,
     })
+}
+
+/// Checks that there is a disc where a contact is with its next sector.
+pub fn of_contacts(checker: &mut Checker, raw: &RawScene) {
+    if raw.cyclic.is_some() {
+        return;
+    }
+    for (index, contact) in raw.contact.iter().enumerate() {
+        let of_contact = contact.get_ref();
+        let next = of_contact.second_sector.as_ref();
+        let Some(next) = next.filter(|sector| sector.get_ref() == "next") else {
+            continue;
+        };
+        let at = Table::of("contact", contact.span(), Some((index, &of_contact.name)));
+        let fault = Fault::Lacks {
+            path: at.key("second_sector"),
+            needs: "[cyclic]".to_owned(),
+            remedy: "give a section [cyclic] with the faces at which the sectors meet, or leave out \
+                     `second_sector`",
+        };
+        checker.fault(next.span(), fault);
+    }
 }
 
 /// Names of groups, at least one.

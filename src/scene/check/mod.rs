@@ -107,6 +107,7 @@ fn assembly(
     let rotation = rotation.map(|r| bodies::rotation(checker, &names, r));
     let symmetry = raw.cyclic.as_ref();
     let symmetry = symmetry.map(|c| cyclic::cyclic(checker, c, raw.rotation.as_ref()));
+    cyclic::of_contacts(checker, raw);
     let contacts = contacts::contacts(checker, base_dir, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);
     let dashpots = springs::dashpots(checker, &raw.dashpot);

@@ -6,9 +6,7 @@ use crate::model::{
     AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Model, NodeMotion, Observation, Side,
     Slave,
 };
-use crate::structure::{
-    BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, OtherSector, Structure,
-};
+use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
 
 /// Bodies with the joints, the excitations and the observed points of the model that their matrices
 /// belong to.
@@ -17,14 +15,11 @@ use crate::structure::{
 /// [`FemError::ContactNodeNotFree`].
 pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
     let pairs = model.pairs.iter();
-    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair)), None));
-    let bonded = model.bonded.iter().map(|slave| (slave, None, None));
-    let tied = model.cyclic.iter().flat_map(|cyclic| {
-        let ties = cyclic.ties.iter();
-        ties.map(|slave| (slave, None, Some(cyclic.next)))
-    });
-    let joints = pairs.chain(bonded).chain(tied);
-    let joints = joints.map(|(slave, turned, across)| joint(model, slave, turned, across));
+    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
+    let tied = model.cyclic.iter().flat_map(|cyclic| &cyclic.ties);
+    let bonded = model.bonded.iter().chain(tied).map(|slave| (slave, None));
+    let joints = pairs.chain(bonded);
+    let joints = joints.map(|(slave, turned)| joint(model, slave, turned));
     let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
     let excitation = |excitation: &Excitation| {
         let mut load = nothing();
@@ -71,12 +66,8 @@ fn hold(model: &Model, load: &mut BodyVectors) {
 }
 
 /// Joint of a slave. Masters on a support are left out, because a slave does not move with them.
-fn joint(
-    model: &Model,
-    slave: &Slave,
-    turned: Option<[[f64; 3]; 3]>,
-    across: Option<OtherSector>,
-) -> Result<Joint, FemError> {
+fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<Joint, FemError> {
+    let next = model.cyclic.as_ref().map(|cyclic| cyclic.next);
     let at = |BodyNode { body, node }: BodyNode| {
         let of = &model.bodies[body];
         let free = of
@@ -97,7 +88,7 @@ fn joint(
         slave: at(slave.node)?,
         masters: masters.collect::<Result<_, FemError>>()?,
         turned,
-        across,
+        across: next.filter(|_| slave.in_next_sector),
     })
 }
 

@@ -3,7 +3,7 @@
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::groups::Outside;
 use super::mortar::{Mortar, Reach, Row, mortar};
-use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
+use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave, cyclic};
 use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{
@@ -66,6 +66,18 @@ impl Surface {
             nodes_m: flank.positions_m(mesh),
             flank,
         })
+    }
+
+    /// The same surface in the next sector of a disc, in the axes of this one.
+    pub fn of_next_sector(mut self, disc: &CyclicSpec) -> Self {
+        for place in &mut self.nodes_m {
+            *place = cyclic::next_place(*place, disc);
+        }
+        for normal in &mut self.flank.normals {
+            *normal = cyclic::next_direction(*normal, disc);
+        }
+        self.flank.along = cyclic::next_direction(self.flank.along, disc);
+        self
     }
 
     fn node(&self, i: usize) -> BodyNode {
@@ -163,6 +175,7 @@ pub(super) fn contact(
             slave: Slave {
                 node: own.node(i),
                 masters: row.masters.iter().map(master).collect(),
+                in_next_sector: spec.second_in_next_sector,
             },
             side: slave,
             position_m,
@@ -224,6 +237,7 @@ pub(super) fn ground_contact(
         slave: Slave {
             node: surface.node(i),
             masters: Vec::new(),
+            in_next_sector: false,
         },
         side: Side::First,
         position_m: surface.nodes_m[i],

@@ -72,6 +72,7 @@ pub(super) fn cyclic(
         ties.push(Slave {
             node,
             masters: vec![(master, 1.0)],
+            in_next_sector: true,
         });
     }
     Ok(Cyclic {
@@ -187,6 +188,16 @@ fn turn(axis: Vector, angle: f64) -> [[f64; 3]; 3] {
         column
     });
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| columns[j][i]))
+}
+
+/// Place in the next sector of a disc that has the place `x` in this one, in the axes of this one, m.
+pub(super) fn next_place(x: Vector, spec: &CyclicSpec) -> Vector {
+    turned_about(x, spec, TAU / spec.sectors as f64)
+}
+
+/// Direction in the next sector of a disc, in the axes of this one.
+pub(super) fn next_direction(d: Vector, spec: &CyclicSpec) -> Vector {
+    turn(spec.axis, TAU / spec.sectors as f64).map(|row| dot(row, d))
 }
 
 /// Place to which a point comes when it is turned about the axis.

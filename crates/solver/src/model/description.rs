@@ -253,6 +253,8 @@ pub struct ContactSpec {
     pub first: String,
     /// Surface group of another body, or another group of the same one; `None`: rigid ground.
     pub second: Option<String>,
+    /// True if the second surface is that of the next sector of a disc. The slave is then the first.
+    pub second_in_next_sector: bool,
     /// Flank at whose nodes the pairs are made; `None`: the one with the smaller facets, and the
     /// first where they are alike.
     pub slave: Option<Side>,
@@ -284,6 +286,7 @@ impl ContactSpec {
             name: name.into(),
             first: first.into(),
             second: Some(second.into()),
+            second_in_next_sector: false,
             slave: None,
             law: ContactLaw::UnilateralCoulomb,
             pair_law: PairLaw::rigid(friction, 0.0),

@@ -368,6 +368,10 @@ pub enum ModelError {
         other_way: bool,
     },
     #[error(
+        "contact `{contact}`: its second flank is in the next sector, and there is no [cyclic]"
+    )]
+    NoNextSector { contact: String },
+    #[error(
         "[cyclic]: `low` has {low} nodes and `high` has {high}: mesh one face as the copy of the other (Periodic Surface in a Gmsh script)"
     )]
     FacesDiffer { low: usize, high: usize },

@@ -7,7 +7,7 @@ use super::contacts::{Contact, Surface, contact, finer, ground_contact};
 use super::crown::add_crown;
 use super::friction::set_friction;
 use super::groups::{find_surface, first_tags};
-use super::{BodyNode, ContactPair, FlankMatch, FrictionMap, ModelError, Side, Slave};
+use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, FrictionMap, ModelError, Side, Slave};
 use crate::model::{Assembly, ContactLaw, ContactSpec, SurfaceFields};
 use dovetail_mesh::Mesh;
 
@@ -35,7 +35,7 @@ pub(super) fn joints(
     let mut joints = Joints::default();
     let opening = assembly.contacts.iter().filter(|c| !is_bonded(c));
     for spec in opening.chain(assembly.contacts.iter().filter(is_bonded)) {
-        let mut found = joints.paired(spec, mesh, bodies)?;
+        let mut found = joints.paired(spec, assembly.cyclic.as_ref(), mesh, bodies)?;
         for side in &found.sides {
             bodies[side.body].add_flank(&side.nodes, &side.tied);
         }
@@ -45,7 +45,7 @@ pub(super) fn joints(
                 at.node = bodies[at.body].local(at.node);
             }
         }
-        for Slave { node, masters } in found.pairs.iter().map(|p| &p.slave) {
+        for Slave { node, masters, .. } in found.pairs.iter().map(|p| &p.slave) {
             let masters = masters.iter().map(|(at, _)| *at).collect();
             joints.slaves.insert(*node, (spec.name.clone(), masters));
         }
@@ -97,6 +97,7 @@ impl Joints {
     fn paired(
         &self,
         spec: &ContactSpec,
+        disc: Option<&CyclicSpec>,
         mesh: &Mesh,
         bodies: &[BodyBuilder],
     ) -> Result<Contact, ModelError> {
@@ -108,13 +109,23 @@ impl Joints {
             self.check(spec, &found, mesh, bodies)?;
             return Ok(found);
         };
-        let second = surface(mesh, spec, second, bodies)?;
+        let mut second = surface(mesh, spec, second, bodies)?;
+        if spec.second_in_next_sector {
+            let disc = disc.ok_or_else(|| ModelError::NoNextSector {
+                contact: spec.name.clone(),
+            })?;
+            second = second.of_next_sector(disc);
+        }
         let both = [&first, &second];
         let attempt = |slave: Side| {
             let found = contact(spec, number, both, slave, held)?;
             self.check(spec, &found, mesh, bodies)?;
             Ok(found)
         };
+        // Pairs count in the axes of the slave's sector, which are to be those of the first flank.
+        if spec.second_in_next_sector {
+            return attempt(Side::First);
+        }
         if let Some(slave) = spec.slave {
             return attempt(slave);
         }

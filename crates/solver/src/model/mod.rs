@@ -408,6 +408,8 @@ pub struct Slave {
     /// Nodes whose weighted mean it follows, and their weights, which sum to 1; none on rigid
     /// ground.
     pub masters: Vec<(BodyNode, f64)>,
+    /// True if these belong to the next sector of a disc.
+    pub in_next_sector: bool,
 }
 
 impl Slave {

@@ -53,8 +53,8 @@ pub fn fretting(model: &Model, orbit: &Orbit, stress: Option<&[BodyStress]>) -> 
             slip_range_m: 0.5 * cycle.slid_m,
             friction_stress_pa: friction_n.fold(0.0, f64::max) / pair.area_m2,
             tension_pa: stress.map(|stress| {
-                let nodes = surface_nodes(pair);
-                let of_nodes = nodes.map(|at| tension_pa(&stress[at.body], at.node, along));
+                let nodes = surface_nodes(model, pair, along);
+                let of_nodes = nodes.map(|(at, d)| tension_pa(&stress[at.body], at.node, d));
                 of_nodes.fold(0.0, f64::max)
             }),
         }
@@ -62,11 +62,22 @@ pub fn fretting(model: &Model, orbit: &Orbit, stress: Option<&[BodyStress]>) -> 
     pairs.map(of_pair).collect()
 }
 
-/// Node of a pair, and the one of the other flank that has most weight.
-fn surface_nodes(pair: &ContactPair) -> impl Iterator<Item = BodyNode> {
+/// Node of a pair, and the one of the other flank that has most weight, each with the direction in the
+/// axes of its sector.
+fn surface_nodes(
+    model: &Model,
+    pair: &ContactPair,
+    along: [f64; 3],
+) -> impl Iterator<Item = (BodyNode, [f64; 3])> {
     let masters = pair.slave.masters.iter();
     let heaviest = masters.max_by(|a, b| a.1.total_cmp(&b.1));
-    [Some(pair.slave.node), heaviest.map(|(node, _)| *node)]
+    let next = model.cyclic.as_ref().filter(|_| pair.slave.in_next_sector);
+    let of_other = next.map_or(along, |cyclic| {
+        let turn = cyclic.next.turn;
+        [0, 1, 2].map(|j| (0..3).map(|i| turn[i][j] * along[i]).sum())
+    });
+    let other = heaviest.map(|(node, _)| (*node, of_other));
+    [Some((pair.slave.node, along)), other]
         .into_iter()
         .flatten()
 }

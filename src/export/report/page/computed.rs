@@ -234,7 +234,9 @@ fn joins(first: &str, second: Option<&str>, direction: Option<[f64; 3]>) -> Mark
 fn contact_words(contact: &ContactSpec, model: Option<&Model>) -> Markup {
     let second = contact.second.as_deref().unwrap_or("rigid ground");
     html! {
-        "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
+        "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) }
+        @if contact.second_in_next_sector { " of the next sector" }
+        ": "
         @match contact.law {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
