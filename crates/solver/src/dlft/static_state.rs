@@ -54,14 +54,25 @@ impl From<usize> for LoadPath {
     }
 }
 
+/// Share of the load before it that is left at a point without load. Where nothing presses the pairs
+/// any more, all of them are about to open, and bodies that only they hold have no state of their
+/// own; with so little left the state is that which the falling load leads to.
+const LEFT: f64 = 1e-6;
+
 impl LoadPath {
     /// Loads on X, N, between which the legs are: none, those of the points, and the steady load.
     fn stations(&self, reduced: &ReducedModel) -> Vec<Vec<f64>> {
-        let points = self.points.iter();
-        let points = points.map(|multiples| reduced.steady_on_x(multiples));
-        let none = vec![0.0; reduced.static_load.on_x.len()];
-        let ends = std::iter::once(reduced.static_load.on_x.clone());
-        std::iter::once(none).chain(points).chain(ends).collect()
+        let mut stations = vec![vec![0.0; reduced.static_load.on_x.len()]];
+        for multiples in &self.points {
+            let mut load = reduced.steady_on_x(multiples);
+            let before = stations.last().map_or(&[][..], Vec::as_slice);
+            if norm(&load) < LEFT * norm(before) {
+                load = before.iter().map(|f| LEFT * f).collect();
+            }
+            stations.push(load);
+        }
+        stations.push(reduced.static_load.on_x.clone());
+        stations
     }
 }
 
