@@ -199,7 +199,7 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         }
         run::Error::StaticState { .. } => {
             "take more steps (static.load_steps), a friction coefficient below 1, or look at static.csv and \
-         flank_static.vtu: pairs that all slide, or all open, hold nothing"
+         flank_static.vtu: pairs that all slide, or all open, hold nothing, and they may do so at a point of [[static.path]]"
         }
         run::Error::Prestress { .. } => {
             "the stress of the static state changes the stiffness so much that the two do not settle: lower the load or the speed, raise \

@@ -99,7 +99,10 @@ mod tests {
             let of_keys = section.keys.iter().map(|k| (k.name, k.example));
             for (key, line) in of_section.into_iter().chain(of_keys) {
                 let table: toml::Table = line.parse().unwrap_or_else(|e| panic!("{line}: {e}"));
-                assert!(table.contains_key(key), "{}.{key}: {line:?}", section.name);
+                let mut words = key.split('.');
+                let value = words.next().and_then(|word| table.get(word));
+                let value = words.fold(value, |value, word| value?.get(word));
+                assert!(value.is_some(), "{}.{key}: {line:?}", section.name);
             }
             for key in section.keys {
                 let texts = [&key.kind.to_string(), key.default, key.meaning];

@@ -23,12 +23,10 @@ pub fn study() -> Value {
 const DRAFT: &str = "http://json-schema.org/draft-07/schema#";
 
 fn schema(vocabulary: &Vocabulary, title: &str, page: &str) -> Value {
-    let named = vocabulary.sections.iter().filter(|s| !s.name.is_empty());
-    let sections = named.clone().map(|s| (s.name.to_owned(), section(s)));
     let top = vocabulary.section("").map_or(&[][..], |top| top.keys);
-    let keys = top.iter().map(|k| (k.name.to_owned(), value(k)));
-    let properties: Map<String, Value> = keys.chain(sections).collect();
-    let needed = named.filter(|s| s.needed == "required").map(|s| s.name);
+    let properties = properties(vocabulary, "", top);
+    let needed = vocabulary.sections_in("");
+    let needed = needed.filter(|s| s.needed == "required").map(|s| s.name);
     let required: Vec<&str> = required(top).chain(needed).collect();
     json!({
         "$schema": DRAFT,
@@ -45,9 +43,16 @@ fn required(keys: &'static [Key]) -> impl Iterator<Item = &'static str> {
     keys.iter().filter(|k| k.is_required()).map(|k| k.name)
 }
 
-fn section(section: &Section) -> Value {
-    let keys = section.keys.iter().map(|k| (k.name.to_owned(), value(k)));
-    let properties: Map<String, Value> = keys.collect();
+/// Schemas of the keys of a section and of the sections inside of it.
+fn properties(vocabulary: &Vocabulary, name: &str, keys: &'static [Key]) -> Map<String, Value> {
+    let keys = keys.iter().map(|k| (k.name.to_owned(), value(k)));
+    let inside = vocabulary.sections_in(name);
+    let inside = inside.map(|s| (s.place().1.to_owned(), section(vocabulary, s)));
+    keys.chain(inside).collect()
+}
+
+fn section(vocabulary: &Vocabulary, section: &Section) -> Value {
+    let properties = properties(vocabulary, section.name, section.keys);
     let table = json!({
         "type": "object",
         "properties": properties,
@@ -116,6 +121,11 @@ fn of_kind(kind: Kind) -> Value {
             "items": with(json!({ "type": "number" }), of_limits(limits)),
             "minItems": 1,
         }),
+        Kind::NumberOrList(_, limits) => {
+            let number = with(json!({ "type": "number" }), of_limits(limits));
+            let list = json!({ "type": "array", "items": number, "minItems": 1 });
+            json!({ "anyOf": [number, list] })
+        }
         Kind::NumberTable => json!({
             "type": "object",
             "additionalProperties": { "type": "number" },
@@ -199,11 +209,15 @@ mod tests {
 
     /// The table of a section, or of the first item of a list.
     fn table_of<'a>(file: &'a mut toml::Table, section: &Section) -> &'a mut toml::Table {
-        let table = match &mut file[section.name] {
-            toml::Value::Array(items) => &mut items[0],
-            table => table,
-        };
-        table.as_table_mut().unwrap()
+        let mut table = file;
+        for word in section.name.split('.') {
+            let inner = match &mut table[word] {
+                toml::Value::Array(items) => &mut items[0],
+                inner => inner,
+            };
+            table = inner.as_table_mut().unwrap();
+        }
+        table
     }
 
     fn program_takes(file: &toml::Table) -> bool {

@@ -17,7 +17,7 @@ use crate::gmsh::inputs;
 pub struct ReductionInputs {
     assembly: Assembly,
     wanted: StuckModes,
-    /// Load steps, tolerance and iterations of the static state that the prestress comes from.
+    /// Load path, tolerance and iterations of the static state that the prestress comes from.
     statics: Option<StaticOptions>,
 }
 

@@ -77,7 +77,13 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
 /// list of the right length for a table.
 fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>) {
     for section in source.vocabulary.sections {
-        let Some(value) = root.get(section.name) else {
+        let (above, name) = section.place();
+        let table = match (above, root.get_mut(above).map(Spanned::get_mut)) {
+            ("", _) => &mut *root,
+            (_, Some(DeValue::Table(table))) => table,
+            _ => continue,
+        };
+        let Some(value) = table.get(name) else {
             continue;
         };
         let right = match (section.shape, value.get_ref()) {
@@ -92,7 +98,7 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
                 example: section.example,
             };
             problems.push(source.problem(value.span(), fault));
-            root.remove(section.name);
+            table.remove(name);
         }
     }
 }
@@ -138,17 +144,15 @@ fn fault_of(
             Step::Index(_) => None,
         })
         .collect();
-    let (section, key) = match words.as_slice() {
-        [] => ("", ""),
-        [key] => ("", *key),
-        [section, key, ..] => (*section, *key),
+    // The innermost section that the words lead into, and the word behind it.
+    let named = |words: &[&str]| {
+        let name = words.join(".");
+        let mut names = vocabulary.sections.iter().map(|s| s.name);
+        names.find(|s| *s == name)
     };
-    let section = vocabulary
-        .sections
-        .iter()
-        .map(|s| s.name)
-        .find(|s| *s == section)
-        .unwrap_or("");
+    let within = (0..words.len()).rev();
+    let mut inner = within.filter_map(|many| Some((named(&words[..many])?, words[many])));
+    let (section, key) = inner.next().unwrap_or(("", words.first().unwrap_or(&"")));
     let valid = vocabulary.keys_of(section);
     if valid.contains(&key) {
         Fault::WrongType {

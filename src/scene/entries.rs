@@ -59,6 +59,7 @@ const SECTIONS: [Section; 17] = [
     EXCITATION,
     OBSERVE,
     STATIC,
+    STATIC_PATH,
     RESPONSE,
     ENGINE_ORDER,
     MISSION,
@@ -553,16 +554,31 @@ section! {
         "how the steady load is applied",
         "[static]\nload_steps = 10" {
         load_steps: Whole(Some(1), Some(10_000)), "10",
-            "the load is applied in this many equal steps",
+            "the load is applied in this many equal steps, and so is each leg of `[[static.path]]`",
             "10";
-        overload: Number("", Limits::ONE_OR_MORE), "1",
-            "the load first rises to so many times itself, and falls back: friction keeps what an overspeed \
-             test leaves in the joint. Of rotation alone, the square of the ratio of speeds",
-            "1.44           # a test at 1.2 times the speed came before";
         starting_tractions: Whole(Some(0), Some(1000)), "0",
             "`dovetail run` computes the response again from so many other tractions that pairs may have \
              kept: its range is a band in the curve",
             "6";
+    } and {
+        #[serde(default)]
+        pub path: Vec<Spanned<RawPathPoint>>,
+    }
+}
+
+section! {
+    STATIC_PATH: RawPathPoint, "static.path", List, "none or more",
+        "a point that the steady load goes through before it comes to what the scene describes",
+        "[[static.path]]\nspeed_rpm = 6000" {
+        speed_rpm: Number("rpm", Limits::from_zero_to(1e7)), "that of `[rotation]`",
+            "speed whose centrifugal load acts at the point. The stiffness stays that of \
+             `rotation.speed_rpm`",
+            "6000";
+        loads: NumberOrList("", Limits::ANY), "1",
+            "multiple of all `[[load]]`, or a list with one multiple for each in their order; \
+             below 0 a load acts the other way. With `[reduced_model]` one number, the multiple \
+             of the whole steady load",
+            "[1, 0]  # the first load alone";
     }
 }
 

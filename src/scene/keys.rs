@@ -50,7 +50,8 @@ impl Key {
 /// Table of the file, or its top.
 #[derive(Debug)]
 pub struct Section {
-    /// Name; empty for the top of the file.
+    /// Name; empty for the top of the file. One inside of another has the name of that one before a
+    /// dot.
     pub name: &'static str,
     pub shape: Shape,
     /// Required number of these sections.
@@ -58,8 +59,16 @@ pub struct Section {
     pub what: &'static str,
     /// First lines of an example.
     pub example: &'static str,
-    /// Keys; for the top of the file, without the sections.
+    /// Keys, without the sections inside.
     pub keys: &'static [Key],
+}
+
+impl Section {
+    /// Name of the section that this one is inside of, empty for the top of the file, and its own
+    /// last word.
+    pub fn place(&self) -> (&'static str, &'static str) {
+        self.name.rsplit_once('.').unwrap_or(("", self.name))
+    }
 }
 
 /// Keys of a kind of file.
@@ -81,12 +90,17 @@ impl Vocabulary {
         self.section(section)?.keys.iter().find(|k| k.name == key)
     }
 
-    /// Keys that a section accepts, at the top of the file also the sections; empty if there is no
-    /// such section.
+    /// Sections inside of a section, or at the top of the file.
+    pub fn sections_in(&self, section: &str) -> impl Iterator<Item = &'static Section> {
+        let named = self.sections.iter().filter(|s| !s.name.is_empty());
+        named.filter(move |s| s.place().0 == section)
+    }
+
+    /// Keys that a section accepts, and the sections inside of it; empty if there is no such
+    /// section.
     pub fn keys_of(&self, section: &str) -> Vec<&'static str> {
         let keys = self.section(section).map_or(&[][..], |s| s.keys);
-        let sections = self.sections.iter().map(|s| s.name);
-        let sections = sections.filter(|name| section.is_empty() && !name.is_empty());
+        let sections = self.sections_in(section).map(|s| s.place().1);
         keys.iter().map(|key| key.name).chain(sections).collect()
     }
 
@@ -107,7 +121,12 @@ impl Vocabulary {
         let own = of_section.and_then(|s| s.keys.iter().find(|k| k.name == key));
         match own {
             Some(own) => own.example,
-            None => self.section(key).map_or("", |s| s.example),
+            None => {
+                let mut inside = self.sections_in(section);
+                inside
+                    .find(|s| s.place().1 == key)
+                    .map_or("", |s| s.example)
+            }
         }
     }
 }
@@ -177,9 +196,11 @@ pub(crate) use section;
 pub fn is_setting(key: &str) -> bool {
     let mut words = key.split('.').map(str::trim);
     let section = words.next().unwrap_or_default();
-    let last = words.next_back().unwrap_or(section);
-    let of_solution = matches!(section, "mesh" | "response" | "static") && last != "overload";
-    of_solution || last.ends_with("_modes")
+    let key = words.next().unwrap_or_default();
+    let last = words.next_back().unwrap_or(key);
+    let of_solution = matches!(section, "mesh" | "response" | "static");
+    // By which way the load came is no matter of the solution.
+    (of_solution && (section, key) != ("static", "path")) || last.ends_with("_modes")
 }
 
 #[cfg(test)]
@@ -205,7 +226,8 @@ mod tests {
             "body.blade.young_pa",
             "reduced_model.force_n",
             "rotation.speed_rpm",
-            "static.overload",
+            "static.path.0.speed_rpm",
+            "static.path",
             " load.0.force_n",
         ] {
             assert!(!is_setting(key), "{key}");

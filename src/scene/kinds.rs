@@ -24,6 +24,8 @@ pub enum Kind {
     Numbers(usize, &'static str),
     /// List of any number of numbers, at least one, with their unit and limits.
     NumberList(&'static str, Limits),
+    /// Number, or a list of them, at least one, with their unit and limits.
+    NumberOrList(&'static str, Limits),
     /// Table of numbers under names chosen by the user.
     NumberTable,
     /// True or false.
@@ -45,6 +47,7 @@ macro_rules! mirror {
     (Whole $of:tt) => { $crate::scene::raw::Count };
     (Numbers($count:literal, $unit:literal)) => { $crate::scene::raw::Numbers<$count> };
     (NumberList $of:tt) => { Vec<serde_spanned::Spanned<$crate::scene::raw::Number>> };
+    (NumberOrList $of:tt) => { $crate::scene::raw::NumberOrList };
     (NumberTable) => {
         std::collections::BTreeMap<String, serde_spanned::Spanned<$crate::scene::raw::Number>>
     };
@@ -58,7 +61,9 @@ impl Kind {
     /// Limits of a number, in words; `None` if any number is valid or the type has no limits.
     pub fn limits(&self) -> Option<String> {
         match self {
-            Self::Number(_, limits) | Self::NumberList(_, limits) => Some(limits.to_string()),
+            Self::Number(_, limits)
+            | Self::NumberList(_, limits)
+            | Self::NumberOrList(_, limits) => Some(limits.to_string()),
             Self::Whole(Some(least), Some(most)) => {
                 Some(format!("{} to {}", grouped(*least), grouped(*most)))
             }
@@ -91,6 +96,10 @@ impl fmt::Display for Kind {
             }
             Self::NumberList(unit, _) => {
                 f.write_str("list of numbers")?;
+                with_unit(f, unit)
+            }
+            Self::NumberOrList(unit, _) => {
+                f.write_str("number, or list of numbers")?;
                 with_unit(f, unit)
             }
             Self::NumberTable => f.write_str("table of numbers"),
@@ -135,12 +144,6 @@ impl Limits {
     };
     pub const NOT_NEGATIVE: Self = Self {
         above: 0.0,
-        below: f64::INFINITY,
-        from: true,
-    };
-
-    pub const ONE_OR_MORE: Self = Self {
-        above: 1.0,
         below: f64::INFINITY,
         from: true,
     };

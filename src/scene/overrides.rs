@@ -154,7 +154,12 @@ fn put_in_table<'i>(
     above.push(word.to_owned());
     if let Some((next, rest)) = rest.split_first() {
         if !table.contains_key(word) && value.is_some() {
-            let empty = Spanned::new(segment.span.clone(), DeValue::Table(DeTable::new()));
+            let mut empty = Spanned::new(segment.span.clone(), DeValue::Table(DeTable::new()));
+            if next.word == "0" {
+                // The first element of a list.
+                let list = DeValue::Array(std::iter::once(empty).collect());
+                empty = Spanned::new(segment.span.clone(), list);
+            }
             table.insert(Spanned::new(segment.span.clone(), word.into()), empty);
         }
         return match table.get_mut(word) {

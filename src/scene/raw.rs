@@ -19,6 +19,13 @@ pub struct Number(pub f64);
 #[derive(Debug, Clone, Copy)]
 pub struct Count(pub usize);
 
+/// Finite number, or a list of finite numbers.
+#[derive(Debug, Clone)]
+pub enum NumberOrList {
+    One(f64),
+    List(Vec<f64>),
+}
+
 /// List of exactly `N` finite numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbers<const N: usize>(pub [f64; N]);
@@ -69,6 +76,39 @@ impl<'de> Deserialize<'de> for Count {
             }
         }
         deserializer.deserialize_any(CountVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for NumberOrList {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberOrListVisitor;
+        impl<'de> Visitor<'de> for NumberOrListVisitor {
+            type Value = NumberOrList;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a finite number, or a list of finite numbers")
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<NumberOrList, E> {
+                if v.is_finite() {
+                    Ok(NumberOrList::One(v))
+                } else {
+                    Err(E::invalid_value(de::Unexpected::Float(v), &self))
+                }
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<NumberOrList, E> {
+                Ok(NumberOrList::One(v as f64))
+            }
+            fn visit_u64<E: de::Error>(self, v: u64) -> Result<NumberOrList, E> {
+                Ok(NumberOrList::One(v as f64))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<NumberOrList, A::Error> {
+                let mut numbers = Vec::new();
+                while let Some(Number(number)) = seq.next_element()? {
+                    numbers.push(number);
+                }
+                Ok(NumberOrList::List(numbers))
+            }
+        }
+        deserializer.deserialize_any(NumberOrListVisitor)
     }
 }
 

@@ -56,8 +56,8 @@ section! {
             "\"response.harmonics\"";
         is: Choice(&[NUMERICAL, PHYSICAL]), "by its keys",
             "`\"numerical\"`: how the model is solved, which has an error; `\"physical\"`: what is \
-             built, or what acts on it. Keys of `mesh`, `response` and `static` and numbers of \
-             modes are numerical, all others physical. A parameter that sets keys of both kinds is \
+             built, or what acts on it. Keys of `mesh`, `response` and `static` (but \
+             `static.path`) and numbers of modes are numerical, all others physical. A parameter that sets keys of both kinds is \
              physical",
             "\"physical\"";
         values: List, "-",

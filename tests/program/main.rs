@@ -32,6 +32,7 @@ mod friction_file;
 mod given_matrices;
 mod interruption;
 mod limits;
+mod load_path;
 mod memory;
 mod meshed_contact;
 mod meshing;

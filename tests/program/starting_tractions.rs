@@ -47,7 +47,9 @@ fn the_range_over_starting_tractions_is_that_of_runs_from_them() {
     let picture = std::fs::read_to_string(weak.0.join("plots/response_tip.svg")).unwrap();
     assert!(picture.contains("least over 4 starting tractions"));
 
-    let overloaded = run("tractions_overload", &[WEAK, "static.overload=2"]);
+    // Twice the centrifugal load is that of sqrt(2) times the speed of 5000 rpm.
+    let by_way_of = "static.path.0.speed_rpm=7071.0678118654755";
+    let overloaded = run("tractions_overload", &[WEAK, by_way_of]);
     let peak = overloaded.summary()["response"]["peak_amplitude_m"]
         .as_f64()
         .unwrap();

@@ -577,12 +577,14 @@ fn structure_of(
             stiffness: ordered.matrix(k, &is_held, 1.0, &lacking),
             mass: ordered.matrix(m, &is_held, 0.0, &[]),
             load_n,
+            centrifugal_n_s2: Vec::new(),
             interior_nodes: ordered.interior_nodes,
             held_dofs: held.filter_map(|(at, _)| u32::try_from(at).ok()).collect(),
             fixed_interface_modes: None,
             node_tags: tags,
         }],
         joints,
+        steady_parts: Vec::new(),
         excitations: loads
             .parts()
             .flat_map(|(_, parts)| parts.into_iter().flatten())

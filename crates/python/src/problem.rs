@@ -116,7 +116,7 @@ impl PyProblem {
         }
         let found = quietly(py, || {
             let newton = NewtonOptions::new(STATIC_TOLERANCE, STATIC_ITERATIONS);
-            let mut found = static_state(self.problem(), self.path, newton);
+            let mut found = static_state(self.problem(), self.path.clone(), newton);
             if let Some(pairs) = &self.subject.pairs {
                 ShorterSides::of(pairs).judge_static(&mut found);
             }
@@ -166,7 +166,7 @@ impl PyProblem {
         Self {
             subject: Subject::new(problem, self.subject.pairs.clone(), None),
             damping: self.damping,
-            path: self.path,
+            path: self.path.clone(),
             state: state.map_or_else(OnceLock::new, OnceLock::from),
         }
     }

@@ -127,6 +127,7 @@ impl PyRun {
             .natural_frequencies(Some(state), &run.held_omega2);
         let damping = rayleigh(&scene.damping, run.reduced.linear_omega2(state)).ok();
         let reduced = run.reduced;
+        let path = load_path(scene, &reduced.problem.reduced);
         let subject = Subject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);
         let state = Arc::new(run.statics.state);
         let (response, compared) = match run.response {
@@ -137,10 +138,7 @@ impl PyRun {
         Ok(Self {
             response: response.map(of).transpose()?,
             compared: compared.map(of).transpose()?,
-            problem: Py::new(
-                py,
-                PyProblem::of_run(&subject, &state, damping, load_path(scene)),
-            )?,
+            problem: Py::new(py, PyProblem::of_run(&subject, &state, damping, path))?,
             statics: Py::new(
                 py,
                 PyStaticState {

@@ -57,6 +57,7 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
             mass: sparse(&[(1, 1, 1.0)]),
             // The normal of the pair is its first axis: x, along which 1 N presses the slider on.
             load_n: vec![0.0, 0.0, 0.0, -1.0, 0.0, 0.0],
+            centrifugal_n_s2: Vec::new(),
             interior_nodes: 1,
             held_dofs: vec![0, 2],
             fixed_interface_modes: None,
@@ -69,6 +70,8 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
             turned: Some([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
             across: None,
         }],
+        // The steady load as a whole.
+        steady_parts: Vec::new(),
         excitations: vec![vec![along_the_mass.clone()]],
         observations: vec![ObservedWork {
             name: "mass".into(),

@@ -87,22 +87,51 @@ pub struct ReducedModelSpec {
 /// Settings of the static state under rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticSpec {
-    /// Number of equal steps in which the load is applied.
+    /// Number of equal steps of each leg of the path.
     pub load_steps: usize,
-    /// Largest load that acts before, as a multiple of the load, 1 or more: the load rises to it and
-    /// falls back.
-    pub overload: f64,
+    /// Points that the load goes through, from no load on, before it ends at the steady load; empty:
+    /// it rises to the steady load.
+    pub path: Vec<PathPoint>,
     /// Number of other starting tractions from which the response is computed once more.
     pub starting_tractions: usize,
 }
 
 impl Default for StaticSpec {
-    /// Ten load steps to the load.
+    /// Ten load steps to the steady load.
     fn default() -> Self {
         Self {
             load_steps: 10,
-            overload: 1.0,
+            path: Vec::new(),
             starting_tractions: 0,
+        }
+    }
+}
+
+/// Point of the path by which the steady load comes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PathPoint {
+    /// Speed of rotation whose centrifugal load acts, rad/s; `None`: that of the rotation.
+    pub speed_rad_s: Option<f64>,
+    /// Multiples of the steady loads besides that of the rotation; of a reduced model that is read,
+    /// of its whole steady load.
+    pub loads: LoadMultiples,
+}
+
+/// Multiples of steady loads.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum LoadMultiples {
+    /// All loads have this multiple.
+    All(f64),
+    /// One multiple for each load, in their order.
+    Each(Vec<f64>),
+}
+
+impl LoadMultiples {
+    /// Multiple of the load with this number, counted from 0; 1 where none is given.
+    pub fn of(&self, number: usize) -> f64 {
+        match self {
+            Self::All(multiple) => *multiple,
+            Self::Each(multiples) => multiples.get(number).copied().unwrap_or(1.0),
         }
     }
 }

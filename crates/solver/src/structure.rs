@@ -12,6 +12,10 @@ pub struct Structure {
     /// Nodes of one body that move with those of another or relative to them. Those with a frame
     /// are the contact pairs, in their order.
     pub joints: Vec<Joint>,
+    /// Parts of the steady load of all bodies. With their working multiples they add up to
+    /// [`BodyMatrices::load_n`]; empty where the parts are not known, and a load path changes the
+    /// steady load as a whole.
+    pub steady_parts: Vec<SteadyPart>,
     /// One unit of each excitation.
     pub excitations: Vec<BodyVectors>,
     /// Observed displacements and strains.
@@ -19,6 +23,30 @@ pub struct Structure {
     /// Dashpots: their coefficients, N s/m, and the loads whose work on a motion is the displacement
     /// that a dashpot acts on.
     pub dashpots: Vec<(f64, BodyVectors)>,
+}
+
+/// Part of the steady load that a load path can change by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteadyPart {
+    /// What the part comes from, and what its multiple is.
+    pub cause: SteadyCause,
+    /// The part at a multiple of 1.
+    pub load: BodyVectors,
+    /// Multiple of the part in the steady load.
+    pub working: f64,
+}
+
+/// What a part of the steady load comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SteadyCause {
+    /// Rotation: the part is the centrifugal load at 1 rad/s, N s2/rad2, and its multiple the square
+    /// of the speed, rad2/s2.
+    Rotation,
+    /// Steady load of the description with this number, counted from 0. Its multiple is 1 in the
+    /// steady load.
+    Load(usize),
+    /// Loads that come with matrices of another program. Their multiple is 1 in the steady load.
+    Matrices,
 }
 
 /// Quantity that is observed.
@@ -78,6 +106,9 @@ pub struct BodyMatrices {
     pub mass: CscMatrix<f64>,
     /// Steady load, N, n; zero on degrees of freedom that are held.
     pub load_n: Vec<f64>,
+    /// Centrifugal load at 1 rad/s, N s2/rad2, n, which `load_n` has as many times as the square of
+    /// the speed is, rad2/s2; empty for a body that does not rotate.
+    pub centrifugal_n_s2: Vec<f64>,
     /// Number of free nodes that belong to no interface. They come first.
     pub interior_nodes: usize,
     /// Degrees of freedom that do not move, ascending; the matrices have only the diagonal there.

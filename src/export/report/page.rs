@@ -6,6 +6,8 @@ mod forces;
 mod response;
 mod stress;
 
+use std::f64::consts::PI;
+
 use maud::{Markup, html};
 
 use self::answer::answer;
@@ -19,7 +21,8 @@ use super::{Contents, REPORT};
 use crate::export::csv::ASSEMBLY;
 use crate::export::journal::JOURNAL;
 use crate::export::manifest::{ContactSummary, StaticSummary};
-use crate::words::{figure, or_dash, percent, quantity, static_counts};
+use crate::words::{counted, figure, or_dash, percent, quantity, static_counts};
+use dovetail_solver::description::{LoadMultiples, PathPoint, Scene, StaticSpec};
 use dovetail_solver::dlft::StaticCounts;
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::results::modes::ModeKind;
@@ -166,7 +169,7 @@ fn static_state(contents: &Contents<'_>) -> Markup {
     html! {
         section #static {
             h2 { "Static state" }
-            p { (static_words(state)) }
+            p { (static_words(state)) (path_words(contents.scene)) }
             (table(
                 "numbers",
                 &state.contacts,
@@ -211,6 +214,50 @@ fn static_words(state: &StaticSummary) -> Markup {
             (quantity(force, "N", 3)) "."
         }
     }
+}
+
+/// Sentences on the path by which the steady load came; nothing where it came straight.
+fn path_words(scene: &Scene) -> String {
+    let StaticSpec {
+        load_steps, path, ..
+    } = &scene.static_state;
+    let Some((first, others)) = path.split_first() else {
+        return String::new();
+    };
+    let mut way = point_words(scene, first);
+    for point in others {
+        way = format!("{way}, then {}", point_words(scene, point));
+    }
+    let steps = counted(*load_steps, "step", "steps");
+    format!(
+        " The load came by way of {way}, each leg in {steps}, and friction kept what that left in the \
+         joints. The stiffness is that of the working speed all the way."
+    )
+}
+
+/// Loads at a point of a path: `6000 rpm and 1.5 times the steady loads`.
+fn point_words(scene: &Scene, point: &PathPoint) -> String {
+    let times = |multiple: &f64| format!("{} times", figure(*multiple, 4));
+    let loads = match &point.loads {
+        LoadMultiples::All(multiple) => times(multiple),
+        LoadMultiples::Each(multiples) => {
+            let all: Vec<String> = multiples.iter().map(times).collect();
+            format!("in their order {}", all.join(", "))
+        }
+    };
+    let assembly = scene.assembly();
+    let rotation = assembly.and_then(|assembly| assembly.rotation.as_ref());
+    let speed = rotation.map(|rotation| match point.speed_rad_s {
+        Some(speed_rad_s) => format!("{} rpm", figure(speed_rad_s * 30.0 / PI, 5)),
+        None => format!("{} rpm", figure(rotation.speed_rpm(), 5)),
+    });
+    let loads = match assembly {
+        Some(assembly) if assembly.loads.is_empty() => None,
+        Some(_) => Some(format!("{loads} the steady loads")),
+        None => Some(format!("{loads} the steady load")),
+    };
+    let parts: Vec<String> = speed.into_iter().chain(loads).collect();
+    parts.join(" and ")
 }
 
 fn modes(contents: &Contents<'_>) -> Markup {

@@ -8,7 +8,7 @@ use serde_spanned::Spanned;
 use crate::scene::error::{Fault, Problem};
 use crate::scene::keys;
 use crate::scene::kinds::{Kind, Limits};
-use crate::scene::raw::{Count, Located, Number, Numbers};
+use crate::scene::raw::{Count, Located, Number, NumberOrList, Numbers};
 use crate::scene::source::Source;
 
 /// Places of these keys of a table; `None` for those that are not given.
@@ -226,6 +226,37 @@ impl Checker<'_> {
             }
         }
         (numbers.len() == list.get_ref().len()).then_some(numbers)
+    }
+
+    /// Returns the numbers of a key that has one or a list of them, at least one, each within the
+    /// limits of its key, and `true` if it is a list. An absent key has its default, one number.
+    pub fn number_or_list(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<NumberOrList>,
+    ) -> Option<(Vec<f64>, bool)> {
+        let Some(value) = value else {
+            return self.number(table, key, &None).map(|one| (vec![one], false));
+        };
+        let limits = match self.kind(table, key) {
+            Some(Kind::NumberOrList(_, limits)) => limits,
+            _ => Limits::ANY,
+        };
+        let (numbers, is_list) = match value.get_ref() {
+            NumberOrList::One(number) => (vec![*number], false),
+            NumberOrList::List(numbers) => (numbers.clone(), true),
+        };
+        if numbers.is_empty() {
+            let message = "at least one value is expected".to_owned();
+            self.wrong_type(table, key, value.span(), message);
+            return None;
+        }
+        if let Some(wrong) = numbers.iter().find(|number| !limits.contain(**number)) {
+            self.out_of_range(table, key, value.span(), wrong, limits.to_string());
+            return None;
+        }
+        Some((numbers, is_list))
     }
 
     /// Returns a number within the limits of its key, `Some(None)` if the key is absent.

@@ -13,6 +13,7 @@ mod contacts;
 mod cyclic;
 mod excitations;
 pub(crate) mod fields;
+mod load_path;
 mod loads;
 mod mesh;
 pub(crate) mod pair_law;
@@ -71,8 +72,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
     let load_steps = checker.count(&at, "load_steps", load_steps);
-    let overload = table.map_or(&None, |table| &table.get_ref().overload);
-    let overload = checker.number(&at, "overload", overload);
+    let path = load_path::load_path(checker, &raw);
     let tractions = table.map_or(&None, |table| &table.get_ref().starting_tractions);
     let starting_tractions = checker.count(&at, "starting_tractions", tractions);
     Some(Scene {
@@ -82,7 +82,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         modal_ratios: modal_ratios?,
         static_state: StaticSpec {
             load_steps: load_steps?,
-            overload: overload?,
+            path: path?,
             starting_tractions: starting_tractions?,
         },
         response: response?,

@@ -20,6 +20,11 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         "traction_pa" => "traction_pa = 1.0\ndirection = [1, 0, 0]",
         _ => "force_n = 1.0\ndirection = [1, 0, 0]",
     };
+    // The example of `static.path` has multiples of two loads.
+    let other_load = match key {
+        "loads" => "[[load]]\non = \"a2\"\npressure_pa = 1.0\n",
+        _ => "",
+    };
     let cause = match key {
         "file" | "factor" => "on = \"p\"\nfile = \"p.csv\"".to_owned(),
         "base_acceleration_m_s2" | "base_displacement_m" => {
@@ -67,7 +72,7 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              crown_radius_m = 1.0\n\
              [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\
              [[dashpot]]\nname = \"d\"\nfirst = \"a3\"\ndamping_n_s_m = 10\n\
-             [[load]]\non = \"a2\"\n{load}\n\
+             [[load]]\non = \"a2\"\n{load}\n{other_load}\
              [[excitation]]\n{cause}\n\
              [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]\n\
              [[engine_order]]\norder = 4\n[[mission]]\nforce_scale = 1"
@@ -78,7 +83,7 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         _ => "",
     };
     format!(
-        "name = \"s\"\n{subject}\n[damping]\n{damping}\n[static]\n[response]\n{range}\n{resolution}"
+        "name = \"s\"\n{subject}\n[damping]\n{damping}\n[static]\n[[static.path]]\n[response]\n{range}\n{resolution}"
     )
 }
 
@@ -204,6 +209,7 @@ pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
         Kind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
         Kind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
         Kind::NumberList(..) => &["1", "\"a\"", "[\"a\"]"],
+        Kind::NumberOrList(..) => &["\"a\"", "[\"a\"]", "true", "inf"],
         Kind::NumberTable => &["{ a = \"b\" }", "1"],
         Kind::Flag => &["\"true\"", "1"],
         Kind::List => &["1", "\"a\""],

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 pub enum StartingTraction {
     /// The load came first, without friction, and left no traction.
     NormalFirst,
-    /// The load rose to so many times itself and fell back.
+    /// The load rose to so many times itself, all its parts alike, and fell back.
     Overload(f64),
     /// All pairs that touch bore a traction of the size of their limit of friction, each in a direction
     /// of its own, and settled from there. Directions of another number are others.
@@ -49,11 +49,12 @@ impl StartingTraction {
     }
 }
 
-/// Static states under the static load with other tractions than the load path leaves. A state that
-/// is not found has the outcome that says why.
+/// Static states under the static load with other tractions than the load path leaves. The load is
+/// applied in so many steps, and falls in as many. A state that is not found has the outcome that
+/// says why.
 pub fn starting_tractions(
     problem: &Problem,
-    path: LoadPath,
+    steps: usize,
     count: usize,
     options: NewtonOptions,
 ) -> Vec<(StartingTraction, StaticState)> {
@@ -64,8 +65,9 @@ pub fn starting_tractions(
     for law in &mut smooth.laws {
         law.friction = 0.0;
     }
-    let mut settled =
-        |tractions_n: &[[f64; 2]]| with_tractions(problem, &mut smooth, tractions_n, path, options);
+    let mut settled = |tractions_n: &[[f64; 2]]| {
+        with_tractions(problem, &mut smooth, tractions_n, steps, options)
+    };
     let none = vec![[0.0; 2]; problem.laws.len()];
     let normal_first = settled(&none);
     let limits_n: Vec<f64> = (problem.laws.iter().enumerate())
@@ -74,7 +76,9 @@ pub fn starting_tractions(
     let mut state = |start: StartingTraction| match start {
         StartingTraction::NormalFirst => normal_first.clone(),
         StartingTraction::Overload(overload) => {
-            static_state(problem, LoadPath { overload, ..path }, options)
+            let working = problem.reduced.working_multiples().into_iter();
+            let points = vec![working.map(|multiple| overload * multiple).collect()];
+            static_state(problem, LoadPath { steps, points }, options)
         }
         StartingTraction::Scattered(number) => {
             let at_limit = limits_n.iter().enumerate().map(|(pair, limit_n)| {
@@ -95,7 +99,7 @@ fn with_tractions(
     problem: &Problem,
     smooth: &mut Problem,
     tractions_n: &[[f64; 2]],
-    path: LoadPath,
+    steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
     let own = smooth.reduced.static_load.on_x.clone();
@@ -104,7 +108,8 @@ fn with_tractions(
         load[1] -= traction[0];
         load[2] -= traction[1];
     }
-    let mut found = static_state(smooth, path, options);
+    // Without friction the state does not depend on the way of the load.
+    let mut found = static_state(smooth, steps, options);
     smooth.reduced.static_load.on_x = own;
     if !found.outcome.is_converged() {
         return found;
@@ -142,7 +147,7 @@ mod tests {
             let tractions = lambda.chunks_exact(3).map(|l| l[1].hypot(l[2]));
             tractions.sum()
         };
-        let states = starting_tractions(&problem, 10.into(), 4, options());
+        let states = starting_tractions(&problem, 10, 4, options());
         assert_eq!(states[3].0, StartingTraction::Scattered(2));
         for (start, state) in &states {
             assert!(

@@ -1,6 +1,7 @@
 //! Static state of the flanks under rotation: the contact laws with the mean alone, the load
 //! applied in steps so that slip keeps its history (method of the dynamic solve with H = 0, one
-//! sample a step).
+//! sample a step). The load may come by way of others ([`LoadPath`]): friction keeps what they
+//! leave. The stiffness is that of the steady load all the way.
 //!
 //! All pairs open is a valid state where supports and springs hold the bodies; elsewhere nothing
 //! holds them then.
@@ -20,6 +21,7 @@ use crate::contact::{Instant, PairLaw, PredictedLaw, State};
 use crate::problem::inexact::{Inexact, InexactModel};
 use crate::problem::tangential;
 use crate::problem::{LinearReference, Problem};
+use crate::reduction::ReducedModel;
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::krylov::RefreshPolicy;
 use dovetail_numerics::nonlinear::{
@@ -31,45 +33,56 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Way in which the static load is applied.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Way in which the static load is applied: from no load through the points in their order, and
+/// from the last of them to the steady load. Each leg is a straight line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadPath {
-    /// Number of equal steps in which the load rises.
+    /// Number of equal steps of each leg.
     pub steps: usize,
-    /// Multiple of the load to which it rises before it falls back to 1, in as many steps; 1 or less
-    /// where it rises to the load itself.
-    pub overload: f64,
+    /// Multiples of the parts of the steady load at each point, in the order of
+    /// [`ReducedModel::working_multiples`](crate::reduction::ReducedModel::working_multiples), which
+    /// says what the parts are. A part without a multiple has that of the steady load. Empty: the
+    /// load rises to the steady load itself.
+    pub points: Vec<Vec<f64>>,
 }
 
 impl From<usize> for LoadPath {
     /// The load rises in so many equal steps.
     fn from(steps: usize) -> Self {
-        Self {
-            steps,
-            overload: 1.0,
-        }
+        let points = Vec::new();
+        Self { steps, points }
     }
 }
 
+/// Share of the load before it that is left at a point without load. Where nothing presses the pairs
+/// any more, all of them are about to open, and bodies that only they hold have no state of their
+/// own; with so little left the state is that which the falling load leads to.
+const LEFT: f64 = 1e-6;
+
 impl LoadPath {
-    /// Multiples of the load at the ends of the steps.
-    fn fractions(self) -> impl Iterator<Item = f64> {
-        let Self { steps, overload } = self;
-        let most = overload.max(1.0);
-        let share = move |step: usize| step as f64 / steps as f64;
-        let back = if most > 1.0 { steps } else { 0 };
-        let rises = (1..=steps).map(move |step| most * share(step));
-        rises.chain((1..=back).map(move |step| most + (1.0 - most) * share(step)))
+    /// Loads on X, N, between which the legs are: none, those of the points, and the steady load.
+    fn stations(&self, reduced: &ReducedModel) -> Vec<Vec<f64>> {
+        let mut stations = vec![vec![0.0; reduced.static_load.on_x.len()]];
+        for multiples in &self.points {
+            let mut load = reduced.steady_on_x(multiples);
+            let before = stations.last().map_or(&[][..], Vec::as_slice);
+            if norm(&load) < LEFT * norm(before) {
+                load = before.iter().map(|f| LEFT * f).collect();
+            }
+            stations.push(load);
+        }
+        stations.push(reduced.static_load.on_x.clone());
+        stations
     }
 }
 
 /// Solves the static state under the static load.
 ///
-/// The load is applied along the path, with the interference of pairs of negative clearance, from
-/// the stuck, unloaded state. Friction keeps what an overload leaves. Motions that nothing holds are retained. eps is the
-/// stiffness of each pair: it influences only the iterations, not the state. Where the state does
-/// not converge, or nothing holds the bodies ([`Outcome::NothingHolds`]), all pairs of its linear
-/// reference stick.
+/// The load is applied along the path from the stuck, unloaded state, the interference of pairs of
+/// negative clearance on its first leg. Friction keeps what the path leaves. Motions that nothing
+/// holds are retained. eps is the stiffness of each pair: it influences only the iterations, not the
+/// state. Where a step of the path does not converge, or nothing holds the bodies in the end
+/// ([`Outcome::NothingHolds`]), all pairs of the linear reference stick.
 pub fn static_state(
     problem: &Problem,
     path: impl Into<LoadPath>,
@@ -77,7 +90,7 @@ pub fn static_state(
 ) -> StaticState {
     with_linear(
         problem,
-        settle(problem, Start::Unloaded, path.into(), options),
+        settle(problem, Start::Unloaded, &path.into(), options),
     )
 }
 
@@ -99,7 +112,7 @@ pub(super) fn settled_after(
     (x, lambda): (&[f64], &[f64]),
     options: NewtonOptions,
 ) -> StaticState {
-    settle(problem, Start::After { x, lambda }, 1.into(), options)
+    settle(problem, Start::After { x, lambda }, &1.into(), options)
 }
 
 /// State with its own linear reference, if it converged.
@@ -114,7 +127,7 @@ fn with_linear(problem: &Problem, mut state: StaticState) -> StaticState {
 fn settle(
     problem: &Problem,
     from: Start<'_>,
-    path: LoadPath,
+    path: &LoadPath,
     options: NewtonOptions,
 ) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
@@ -190,13 +203,15 @@ enum Start<'a> {
 }
 
 /// Force that residuals are relative to, N: the norm of the steady load or, where nothing presses
-/// the pairs, of their own stiffness times their clearances. Where there are none either, the pairs
-/// are at rest as they are, and the residual is 0.
-fn force_scale_n(problem: &Problem, eps: &[f64]) -> f64 {
+/// the pairs in the end, of the largest one on the path; without any, of their own stiffness times
+/// their clearances. Where there are none either, the pairs are at rest as they are, and the
+/// residual is 0.
+fn force_scale_n(problem: &Problem, eps: &[f64], stations: &[Vec<f64>]) -> f64 {
     let steady_n = problem.steady_force_n();
+    let on_path_n = stations.iter().map(|load| norm(load)).fold(0.0, f64::max);
     let pairs = problem.laws.iter().zip(eps.iter().step_by(3));
     let clearances: Vec<f64> = pairs.map(|(pair, eps)| eps * pair.gap_m).collect();
-    let scales = [steady_n, norm(&clearances)];
+    let scales = [steady_n, on_path_n, norm(&clearances)];
     scales.into_iter().find(|n| *n > 0.0).unwrap_or(1.0)
 }
 
@@ -284,14 +299,14 @@ struct StaticSystem<'a> {
     eps: &'a [f64],
     /// Load of this step, N.
     load: Vec<f64>,
-    /// Law of each pair in this step: interference grows with the load.
+    /// Law of each pair in this step: interference grows on the first leg.
     laws: Vec<PairLaw>,
     /// Upper limit of the coefficients of friction.
     most_friction: f64,
     /// State of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]), from the
     /// first step on.
     at_rest: Vec<State>,
-    /// Force that residuals are relative to, N.
+    /// Force that residuals of this step are relative to, N.
     scale: f64,
     linear: LinearSystem,
     /// Coarse problem of J at some earlier x.
@@ -321,7 +336,7 @@ impl<'a> StaticSystem<'a> {
             laws: problem.laws.clone(),
             most_friction: f64::INFINITY,
             at_rest: Vec::new(),
-            scale: force_scale_n(problem, eps),
+            scale: 1.0,
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
@@ -334,8 +349,8 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// Applies the load in equal steps.
-    fn load_up(mut self, start: Start<'_>, path: LoadPath, options: NewtonOptions) -> StaticState {
+    /// Applies the load along the path.
+    fn load_up(mut self, start: Start<'_>, path: &LoadPath, options: NewtonOptions) -> StaticState {
         let n = self.eps.len();
         let mut forces = vec![[0.0; 3]; n / 3];
         let mut x = match start {
@@ -353,8 +368,19 @@ impl<'a> StaticSystem<'a> {
             measure: 0.0,
             residuals: Vec::new(),
         };
-        for fraction in path.fractions() {
-            self.set_load(fraction, &x, &forces);
+        let stations = path.stations(&self.problem.reduced);
+        let scale = force_scale_n(self.problem, self.eps, &stations);
+        let legs = stations.windows(2).enumerate();
+        let steps = legs.flat_map(|(leg, ends)| {
+            let share = |step: usize| step as f64 / path.steps as f64;
+            (1..=path.steps).map(move |step| (leg, ends, share(step)))
+        });
+        for (leg, ends, share) in steps {
+            let interference = if leg == 0 { share } else { 1.0 };
+            let both = ends[0].iter().zip(&ends[1]);
+            self.load = both.map(|(a, b)| (1.0 - share) * a + share * b).collect();
+            self.scale = scale.max(norm(&self.load));
+            self.begin_step(interference, &x, &forces);
             let last = load_step(&mut self, &mut x, options);
             end = NewtonEnd {
                 iterations: end.iterations + last.iterations,
@@ -369,14 +395,10 @@ impl<'a> StaticSystem<'a> {
         self.state(x, end)
     }
 
-    /// Sets the load step that ends at this fraction of the load, and begins at `x` with these
-    /// forces of the pairs.
-    fn set_load(&mut self, fraction: f64, x: &[f64], forces: &[[f64; 3]]) {
-        let full = &self.problem.reduced.static_load.on_x;
-        self.load = full.iter().map(|full| fraction * full).collect();
+    /// Begins a load step at `x` with these forces of the pairs, and this share of the interference.
+    fn begin_step(&mut self, interference: f64, x: &[f64], forces: &[[f64; 3]]) {
         for (law, pair) in self.laws.iter_mut().zip(&self.problem.laws) {
-            // The interference is whole from the full load on, and stays so where an overload falls.
-            law.gap_m = pair.gap_m.max(fraction.min(1.0) * pair.gap_m);
+            law.gap_m = pair.gap_m.max(interference * pair.gap_m);
         }
         let state = |(pair, force): (usize, &[f64; 3])| {
             let t = 3 * pair + 1;

@@ -1,12 +1,15 @@
 //! Joints of the bodies of a model, and their loads, on their free degrees of freedom.
 
-use super::FemError;
 use super::loads::add_load;
+use super::{FemError, given};
 use crate::model::{
-    AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Model, NodeMotion, Observation, Side,
-    Slave,
+    AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Matrices, Model, NodeMotion,
+    Observation, Side, Slave,
 };
-use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
+use crate::structure::{
+    BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, SteadyCause, SteadyPart,
+    Structure,
+};
 
 /// Bodies with the joints, the excitations and the observed points of the model that their matrices
 /// belong to.
@@ -21,6 +24,7 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
     let joints = pairs.chain(bonded);
     let joints = joints.map(|(slave, turned)| joint(model, slave, turned));
     let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
+    let steady_parts = steady_parts(model, &bodies);
     let excitation = |excitation: &Excitation| {
         let mut load = nothing();
         for (body, applied) in &excitation.loads {
@@ -49,6 +53,7 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
     };
     Ok(Structure {
         joints: joints.collect::<Result<_, _>>()?,
+        steady_parts,
         excitations: model.excitations.iter().map(excitation).collect(),
         observations: model.observations.iter().map(observation).collect(),
         dashpots: model.dashpots.iter().map(dashpot).collect(),
@@ -59,10 +64,59 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
 /// Takes a load from the degrees of freedom that do not move.
 fn hold(model: &Model, load: &mut BodyVectors) {
     for (body, load) in model.bodies.iter().zip(load) {
-        for &dof in &body.held_dofs {
-            load[dof as usize] = 0.0;
+        super::hold(body, load);
+    }
+}
+
+/// Parts of the steady load: that of the rotation, the loads of the description in their order, and
+/// what comes with matrices of another program.
+fn steady_parts(model: &Model, bodies: &[BodyMatrices]) -> Vec<SteadyPart> {
+    let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
+    let mut parts = Vec::new();
+    if let Some(rotation) = &model.rotation {
+        let mut load = nothing();
+        for (load, body) in load.iter_mut().zip(bodies) {
+            for (f, unit) in load.iter_mut().zip(&body.centrifugal_n_s2) {
+                *f = *unit;
+            }
+        }
+        parts.push(SteadyPart {
+            cause: SteadyCause::Rotation,
+            load,
+            working: rotation.speed_rad_s * rotation.speed_rad_s,
+        });
+    }
+    let numbers = model.bodies.iter().flat_map(|body| &body.loads);
+    let count = numbers.map(|(number, _)| number + 1).max().unwrap_or(0);
+    for number in 0..count {
+        let mut load = nothing();
+        for (body, load) in model.bodies.iter().zip(&mut load) {
+            for (_, own) in body.loads.iter().filter(|(of, _)| *of == number) {
+                add_load(body, own, load);
+            }
+        }
+        hold(model, &mut load);
+        parts.push(SteadyPart {
+            cause: SteadyCause::Load(number),
+            load,
+            working: 1.0,
+        });
+    }
+    let mut with_matrices = nothing();
+    for (body, load) in model.bodies.iter().zip(&mut with_matrices) {
+        if let Matrices::Given(placed) = &body.matrices {
+            *load = given::steady_load(body, placed);
         }
     }
+    hold(model, &mut with_matrices);
+    if with_matrices.iter().flatten().any(|f| *f != 0.0) {
+        parts.push(SteadyPart {
+            cause: SteadyCause::Matrices,
+            load: with_matrices,
+            working: 1.0,
+        });
+    }
+    parts
 }
 
 /// Joint of a slave. Masters on a support are left out, because a slave does not move with them.

@@ -142,7 +142,7 @@ mod tests {
             },
             held_dofs: Vec::new(),
             supports: Vec::new(),
-            loads,
+            loads: loads.into_iter().map(|load| (0, load)).collect(),
             springs: Vec::new(),
         }
     }
@@ -167,7 +167,7 @@ mod tests {
         let loads = vec![AppliedLoad::Surface { facets, traction }];
         let mut load = vec![0.0; 3 * nodes.len()];
         let body = body(nodes, loads);
-        add_load(&body, &body.loads[0], &mut load);
+        add_load(&body, &body.loads[0].1, &mut load);
         load
     }
 
@@ -218,7 +218,7 @@ mod tests {
         let mut found = [0.0; 3];
         let mut load = vec![0.0; 18];
         let body = body(nodes, loads);
-        add_load(&body, &body.loads[0], &mut load);
+        add_load(&body, &body.loads[0].1, &mut load);
         for (i, f) in load.iter().enumerate() {
             found[i % 3] -= f;
         }

@@ -30,7 +30,7 @@ pub fn mass_properties(
     body: &Body,
     rotation: Option<&Rotation>,
 ) -> Result<MassProperties, FemError> {
-    let rotation = rotation.filter(|_| body.rotates);
+    let rotation = rotation.filter(|r| body.rotates && r.speed_rad_s != 0.0);
     let material = match &body.matrices {
         Matrices::Elements(material) => *material,
         Matrices::Given(placed) => {

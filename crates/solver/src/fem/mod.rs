@@ -147,7 +147,7 @@ fn body_matrices(
             let (mut stiffness, mass) = given::matrices(body, placed, &springs)?;
             loads::uncouple(&mut stiffness, &body.held_dofs);
             let load_n = steady_load(body, given::steady_load(body, placed));
-            return Ok((finished(body, stiffness, mass, load_n), None));
+            return Ok((finished(body, stiffness, mass, load_n, Vec::new()), None));
         }
     };
     let elements = Elements::new(body, material)?;
@@ -161,9 +161,17 @@ fn body_matrices(
     let m = sum_elements::<1>(body, &pattern, |e, out| elements.mass(e, out));
     let mut stiffness = symmetric_matrix(&pattern, &k);
     loads::uncouple(&mut stiffness, &body.held_dofs);
-    let mut load_n = vec![0.0; stiffness.ncols()];
+    let (mut load_n, mut centrifugal_n_s2) = (vec![0.0; stiffness.ncols()], Vec::new());
     if let Some(rotation) = rotation {
-        spin::add_centrifugal_load(body, &elements, rotation, &mut load_n);
+        // At rest the load is that at 1 rad/s: a load path may come by a speed.
+        let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+        let some_omega2 = if omega2 > 0.0 { omega2 } else { 1.0 };
+        let mut centrifugal_n = spin::centrifugal_load(body, &elements, rotation, some_omega2);
+        hold(body, &mut centrifugal_n);
+        centrifugal_n_s2 = centrifugal_n.iter().map(|f| f / some_omega2).collect();
+        if omega2 > 0.0 {
+            load_n = centrifugal_n;
+        }
     }
     let load_n = steady_load(body, load_n);
     let prestressed = stressed(&stiffness, &load_n)?;
@@ -177,18 +185,24 @@ fn body_matrices(
         loads::uncouple(&mut stiffness, &body.held_dofs);
     }
     let mass = symmetric_matrix_of_scalars(&pattern, &m);
-    Ok((finished(body, stiffness, mass, load_n), prestressed))
+    let matrices = finished(body, stiffness, mass, load_n, centrifugal_n_s2);
+    Ok((matrices, prestressed))
 }
 
 /// Steady loads of a body, with those that `load_n` has already.
 fn steady_load(body: &Body, mut load_n: Vec<f64>) -> Vec<f64> {
-    for load in &body.loads {
+    for (_, load) in &body.loads {
         loads::add_load(body, load, &mut load_n);
     }
+    hold(body, &mut load_n);
+    load_n
+}
+
+/// Takes a load from the degrees of freedom that do not move.
+fn hold(body: &Body, load_n: &mut [f64]) {
     for &dof in &body.held_dofs {
         load_n[dof as usize] = 0.0;
     }
-    load_n
 }
 
 fn finished(
@@ -196,6 +210,7 @@ fn finished(
     stiffness: CscMatrix<f64>,
     mut mass: CscMatrix<f64>,
     load_n: Vec<f64>,
+    centrifugal_n_s2: Vec<f64>,
 ) -> BodyMatrices {
     loads::uncouple(&mut mass, &body.held_dofs);
     BodyMatrices {
@@ -203,6 +218,7 @@ fn finished(
         stiffness,
         mass,
         load_n,
+        centrifugal_n_s2,
         interior_nodes: body.dofs.interior_nodes,
         held_dofs: body.held_dofs.clone(),
         fixed_interface_modes: body.fixed_interface_modes,

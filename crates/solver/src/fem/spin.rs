@@ -22,19 +22,25 @@ pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
     perpendicular(rotation.axis).map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
 }
 
-/// Adds the centrifugal load, N, to `load_n` (free dofs).
-pub fn add_centrifugal_load(
+/// Centrifugal load, N (free dofs), where the square of the speed is `omega2`, rad2/s2.
+pub fn centrifugal_load(
     body: &Body,
     elements: &Elements<'_>,
     rotation: &Rotation,
-    load_n: &mut [f64],
-) {
-    let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+    omega2: f64,
+) -> Vec<f64> {
+    let mut load_n = vec![0.0; 3 * body.dofs.free_nodes()];
     let nodes = body.nodes_m.iter();
     let acceleration: Vec<[f64; 3]> = nodes
         .map(|x| scaled(radius_m(*x, rotation), omega2))
         .collect();
-    add_inertia(body, |e, out| elements.mass(e, out), &acceleration, load_n);
+    add_inertia(
+        body,
+        |e, out| elements.mass(e, out),
+        &acceleration,
+        &mut load_n,
+    );
+    load_n
 }
 
 /// Geometric stiffness of the stress of `displacement_m` (every node of the body), N/m.

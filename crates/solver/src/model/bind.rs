@@ -32,7 +32,7 @@ pub fn bind(
     if assembly.bodies.is_empty() {
         return Err(ModelError::NoBody);
     }
-    let rotation = assembly.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
+    let rotation = assembly.rotation.as_ref();
     for name in rotation.iter().flat_map(|r| &r.bodies) {
         if !assembly.bodies.iter().any(|b| b.name == *name) {
             return Err(ModelError::UnknownBody {
@@ -75,7 +75,7 @@ pub fn bind(
     for (number, spec) in assembly.loads.iter().enumerate() {
         let used_by = format!("load {}", number + 1);
         for (body, load) in applied_load(mesh, &bodies, spec, &used_by)? {
-            bodies[body].add_load(load);
+            bodies[body].add_load(number, load);
         }
     }
 
@@ -88,10 +88,10 @@ pub fn bind(
             axis: r.axis,
             speed_rad_s: r.speed_rad_s,
             prestress: match r.prestress {
-                Prestress::None | Prestress::Contact => BodyPrestress::None,
-                Prestress::HeldFlanks => BodyPrestress::HeldFlanks,
+                Prestress::HeldFlanks if r.speed_rad_s != 0.0 => BodyPrestress::HeldFlanks,
+                _ => BodyPrestress::None,
             },
-            prestress_of_contact: r.prestress == Prestress::Contact,
+            prestress_of_contact: r.prestress == Prestress::Contact && r.speed_rad_s != 0.0,
         }),
         cyclic: symmetry,
         pairs: joints.pairs,

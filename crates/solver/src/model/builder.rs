@@ -53,7 +53,7 @@ pub(super) struct BodyBuilder {
     supports: Vec<Support>,
     /// Axes of each local node along which one of the supports holds it.
     supported: Vec<[bool; 3]>,
-    loads: Vec<AppliedLoad>,
+    loads: Vec<(usize, AppliedLoad)>,
     springs: Vec<Spring>,
     matrices: Unfinished,
     /// True for each local node that belongs to a contact.
@@ -385,8 +385,8 @@ impl BodyBuilder {
         }
     }
 
-    pub(super) fn add_load(&mut self, load: AppliedLoad) {
-        self.loads.push(load);
+    pub(super) fn add_load(&mut self, number: usize, load: AppliedLoad) {
+        self.loads.push((number, load));
     }
 
     pub(super) fn add_spring(&mut self, spring: Spring) {
@@ -418,7 +418,7 @@ impl BodyBuilder {
         }
         let rotates = rotation.is_some_and(|r| r.bodies.contains(&spec.name));
         let matrices = match self.matrices {
-            Unfinished::Given(_) if rotates => {
+            Unfinished::Given(_) if rotates && rotation.is_some_and(|r| r.speed_rad_s != 0.0) => {
                 return Err(ModelError::MatricesRotate { body: self.name });
             }
             Unfinished::Given(placed) => Matrices::Given(placed),

@@ -63,7 +63,7 @@ pub use mesh_source::{MeshKind, MeshSource};
 pub struct Model {
     /// Bodies in the order of the scene.
     pub bodies: Vec<Body>,
-    /// Rotation; `None` where nothing rotates.
+    /// Rotation, also at a speed of 0; `None` where there is no axis.
     pub rotation: Option<Rotation>,
     /// Cyclic symmetry; `None` where the bodies are all there is.
     pub cyclic: Option<Cyclic>,
@@ -125,7 +125,7 @@ pub struct Body {
     pub name: String,
     /// Source of its stiffness and mass.
     pub matrices: Matrices,
-    /// True if the body carries the load and prestress of the rotation.
+    /// True if the body carries the load and prestress of the rotation, whatever its speed.
     pub rotates: bool,
     /// Number of modes that a Craig-Bampton reduction of this body keeps; `None` where it is not
     /// reduced by itself.
@@ -149,8 +149,9 @@ pub struct Body {
     pub held_dofs: Vec<u32>,
     /// Supports with the nodes that they hold. A node is held along an axis by one of them.
     pub supports: Vec<Support>,
-    /// Steady loads besides that of the rotation.
-    pub loads: Vec<AppliedLoad>,
+    /// Steady loads besides that of the rotation, each with the number of its load in the
+    /// description.
+    pub loads: Vec<(usize, AppliedLoad)>,
     /// Springs to ground, and the ends of springs to other groups of nodes.
     pub springs: Vec<Spring>,
 }
@@ -372,7 +373,7 @@ pub struct Rotation {
     pub point_m: [f64; 3],
     /// Direction of the axis, unit length.
     pub axis: [f64; 3],
-    /// Angular speed.
+    /// Angular speed, 0 or more. At rest the rotation has no load and no prestress.
     pub speed_rad_s: f64,
     /// Contribution to the stiffness of each body by itself.
     pub prestress: BodyPrestress,

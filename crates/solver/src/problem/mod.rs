@@ -153,6 +153,7 @@ impl Problem {
         let (own, others) = (&self.reduced, &other.reduced);
         self.laws == other.laws
             && own.static_load == others.static_load
+            && own.static_parts == others.static_parts
             && own.omega2 == others.omega2
             && own.stiffness == others.stiffness
     }

@@ -29,7 +29,8 @@ use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{
-    Dashpots, Highest, Load, ObservedPoint, ReducedModel, Reduction, ReductionError, StuckModes,
+    Dashpots, Highest, Load, ObservedPoint, ReducedModel, Reduction, ReductionError, StaticPart,
+    StuckModes,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::dense::parallel::product;
@@ -53,6 +54,7 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
     let loads = Loads::of(structure);
     let (joined, mut condensed) = Joined::new(structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
+    let static_parts = joined.static_parts(structure);
     let mut count = stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
     loop {
@@ -69,7 +71,9 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
             let (on_modes, amplitude) =
                 joined.on_modes(structure, condensed, &condensed_loads, modes, stuck_modes)?;
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
-                return Ok(joined.finish(structure, on_modes, amplitude));
+                let mut reduction = joined.finish(structure, on_modes, amplitude);
+                reduction.model.static_parts = static_parts;
+                return Ok(reduction);
             }
             known = Modes {
                 omega2: on_modes.reduced.stuck_omega2().to_vec(),
@@ -351,6 +355,23 @@ impl<'a> Joined<'a> {
         self.transformation.inner()
     }
 
+    /// Parts of the steady load on X. They have no residual vectors: the static answer of X needs
+    /// none, since the fixed-interface modes of a reduced body do not act on its interface in K.
+    fn static_parts(&self, structure: &Structure) -> Vec<StaticPart> {
+        let parts = &structure.steady_parts;
+        let loads = parts.iter();
+        let loads = loads.map(|part| part.load.iter().map(Vec::as_slice).collect());
+        let condensed = self.condensed_loads(&Loads(loads.collect()));
+        let parts = parts.iter().zip(condensed.on_x);
+        parts
+            .map(|(part, on_x)| StaticPart {
+                cause: part.cause,
+                on_x,
+                working: part.working,
+            })
+            .collect()
+    }
+
     fn condensed_loads(&self, loads: &Loads<'_>) -> CondensedLoads {
         let parts = loads.0.iter().map(|load| {
             let on_bodies: Vec<Vec<f64>> = self
@@ -430,6 +451,7 @@ impl<'a> Joined<'a> {
             omega2,
             stuck_modes,
             static_load: load(0),
+            static_parts: Vec::new(),
             unit_loads,
             observations: observations.collect(),
         };

@@ -28,7 +28,7 @@ use faer::{ColRef, Mat, c64};
 
 use serde::{Deserialize, Serialize};
 
-use crate::structure::Quantity;
+use crate::structure::{Quantity, SteadyCause};
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
@@ -212,6 +212,9 @@ pub struct ReducedModel {
     pub stuck_modes: usize,
     /// Steady load on X and on the modes.
     pub static_load: Load,
+    /// Parts of the steady load on X. With their working multiples they add up to `static_load`;
+    /// empty where the parts are not known.
+    pub static_parts: Vec<StaticPart>,
     /// One unit of each excitation.
     pub unit_loads: Vec<Load>,
     /// Observed displacements and strains.
@@ -232,6 +235,7 @@ impl ReducedModel {
             omega2,
             stuck_modes: m,
             static_load: Load::zeros(n, m),
+            static_parts: Vec::new(),
             unit_loads: Vec::new(),
             observations: Vec::new(),
             dashpots: Dashpots::none(n, m),
@@ -254,6 +258,33 @@ impl ReducedModel {
     /// vectors.
     pub fn stuck_omega2(&self) -> &[f64] {
         &self.omega2[..self.stuck_modes]
+    }
+
+    /// Multiples of the parts of the steady load in the steady load, in the order of
+    /// `static_parts`; a single 1, of the whole, where the parts are not known.
+    pub fn working_multiples(&self) -> Vec<f64> {
+        if self.static_parts.is_empty() {
+            return vec![1.0];
+        }
+        self.static_parts.iter().map(|part| part.working).collect()
+    }
+
+    /// Forces on X, N, n, of these multiples of the parts of the steady load, which stand in the
+    /// order of [`working_multiples`](Self::working_multiples). A part without a multiple has that.
+    pub fn steady_on_x(&self, multiples: &[f64]) -> Vec<f64> {
+        let mut multiples = multiples.iter().copied();
+        if self.static_parts.is_empty() {
+            let multiple = multiples.next().unwrap_or(1.0);
+            return self.static_load.on_x.iter().map(|f| multiple * f).collect();
+        }
+        let mut sum = vec![0.0; self.stiffness.nrows()];
+        for part in &self.static_parts {
+            let multiple = multiples.next().unwrap_or(part.working);
+            for (sum, f) in sum.iter_mut().zip(&part.on_x) {
+                *sum += multiple * f;
+            }
+        }
+        sum
     }
 
     /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of
@@ -326,6 +357,19 @@ impl ReducedModel {
         dashpots.on_modes = dashpots.on_modes.subrows(0, count).to_owned();
         self
     }
+}
+
+/// Part of the steady load on X that a load path can change by itself
+/// ([`SteadyPart`](crate::structure::SteadyPart)).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StaticPart {
+    /// What the part comes from, and what its multiple is.
+    pub cause: SteadyCause,
+    /// Forces on X at a multiple of 1, n, with those that the bodies hand on with all pairs stuck; N
+    /// over the unit of the multiple.
+    pub on_x: Vec<f64>,
+    /// Multiple of the part in the steady load.
+    pub working: f64,
 }
 
 /// Load on X (n) and on the stuck modes (m).

@@ -509,6 +509,7 @@ impl Arrays<'_> {
                 on_x: self.vector(STATIC_LOAD, n)?,
                 on_modes: static_on_modes,
             },
+            static_parts: Vec::new(),
             unit_loads,
             observations: observed
                 .map(|(name, on)| {

@@ -216,7 +216,7 @@ pub fn singular_nodes(model: &Model) -> Vec<Vec<Option<Singular>>> {
         }
     }
     for (body, on) in model.bodies.iter().enumerate() {
-        for load in &on.loads {
+        for (_, load) in &on.loads {
             if let AppliedLoad::Point { node, .. } = load {
                 mark(body, *node, Singular::PointLoad);
             }

@@ -47,10 +47,11 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// The same bodies and pairs at another speed of rotation; `None` where nothing rotates.
+    /// The same bodies and pairs at another speed of rotation; `None` where nothing rotates. The
+    /// speed that they have and the other one are above 0.
     pub(super) fn at_speed(&self, speed_rad_s: f64) -> Option<Self> {
         let (mut model, mut properties) = (self.model.clone(), self.properties.clone());
-        let rotation = model.rotation.as_mut()?;
+        let rotation = model.rotation.as_mut().filter(|r| r.speed_rad_s != 0.0)?;
         let growth = (speed_rad_s / rotation.speed_rad_s).powi(2);
         rotation.speed_rad_s = speed_rad_s;
         let forces = properties

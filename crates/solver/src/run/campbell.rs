@@ -236,6 +236,7 @@ impl Spun {
         let structure = Structure {
             bodies: bodies.collect(),
             joints: self.at_rest.joints.clone(),
+            steady_parts: Vec::new(),
             excitations: self.at_rest.excitations.clone(),
             observations: self.at_rest.observations.clone(),
             dashpots: self.at_rest.dashpots.clone(),

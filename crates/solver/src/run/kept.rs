@@ -8,15 +8,16 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
-use crate::dlft::static_state::LoadPath;
+use crate::description::PathPoint;
 use crate::fem::Prestressed;
 use crate::model::Model;
 use crate::reduction::{ReducedModel, StuckModes, Truncation};
 
 /// Settings of a static state besides the model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StaticOptions {
-    pub(super) path: LoadPath,
+    pub(super) load_steps: usize,
+    pub(super) path: Vec<PathPoint>,
     pub(super) tolerance: f64,
     pub(super) max_iterations: usize,
 }

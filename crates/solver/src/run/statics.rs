@@ -2,27 +2,50 @@
 
 use super::kept::StaticOptions;
 use super::session::{Session, Stage};
-use crate::description::Scene;
+use crate::description::{PathPoint, Scene, StaticSpec};
 use crate::dlft::static_state::{LoadPath, static_state as solve_static};
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{LinearReference, Problem};
+use crate::reduction::{ReducedModel, StaticPart};
+use crate::structure::SteadyCause;
 use dovetail_numerics::nonlinear::NewtonOptions;
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
-/// Way in which the static load of a scene is applied.
-pub fn load_path(scene: &Scene) -> LoadPath {
+/// Way in which the static load of a scene is applied to its reduced model.
+pub fn load_path(scene: &Scene, reduced: &ReducedModel) -> LoadPath {
+    let StaticSpec {
+        load_steps, path, ..
+    } = &scene.static_state;
     LoadPath {
-        steps: scene.static_state.load_steps,
-        overload: scene.static_state.overload,
+        steps: *load_steps,
+        points: path.iter().map(|point| multiples(point, reduced)).collect(),
     }
+}
+
+/// Multiples of the parts of the steady load at a point. Loads that come with matrices of another
+/// program stay as they are. Of a model whose parts are not known the whole load has a multiple.
+fn multiples(point: &PathPoint, reduced: &ReducedModel) -> Vec<f64> {
+    if reduced.static_parts.is_empty() {
+        return vec![point.loads.of(0)];
+    }
+    let parts = reduced.static_parts.iter();
+    let multiple = |part: &StaticPart| match part.cause {
+        SteadyCause::Rotation => point
+            .speed_rad_s
+            .map_or(part.working, |speed| speed * speed),
+        SteadyCause::Load(number) => point.loads.of(number) * part.working,
+        SteadyCause::Matrices => part.working,
+    };
+    parts.map(multiple).collect()
 }
 
 /// Settings of the static state of a scene.
 pub fn static_options(scene: &Scene) -> StaticOptions {
     StaticOptions {
-        path: load_path(scene),
+        load_steps: scene.static_state.load_steps,
+        path: scene.static_state.path.clone(),
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     }
@@ -44,7 +67,8 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
     }
     let stage = session.stage(Stage::StaticState);
     stage.solves(problem.reduced.stiffness.nrows());
-    solve_static(problem, load_path(scene), newton(scene))
+    let path = load_path(scene, &problem.reduced);
+    solve_static(problem, path, newton(scene))
 }
 
 /// Criteria that end the iterations of a static state of a scene.

@@ -5,7 +5,7 @@ use super::outcome::{OfTraction, TractionPeak, TractionRange};
 use super::reduced::Reduced;
 use super::response::{follows, settings};
 use super::session::{Session, Stage};
-use super::statics::{load_path, newton};
+use super::statics::newton;
 use crate::description::Scene;
 use crate::dlft::branch::follow;
 use crate::dlft::starting_traction::starting_tractions;
@@ -46,7 +46,8 @@ pub(super) fn over_tractions(
         }
     };
     let mut others = Vec::new();
-    let states = starting_tractions(problem, load_path(scene), count, newton(scene));
+    let load_steps = scene.static_state.load_steps;
+    let states = starting_tractions(problem, load_steps, count, newton(scene));
     for (start, mut state) in states {
         sides.judge_static(&mut state);
         let mut other = OfTraction {

@@ -8,7 +8,7 @@ use crate::shared_scenes::*;
 use dovetail_mesh::{Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::model::{
-    AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
+    AppliedLoad, Assembly, BodyNode, BodyPrestress, ContactLaw, ContactSpec, ExcitationKind,
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
 use dovetail_testkit::block::{block, map_nodes, straighten};
@@ -249,9 +249,17 @@ fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
 }
 
 #[test]
-fn no_rotation_no_rotating_body() {
+fn at_rest_nothing_is_stressed_by_rotation() {
     let mut assembly = dovetail_assembly();
     assembly.rotation.as_mut().unwrap().speed_rad_s = 0.0;
+    let model = bind(&assembly, &ready("dovetail_order1.msh"), None).unwrap();
+    let rotation = model.rotation.unwrap();
+    assert_eq!(rotation.speed_rad_s, 0.0);
+    assert_eq!(rotation.prestress, BodyPrestress::None);
+    assert!(!rotation.prestress_of_contact);
+    // A load path may come by a speed.
+    assert!(model.bodies[0].rotates && !model.bodies[1].rotates);
+    assembly.rotation = None;
     let model = bind(&assembly, &ready("dovetail_order1.msh"), None).unwrap();
     assert!(model.rotation.is_none() && !model.bodies[0].rotates);
 }

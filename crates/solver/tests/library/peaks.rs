@@ -65,7 +65,6 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
         modal_ratios: Vec::new(),
         static_state: StaticSpec {
             load_steps: 1,
-            overload: 1.0,
             ..StaticSpec::default()
         },
         response,

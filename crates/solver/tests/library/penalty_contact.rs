@@ -341,6 +341,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             omega2: vec![body / mass],
             stuck_modes: 1,
             static_load: Load::new((0..n).map(pressing).collect(), vec![0.0]),
+            static_parts: Vec::new(),
             unit_loads: Vec::new(),
             observations: vec![ObservedPoint::new("body", observed.on_x, observed.on_modes)],
             dashpots: Dashpots::none(n, 1),

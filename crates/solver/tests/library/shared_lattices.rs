@@ -145,6 +145,7 @@ fn body(
         stiffness,
         mass,
         load_n,
+        centrifugal_n_s2: Vec::new(),
         interior_nodes: body.dofs.interior_nodes,
         held_dofs: Vec::new(),
         fixed_interface_modes: modes,

@@ -118,7 +118,6 @@ fn scene(folder: &Path, force_n: f64, wear_m2_n: f64) -> Scene {
         },
         static_state: StaticSpec {
             load_steps: 2,
-            overload: 1.0,
             ..StaticSpec::default()
         },
         response,
@@ -320,7 +319,7 @@ fn a_static_state_goes_on_from_itself_and_keeps_its_friction() {
     let newton = SweepSettings::new(vec![1.0], Resolution::fixed(1, 64)).newton;
     let overloaded = LoadPath {
         steps: 10,
-        overload: 1.5,
+        points: vec![vec![1.5]],
     };
     let state = static_state(&problem, overloaded, newton);
     let again = static_state_after(&problem, (&state.x, &state.lambda), newton);
