@@ -44,7 +44,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 17] = [
+const SECTIONS: [Section; 18] = [
     TOP,
     REDUCED_MODEL,
     MESH,

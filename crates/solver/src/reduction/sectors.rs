@@ -123,6 +123,7 @@ fn copies(structure: &Structure, theta: f64) -> Structure {
     Structure {
         bodies: [&structure.bodies[..], &structure.bodies[..]].concat(),
         joints: joints.into_iter().flatten().collect(),
+        steady_parts: Vec::new(),
         excitations: Vec::new(),
         observations: Vec::new(),
         dashpots: Vec::new(),
@@ -155,6 +156,7 @@ mod tests {
                 stiffness: CscMatrix::from(&stiffness),
                 mass: CscMatrix::from(&masses),
                 load_n: vec![0.0; 6],
+                centrifugal_n_s2: Vec::new(),
                 interior_nodes: 0,
                 held_dofs: vec![0, 1, 3, 4],
                 fixed_interface_modes: None,
@@ -169,6 +171,7 @@ mod tests {
                     turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
                 }),
             }],
+            steady_parts: Vec::new(),
             excitations: Vec::new(),
             observations: Vec::new(),
             dashpots: Vec::new(),
