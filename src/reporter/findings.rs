@@ -376,13 +376,24 @@ fn of_frequencies(
             .map_or(("", "m"), |one| (one.name.as_str(), one.quantity.unit()));
         warnings.push(doubt(format!(
             "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} in the largest and {} in the \
-             smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{unstable}",
+             smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{unstable}{}",
             several.from_hz,
             several.to_hz,
             several.frequency_hz,
             name,
             quantity(several.amplitude_m, unit, 4),
             quantity(several.other_amplitude_m, unit, 4),
+            if are_of_truncation(
+                [several.from_hz, several.to_hz],
+                several.observation,
+                1.0 - several.other_amplitude_m / several.amplitude_m,
+                &response.orbits,
+            ) {
+                ". The harmonics left out are estimated to change amplitudes there by more than the motions differ, and may be all \
+                 there is between them: take more response.harmonics"
+            } else {
+                ""
+            },
         )));
     }
     warnings.extend(gaps(response));
@@ -390,6 +401,22 @@ fn of_frequencies(
         warnings.extend(hidden_peak((&one.name, i), response, modes_hz, keys));
     }
     warnings
+}
+
+/// Returns `true` if the estimated error of an amplitude in a range of several motions is larger than
+/// their relative difference.
+fn are_of_truncation(
+    [from_hz, to_hz]: [f64; 2],
+    observation: usize,
+    difference: f64,
+    orbits: &[Orbit],
+) -> bool {
+    let within = |orbit: &&Orbit| {
+        (from_hz..=to_hz).contains(&orbit.frequency_hz) && orbit.outcome.has_motion()
+    };
+    let errors = orbits.iter().filter(within);
+    let errors = errors.filter_map(|orbit| orbit.amplitude_error(observation));
+    errors.fold(0.0, f64::max) > difference
 }
 
 /// Warning that a curve has gaps.
@@ -513,6 +540,22 @@ mod tests {
             assert_eq!(nearest_modes(&modes, at), words);
         }
         assert_eq!(nearest_modes(&[], 5.0), "");
+    }
+
+    /// Only the errors of the range and of the observed displacement count.
+    #[test]
+    fn motions_that_differ_less_than_their_error_may_be_one() {
+        let orbit = |(hz, errors): (f64, [f64; 2])| {
+            let mut orbit = Orbit::without_motion(hz, Outcome::Converged);
+            orbit.observed_error = errors.to_vec();
+            orbit
+        };
+        let orbits = [(10.0, [0.9, 0.9]), (20.0, [0.3, 0.01]), (30.0, [0.9, 0.9])].map(orbit);
+        let told = |observation, difference| {
+            are_of_truncation([15.0, 25.0], observation, difference, &orbits)
+        };
+        assert!(told(0, 0.2) && !told(0, 0.4));
+        assert!(!told(1, 0.2));
     }
 
     #[test]

@@ -301,7 +301,7 @@ section! {
             "[\"sector_low\"]";
         high: Texts("list of surface groups"), "-",
             "faces at which the next sector begins: those of `low` come here when they are turned by \
-             one pitch about the axis, by the right hand. The meshes of the two match",
+             one pitch about the axis, by the right hand. The meshes of the two need not match",
             "[\"sector_high\"]";
         axis: Numbers(3, ""), "that of `[rotation]`",
             "axis of the disc, of any length",

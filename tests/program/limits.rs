@@ -20,8 +20,8 @@ fn readme_says(sentence: &str) {
 #[test]
 fn what_a_scene_cannot_ask_for_is_refused() {
     let table = "
-        **No cyclic symmetry.** => cyclic_symmetry.sectors=36
-        => unknown section or key `cyclic_symmetry`
+        The response is that of all sectors in phase. => cyclic.engine_order=4
+        => unknown key `cyclic.engine_order`
         no Coriolis force => rotation.coriolis=true => unknown key `rotation.coriolis`
         A body of finite elements has one Young's modulus => body.0.young_pa=[1e11,2e11,3e11]
         => expected a finite number

@@ -398,3 +398,34 @@ fn a_contact_with_the_next_sector_is_that_of_two_neighbours() {
         assert!((a / b - 1.0).abs() < allowed, "{a} {b} {allowed:e}");
     }
 }
+
+/// Faces whose meshes differ are tied as the bonded flanks of neighbours are, whichever face is finer.
+#[test]
+fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
+    let folder = Folder::new("annulus");
+    let run = |name: &str, text: &str| {
+        let path = folder.write(&format!("{name}.toml"), text);
+        Run::of_file("modes", path, &format!("annulus_{name}"), &[])
+    };
+    let text = scene("annulus.msh", 1, &["disc"], RESPONSE);
+    let backwards =
+        "[cyclic]\nsectors = 6\nlow = [\"high\"]\nhigh = [\"low\"]\naxis = [-1, 0, 0]\n";
+    let [sector, other_way] = [
+        run("sector", &text),
+        run("backwards", &text.replace(CYCLIC, backwards)),
+    ];
+    let whole = scene("annulus.msh", SECTORS, &["disc"], RESPONSE);
+    let disc = run("disc", &whole);
+    let [all, again] =
+        [&sector, &other_way].map(|run| run.column("modes_nodal_diameters.csv", "frequency_hz"));
+    for (hz, again) in all.iter().zip(&again) {
+        assert!((hz / again - 1.0).abs() < 1e-9, "{hz} {again}");
+    }
+    let of_disc = disc.table("modes.csv");
+    let of_disc = of_disc.iter().filter(|row| row["kind"] == "stuck");
+    for row in of_disc.take(12) {
+        let hz = number(row, "frequency_hz");
+        let nearest = all.iter().map(|own| (own / hz - 1.0).abs());
+        assert!(nearest.fold(1.0, f64::min) < 1e-9, "{hz} {all:?}");
+    }
+}

@@ -250,6 +250,7 @@ fn a_fold_is_told_wherever_results_are_read() {
     let words = format!("from {from_hz:.4} to {to_hz:.4} Hz several motions were found");
     has(&stderr, &words);
     assert!(!stderr.contains("jumps between"), "{stderr}");
+    assert!(!stderr.contains("all there is between them"), "{stderr}");
     has(
         &stderr,
         "those on the dashed part of the curve are unstable",

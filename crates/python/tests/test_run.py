@@ -132,8 +132,6 @@ def test_a_mesh_gives_fields_on_its_nodes(meshed):
 
 def test_a_disc_has_frequencies_at_each_nodal_diameter(root):
     disc = dovetail.Scene(root / "scenes/verification/disc_sector.toml")
-    del disc["mesh.geometry"]
-    del disc["mesh.parameters"]
     disc["mesh.file"] = str(root / "meshes/verification/disc_sector.msh")
     found = disc.nodal_diameters(progress=False, cache=False)
     assert [len(frequencies) for frequencies in found] == [6, 6, 6, 6]

@@ -128,7 +128,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 pairs.push(ContactPair {
                     contact: flank,
                     slave: Slave {
-                        in_next_sector: false,
+                        ahead: 0,
                         node: BodyNode {
                             body: 0,
                             node: nodes[0],

@@ -121,7 +121,7 @@ fn steady_parts(model: &Model, bodies: &[BodyMatrices]) -> Vec<SteadyPart> {
 
 /// Joint of a slave. Masters on a support are left out, because a slave does not move with them.
 fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<Joint, FemError> {
-    let next = model.cyclic.as_ref().map(|cyclic| cyclic.next);
+    let disc = model.cyclic.as_ref();
     let at = |BodyNode { body, node }: BodyNode| {
         let of = &model.bodies[body];
         let free = of
@@ -142,7 +142,7 @@ fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<
         slave: at(slave.node)?,
         masters: masters.collect::<Result<_, FemError>>()?,
         turned,
-        across: next.filter(|_| slave.in_next_sector),
+        across: disc.and_then(|disc| disc.sector(slave.ahead)),
     })
 }
 

@@ -3,7 +3,8 @@
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::groups::Outside;
 use super::mortar::{Mortar, Reach, Row, mortar};
-use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave, cyclic};
+use super::turn::Turn;
+use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave};
 use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{
@@ -68,15 +69,16 @@ impl Surface {
         })
     }
 
-    /// The same surface in the next sector of a disc, in the axes of this one.
-    pub fn of_next_sector(mut self, disc: &CyclicSpec) -> Self {
+    /// The same surface of a sector of a disc that lies so many sectors ahead, in the axes of this one.
+    pub fn of_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
+        let turn = Turn::by_sectors(disc, ahead);
         for place in &mut self.nodes_m {
-            *place = cyclic::next_place(*place, disc);
+            *place = turn.place(*place);
         }
         for normal in &mut self.flank.normals {
-            *normal = cyclic::next_direction(*normal, disc);
+            *normal = turn.direction(*normal);
         }
-        self.flank.along = cyclic::next_direction(self.flank.along, disc);
+        self.flank.along = turn.direction(self.flank.along);
         self
     }
 
@@ -175,7 +177,7 @@ pub(super) fn contact(
             slave: Slave {
                 node: own.node(i),
                 masters: row.masters.iter().map(master).collect(),
-                in_next_sector: spec.second_in_next_sector,
+                ahead: i32::from(spec.second_in_next_sector),
             },
             side: slave,
             position_m,
@@ -237,7 +239,7 @@ pub(super) fn ground_contact(
         slave: Slave {
             node: surface.node(i),
             masters: Vec::new(),
-            in_next_sector: false,
+            ahead: 0,
         },
         side: Side::First,
         position_m: surface.nodes_m[i],

@@ -68,7 +68,7 @@ mod tests {
                     slave: Slave {
                         node: BodyNode { body: 0, node: 0 },
                         masters: Vec::new(),
-                        in_next_sector: false,
+                        ahead: 0,
                     },
                     side: Side::First,
                     position_m: [0, 1, 2].map(|c| a * t1[c] + b * t2[c] + 0.3),

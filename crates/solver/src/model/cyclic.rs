@@ -1,23 +1,26 @@
 //! Faces at which the sectors of a disc meet.
 //!
-//! A node of the high face moves with the node of the low face of the next sector that lies at the
-//! same place. Both faces have the same mesh, one turned by a pitch.
-
-use std::f64::consts::TAU;
+//! A node of the high face moves with the low face of the next sector that lies at the same place:
+//! with the node there, where both faces have the same mesh, one turned by a pitch. Elsewhere the
+//! finer face follows the other one as a bonded flank does (`mortar.rs`).
 
 use super::builder::BodyBuilder;
+use super::contacts::{contact, finer};
 use super::groups::{find_surface, first_tags};
+use super::joints::surface;
 use super::neighbours::PointTree;
-use super::{BodyNode, Cyclic, CyclicSpec, ModelError, Slave};
-use crate::structure::OtherSector;
+use super::turn::Turn;
+use super::{BodyNode, ContactLaw, ContactSpec, Cyclic, CyclicSpec, ModelError, Side, Slave};
 use dovetail_mesh::Mesh;
-use dovetail_numerics::space::{Vector, add_scaled, cross, dot, scaled, sub};
+use dovetail_numerics::space::Vector;
 
 /// Largest distance of two nodes that meet, relative to the smallest distance of two nodes of a
 /// face.
 const MEETING: f64 = 0.02;
 /// Sine of the largest angle by which a pitch turns an axis along which a face is held.
 const UNTURNED: f64 = 1e-9;
+/// Least share of each face that lies on the other one.
+const COVERED: f64 = 0.99;
 
 /// Cyclic symmetry of the bodies, whose nodes at the faces become part of their interfaces.
 pub(super) fn cyclic(
@@ -27,11 +30,28 @@ pub(super) fn cyclic(
 ) -> Result<Cyclic, ModelError> {
     let low = Face::of(&spec.low, "low", mesh, bodies)?;
     let high = Face::of(&spec.high, "high", mesh, bodies)?;
-    let pitch = TAU / spec.sectors as f64;
-    let met = low.meet(&high, spec, pitch, mesh)?;
+    let turn = Turn::by_sectors(spec, 1);
+    let ties = match low.meet(&high, spec, mesh) {
+        Ok(met) => node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
+        Err(apart) => face_by_face(spec, &apart, mesh, bodies)?,
+    };
+    Ok(Cyclic {
+        sectors: spec.sectors,
+        ties,
+        turn: turn.matrix,
+    })
+}
+
+/// Ties of faces whose nodes meet: node i of the low face and node `met[i]` of the high one.
+fn node_by_node(
+    [low, high]: [&Face; 2],
+    met: &[usize],
+    turn: [[f64; 3]; 3],
+    mesh: &Mesh,
+    bodies: &mut [BodyBuilder],
+) -> Result<Vec<Slave>, ModelError> {
     let both = |i: usize| [low.nodes[i], high.nodes[met[i]]];
     let of_pairs = || (0..low.nodes.len()).map(both);
-    let turn = turn(spec.axis, pitch);
     let tags_of = |is_wrong: &dyn Fn(&[BodyNode; 2]) -> bool| {
         let wrong: Vec<u32> = of_pairs().filter(is_wrong).map(|[at, _]| at.node).collect();
         let (count, tags) = first_tags(mesh, wrong.iter());
@@ -72,14 +92,76 @@ pub(super) fn cyclic(
         ties.push(Slave {
             node,
             masters: vec![(master, 1.0)],
-            in_next_sector: true,
+            ahead: 1,
         });
     }
-    Ok(Cyclic {
-        sectors: spec.sectors,
-        ties,
-        next: OtherSector { ahead: 1, turn },
-    })
+    Ok(ties)
+}
+
+/// Ties of faces whose meshes differ, each low face with the high one at the same place of its list.
+/// `apart` is the error where they do not lie on each other.
+fn face_by_face(
+    spec: &CyclicSpec,
+    apart: &ModelError,
+    mesh: &Mesh,
+    bodies: &mut [BodyBuilder],
+) -> Result<Vec<Slave>, ModelError> {
+    if spec.low.len() != spec.high.len() {
+        return Err(apart.clone());
+    }
+    let mut ties = Vec::new();
+    for (low, high) in spec.low.iter().zip(&spec.high) {
+        let bonded = ContactSpec {
+            law: ContactLaw::Bonded,
+            ..ContactSpec::new("[cyclic]", high, low, 0.0)
+        };
+        let faces = |name: &str| surface(mesh, &bonded, name, bodies);
+        let both = [faces(high)?, faces(low)?];
+        // The finer face follows, and the other one is brought to its place.
+        let (ahead, [own, other]) = match finer([&both[0], &both[1]]) {
+            Side::First => (1, both),
+            Side::Second => {
+                let [high, low] = both;
+                (-1, [low, high])
+            }
+        };
+        let other = other.of_sector(spec, ahead);
+        let held = |at: BodyNode| [0, 1, 2].map(|axis| bodies[at.body].is_held(at.node, axis));
+        let found = contact(&bonded, 0, [&own, &other], Side::First, held);
+        let found = found.map_err(|_| apart.clone())?;
+        let covered = found.flank_match.as_ref().map_or([0.0; 2], |m| m.covered);
+        if covered.iter().any(|share| *share < COVERED) {
+            return Err(apart.clone());
+        }
+        for side in &found.sides {
+            let tied = side.tied.iter().map(|tied| &tied.0);
+            let nodes = side.nodes.iter().chain(tied);
+            let body = &mut bodies[side.body];
+            let (count, tags) = first_tags(mesh, nodes.filter(|&&n| body.is_in_contact(n)));
+            if count > 0 {
+                return Err(ModelError::FaceInContact { count, tags });
+            }
+            body.add_flank(&side.nodes, &side.tied);
+        }
+        let local = |at: BodyNode| BodyNode {
+            node: bodies[at.body].local(at.node),
+            ..at
+        };
+        let slaves = found.pairs.into_iter().map(|pair| pair.slave);
+        let free = slaves.filter(|slave| !bodies[slave.node.body].is_fixed(slave.node.node));
+        ties.extend(free.map(|slave| {
+            Slave {
+                node: local(slave.node),
+                masters: slave
+                    .masters
+                    .iter()
+                    .map(|(at, w)| (local(*at), *w))
+                    .collect(),
+                ahead,
+            }
+        }));
+    }
+    Ok(ties)
 }
 
 /// Nodes of the mesh on one side of the sector, each once, with their bodies.
@@ -126,25 +208,22 @@ impl Face {
         })
     }
 
-    /// Number of the node of `high` that each node meets when this face is turned by `pitch`.
-    fn meet(
-        &self,
-        high: &Face,
-        spec: &CyclicSpec,
-        pitch: f64,
-        mesh: &Mesh,
-    ) -> Result<Vec<usize>, ModelError> {
+    /// Number of the node of `high` that each node meets when this face is turned by one pitch.
+    fn meet(&self, high: &Face, spec: &CyclicSpec, mesh: &Mesh) -> Result<Vec<usize>, ModelError> {
         let (low, tree) = (PointTree::new(&self.nodes_m), PointTree::new(&high.nodes_m));
         let spacing_m = |x: &Vector| low.nearest(*x).nth(1).map(|(_, square)| square.sqrt());
         let spacings_m = self.nodes_m.iter().filter_map(spacing_m);
+        // A face of one node has no spacing, and meets anything.
         let reach_m = MEETING * spacings_m.fold(f64::INFINITY, f64::min);
-        let nearest = |x: &Vector, angle: f64| {
-            let place = turned_about(*x, spec, angle);
-            let found = tree.nearest(place).next();
-            found.map_or((0, f64::INFINITY), |(k, square)| (k, square.sqrt()))
+        let turned = |ahead: i32| -> Vec<(usize, f64)> {
+            let turn = Turn::by_sectors(spec, ahead);
+            let nearest = |x: &Vector| {
+                let found = tree.nearest(turn.place(*x)).next();
+                found.map_or((0, f64::INFINITY), |(k, square)| (k, square.sqrt()))
+            };
+            self.nodes_m.iter().map(nearest).collect()
         };
-        let found: Vec<(usize, f64)> = self.nodes_m.iter().map(|x| nearest(x, pitch)).collect();
-        // Not less than or equal: a face of one node has no spacing, and meets anything.
+        let found = turned(1);
         let is_apart = |far: &(usize, f64)| far.1 > reach_m;
         if found.iter().any(is_apart) {
             let apart = self
@@ -154,13 +233,12 @@ impl Face {
                 .filter(|(_, far)| is_apart(far));
             let apart: Vec<u32> = apart.map(|(at, _)| at.node).collect();
             let (count, tags) = first_tags(mesh, apart.iter());
-            let back = self.nodes_m.iter().map(|x| nearest(x, -pitch));
             return Err(ModelError::FacesApart {
                 sectors: spec.sectors,
                 count,
                 tags,
                 distance_m: found.iter().map(|far| far.1).fold(0.0, f64::max),
-                other_way: back.into_iter().all(|far| !is_apart(&far)),
+                other_way: turned(-1).iter().all(|far| !is_apart(far)),
             });
         }
         let found: Vec<usize> = found.into_iter().map(|(k, _)| k).collect();
@@ -174,61 +252,5 @@ impl Face {
             });
         }
         Ok(found)
-    }
-}
-
-/// Matrix that turns by an angle, radians, about a direction of unit length (O. Rodrigues, J. Math.
-/// Pures Appl. 5 (1840) 380-440).
-fn turn(axis: Vector, angle: f64) -> [[f64; 3]; 3] {
-    let (sine, cosine) = angle.sin_cos();
-    let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| {
-        let mut column = scaled(unit, cosine);
-        add_scaled(&mut column, sine, cross(axis, unit));
-        add_scaled(&mut column, (1.0 - cosine) * dot(axis, unit), axis);
-        column
-    });
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| columns[j][i]))
-}
-
-/// Place in the next sector of a disc that has the place `x` in this one, in the axes of this one, m.
-pub(super) fn next_place(x: Vector, spec: &CyclicSpec) -> Vector {
-    turned_about(x, spec, TAU / spec.sectors as f64)
-}
-
-/// Direction in the next sector of a disc, in the axes of this one.
-pub(super) fn next_direction(d: Vector, spec: &CyclicSpec) -> Vector {
-    turn(spec.axis, TAU / spec.sectors as f64).map(|row| dot(row, d))
-}
-
-/// Place to which a point comes when it is turned about the axis.
-fn turned_about(x: Vector, spec: &CyclicSpec, angle: f64) -> Vector {
-    let arm = sub(x, spec.point_m);
-    let mut place = spec.point_m;
-    for (place, row) in place.iter_mut().zip(turn(spec.axis, angle)) {
-        *place += dot(row, arm);
-    }
-    place
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use dovetail_numerics::space::distance;
-
-    #[test]
-    fn a_turn_follows_the_right_hand() {
-        let quarter = turn([0.0, 0.0, 1.0], TAU / 4.0);
-        for (row, expected) in quarter.iter().zip([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]) {
-            assert!(distance(*row, expected) < 1e-15, "{quarter:?}");
-        }
-        let spec = CyclicSpec {
-            sectors: 4,
-            low: Vec::new(),
-            high: Vec::new(),
-            point_m: [1.0, 0.0, 0.0],
-            axis: [0.0, 0.0, 1.0],
-        };
-        let place = turned_about([2.0, 0.0, 5.0], &spec, TAU / 4.0);
-        assert!(distance(place, [1.0, 1.0, 5.0]) < 1e-15, "{place:?}");
     }
 }

@@ -114,7 +114,7 @@ impl Joints {
             let disc = disc.ok_or_else(|| ModelError::NoNextSector {
                 contact: spec.name.clone(),
             })?;
-            second = second.of_next_sector(disc);
+            second = second.of_sector(disc, 1);
         }
         let both = [&first, &second];
         let attempt = |slave: Side| {
@@ -204,7 +204,7 @@ impl Joints {
 }
 
 /// Flank on the body that has the most of its nodes.
-fn surface(
+pub(super) fn surface(
     mesh: &Mesh,
     spec: &ContactSpec,
     name: &str,

@@ -43,6 +43,7 @@ mod mortar;
 mod neighbours;
 mod observations;
 mod springs;
+mod turn;
 
 pub use bind::bind;
 pub use description::{
@@ -359,11 +360,24 @@ impl DofMap {
 pub struct Cyclic {
     /// Number of sectors.
     pub sectors: usize,
-    /// Nodes of the high faces, each with the nodes of the low faces of the next sector that it
-    /// moves with.
+    /// Nodes of the faces, each with the nodes of the next sector, or of the one before, that it moves
+    /// with.
     pub ties: Vec<Slave>,
-    /// Next sector, whose displacements are turned by one pitch.
-    pub next: OtherSector,
+    /// Matrix that turns by one pitch.
+    pub turn: [[f64; 3]; 3],
+}
+
+impl Cyclic {
+    /// Sector that lies so many sectors ahead: the next one, 1, or the one before, -1; `None` for any
+    /// other number.
+    pub fn sector(&self, ahead: i32) -> Option<OtherSector> {
+        let turn = match ahead {
+            1 => self.turn,
+            -1 => [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.turn[j][i])),
+            _ => return None,
+        };
+        Some(OtherSector { ahead, turn })
+    }
 }
 
 /// Rotation at constant speed.
@@ -409,8 +423,9 @@ pub struct Slave {
     /// Nodes whose weighted mean it follows, and their weights, which sum to 1; none on rigid
     /// ground.
     pub masters: Vec<(BodyNode, f64)>,
-    /// True if these belong to the next sector of a disc.
-    pub in_next_sector: bool,
+    /// Number of sectors of a disc by which that of these nodes lies ahead of that of the slave: 1 for
+    /// the next one, 0 where they are of the same one.
+    pub ahead: i32,
 }
 
 impl Slave {

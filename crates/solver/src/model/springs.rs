@@ -64,7 +64,7 @@ pub(super) fn add_spring(
     Ok(joined.map(|(node, master)| Slave {
         node,
         masters: vec![(master, 1.0)],
-        in_next_sector: false,
+        ahead: 0,
     }))
 }
 

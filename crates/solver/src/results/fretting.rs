@@ -71,10 +71,10 @@ fn surface_nodes(
 ) -> impl Iterator<Item = (BodyNode, [f64; 3])> {
     let masters = pair.slave.masters.iter();
     let heaviest = masters.max_by(|a, b| a.1.total_cmp(&b.1));
-    let next = model.cyclic.as_ref().filter(|_| pair.slave.in_next_sector);
-    let of_other = next.map_or(along, |cyclic| {
-        let turn = cyclic.next.turn;
-        [0, 1, 2].map(|j| (0..3).map(|i| turn[i][j] * along[i]).sum())
+    let disc = model.cyclic.as_ref();
+    let sector = disc.and_then(|disc| disc.sector(pair.slave.ahead));
+    let of_other = sector.map_or(along, |sector| {
+        [0, 1, 2].map(|j| (0..3).map(|i| sector.turn[i][j] * along[i]).sum())
     });
     let other = heaviest.map(|(node, _)| (*node, of_other));
     [Some((pair.slave.node, along)), other]

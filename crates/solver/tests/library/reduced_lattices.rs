@@ -582,7 +582,7 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
     );
     let third = BodyNode { body: 2, ..bar };
     let follows = |[node, master]: [BodyNode; 2]| Slave {
-        in_next_sector: false,
+        ahead: 0,
         node,
         masters: vec![(master, 1.0)],
     };

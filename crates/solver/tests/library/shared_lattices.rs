@@ -35,7 +35,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         .map(|i| ContactPair {
             contact: 0,
             slave: Slave {
-                in_next_sector: false,
+                ahead: 0,
                 node: at(0, flanks[0][i]),
                 masters: vec![(at(1, flanks[1][i]), 1.0)],
             },
