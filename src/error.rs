@@ -256,6 +256,10 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "take more harmonics (--set response.harmonics=7) and more steps per period (--steps), see which moves, or \
          allow more (--tolerance); near a peak several motions may exist, and each method may have found another"
         }
+        run::Error::NoDisc => {
+            "give a section [cyclic] with the number of sectors and the faces at which they meet, or leave out \
+             --nodal-diameter"
+        }
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
         }

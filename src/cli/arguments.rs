@@ -365,6 +365,10 @@ pub(super) struct Modes {
     #[arg(long, value_name = "FROM:TO:N")]
     pub(super) rpm: Option<SpeedRange>,
 
+    /// Shapes of the modes of this nodal diameter on the whole disc, for a scene with [cyclic]
+    #[arg(long, value_name = "D", conflicts_with = "rpm")]
+    pub(super) nodal_diameter: Option<usize>,
+
     /// Engine orders of diagram and crossings; repeated or with commas [default: up to 36]
     #[arg(long, value_name = "EO", value_delimiter = ',', value_parser = engine_order, requires = "rpm")]
     pub(super) orders: Vec<usize>,

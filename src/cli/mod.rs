@@ -289,8 +289,12 @@ fn with_files(
             work.mesh()?;
             finish(&Ok(()))
         }
-        Command::Modes(Modes { rpm: None, .. }) => {
-            let (modes, nodal_diameters) = work.modes()?;
+        Command::Modes(Modes {
+            rpm: None,
+            nodal_diameter,
+            ..
+        }) => {
+            let (modes, nodal_diameters) = work.modes(*nodal_diameter)?;
             let listed = modes.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
             print(

@@ -133,13 +133,23 @@ impl Work<'_> {
     }
 
     /// Modes of each body with its flanks held, fixed-interface modes, modes of the stuck assembly,
-    /// and those of a disc over its nodal diameters.
+    /// and those of a disc over its nodal diameters. `nodal_diameter` is the one whose shapes are
+    /// written on the whole disc.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`].
-    pub fn modes(&self) -> Result<(Vec<NaturalFrequency>, Option<NodalDiameters>), RunError> {
+    /// Errors of [`Work::solve`]; a scene that is not about a disc, or a disc without such waves.
+    pub fn modes(
+        &self,
+        nodal_diameter: Option<usize>,
+    ) -> Result<(Vec<NaturalFrequency>, Option<NodalDiameters>), RunError> {
+        // Before anything is meshed.
+        let disc = self.scene.assembly().and_then(|a| a.cyclic.as_ref());
+        if nodal_diameter.is_some() && disc.is_none() {
+            return Err(Error::NoDisc.into());
+        }
         let meshes = self.meshes()?;
-        let found = self.computes(|session| run::modes(self.scene, meshes, session))?;
+        let found =
+            self.computes(|session| run::modes(self.scene, meshes, nodal_diameter, session))?;
         let rows = match &self.files {
             Some(files) => files.locked().modal_analysis(&found)?,
             None => found.reduced.natural_frequencies(None, &found.held_omega2),

@@ -3,6 +3,7 @@
 //! Arrays are f64, compressed by zlib, which every reader of the format supports. The nodes of an
 //! element are in the order of VTK.
 
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -14,11 +15,12 @@ use vtkio::xml::Compressor;
 
 use super::{ExportError, write_file};
 use dovetail_solver::fem::stress::{point_stress, points_m};
-use dovetail_solver::model::Model;
+use dovetail_solver::model::{Cyclic, Model};
 use dovetail_solver::results::modes::ModeShape;
 use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
 use dovetail_solver::results::stress::{Singular, StressCycle};
-use dovetail_solver::run::PeakStress;
+use dovetail_solver::run::{DiscModes, PeakStress};
+use dovetail_solver::space::{dot, sub};
 use dovetail_solver::spectrum::{cosine, sine};
 
 /// Fields of one body in the static state.
@@ -264,15 +266,19 @@ fn check_motion(
 /// with five digits.
 fn array_name(mode: &ModeShape) -> String {
     let body = mode.body.iter().map(|body| format!("_{body}"));
-    let digits = 4.0 - mode.frequency_hz.abs().max(1e-9).log10().floor();
     format!(
-        "{}{}_{}_{:.*}_hz",
+        "{}{}_{}_{}_hz",
         mode.kind.id(),
         body.collect::<String>(),
         mode.mode,
-        digits.max(0.0) as usize,
-        mode.frequency_hz
+        five_digits(mode.frequency_hz)
     )
+}
+
+/// Frequency with five digits.
+fn five_digits(frequency_hz: f64) -> String {
+    let digits = 4.0 - frequency_hz.abs().max(1e-9).log10().floor();
+    format!("{frequency_hz:.*}", digits.max(0.0) as usize)
 }
 
 /// Mode on all nodes, scaled to a largest displacement of 1 whose largest component is positive.
@@ -301,6 +307,52 @@ pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<()
             check_length(path, &field, shape.len(), nodes, "one per node")?;
         }
         grid.point_array(&name, 3, to_scale(mode));
+    }
+    grid.write(path)
+}
+
+/// Writes all sectors of a disc with the modes of a nodal diameter on the nodes, each as two vectors
+/// without unit, `mode_<number>_<frequency>_hz_cos` and `..._sin`: the disc moves as the first times
+/// cos wt plus the second times sin wt. The largest displacement is 1. Nodes and elements have
+/// `sector`, counted from 0.
+///
+/// # Errors
+/// Shapes that do not fit the bodies; a file that cannot be written.
+pub fn write_disc(
+    path: &Path,
+    model: &Model,
+    disc: &Cyclic,
+    modes: &DiscModes,
+) -> Result<(), ExportError> {
+    let mut grid = Grid::of_disc(model, disc);
+    for (number, mode) in (1..).zip(&modes.modes) {
+        for part in [&mode.cosine, &mode.sine] {
+            for (body, shape) in model.bodies.iter().zip(part) {
+                let field = format!("mode {number} of body {}", body.name);
+                let nodes = body.nodes_m.len();
+                check_length(path, &field, shape.len(), nodes, "one per node")?;
+            }
+        }
+        let name = format!("mode_{number}_{}_hz", five_digits(mode.frequency_hz));
+        let nodes = || mode.cosine.iter().flatten().zip(mode.sine.iter().flatten());
+        let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
+        let largest = nodes().map(|(c, s)| size(c).max(size(s)));
+        let largest = largest.fold(0.0, f64::max).sqrt();
+        let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        let (mut cosine, mut sine) = (Vec::new(), Vec::new());
+        for sector in 0..disc.sectors {
+            let turn = disc.turned_to(sector);
+            let angle = TAU * (modes.nodal_diameter * sector) as f64 / disc.sectors as f64;
+            // cosine - i sine, times exp(i angle).
+            let (sin, cos) = angle.sin_cos();
+            let [by_cos, by_sin] = [scale * cos, scale * sin];
+            for (c, s) in nodes() {
+                cosine.extend(turn.map(|row| by_cos * dot(row, *c) + by_sin * dot(row, *s)));
+                sine.extend(turn.map(|row| by_cos * dot(row, *s) - by_sin * dot(row, *c)));
+            }
+        }
+        grid.point_array(&format!("{name}_cos"), 3, cosine);
+        grid.point_array(&format!("{name}_sin"), 3, sine);
     }
     grid.write(path)
 }
@@ -342,28 +394,60 @@ impl Grid {
     /// Grid of all bodies, the nodes of each before those of the next, with `body` on nodes and
     /// elements, `node_tag` and `element_tag`.
     fn of_bodies(model: &Model) -> Self {
-        let mut points = Vec::new();
+        Self::of_copies(model, std::iter::once(|x: [f64; 3]| x))
+    }
+
+    /// Grid of all sectors of a disc, of which `model` is the first, with `sector` on nodes and elements
+    /// besides what [`Grid::of_bodies`] has.
+    fn of_disc(model: &Model, disc: &Cyclic) -> Self {
+        let places = (0..disc.sectors).map(|sector| {
+            let turn = disc.turned_to(sector);
+            move |x: [f64; 3]| {
+                let arm = sub(x, disc.point_m);
+                [0, 1, 2].map(|k| disc.point_m[k] + dot(turn[k], arm))
+            }
+        });
+        let mut grid = Self::of_copies(model, places);
+        let nodes: usize = model.bodies.iter().map(|body| body.nodes_m.len()).sum();
+        let bodies = model.bodies.iter();
+        let cells: usize = bodies
+            .map(|body| body.elements.len() + body.facets.len())
+            .sum();
+        let of = |each: usize| (0..each * disc.sectors).map(move |i| (i / each) as i32);
+        grid.point_integers("sector", of(nodes).collect());
+        grid.cell_integers("sector", of(cells).collect());
+        grid
+    }
+
+    /// Grid of copies of all bodies, each with its nodes at other places.
+    fn of_copies<F: Fn([f64; 3]) -> [f64; 3]>(
+        model: &Model,
+        places: impl Iterator<Item = F>,
+    ) -> Self {
+        let mut points: Vec<f64> = Vec::new();
         let mut connectivity = Vec::new();
         let mut offsets = Vec::new();
         let mut types = Vec::new();
         let (mut node_tags, mut node_body) = (Vec::new(), Vec::new());
         let (mut element_tags, mut element_body) = (Vec::new(), Vec::new());
         let mut first_node = 0;
-        for (b, body) in model.bodies.iter().enumerate() {
-            let elements = body.elements.iter().map(|n| (n, vtk_cell(n.len())));
-            let facets = body.facets.iter().map(|n| (n, vtk_facet(n.len())));
-            for (nodes, kind) in elements.chain(facets) {
-                connectivity.extend(nodes.iter().map(|&n| first_node + u64::from(n)));
-                offsets.push(connectivity.len() as u64);
-                types.push(kind);
+        for place in places {
+            for (b, body) in model.bodies.iter().enumerate() {
+                let elements = body.elements.iter().map(|n| (n, vtk_cell(n.len())));
+                let facets = body.facets.iter().map(|n| (n, vtk_facet(n.len())));
+                for (nodes, kind) in elements.chain(facets) {
+                    connectivity.extend(nodes.iter().map(|&n| first_node + u64::from(n)));
+                    offsets.push(connectivity.len() as u64);
+                    types.push(kind);
+                }
+                points.extend(body.nodes_m.iter().flat_map(|x| place(*x)));
+                node_tags.extend_from_slice(&body.node_tags);
+                element_tags.extend_from_slice(body.elements.tags());
+                element_tags.extend_from_slice(body.facets.tags());
+                node_body.resize(node_tags.len(), b as i32);
+                element_body.resize(element_tags.len(), b as i32);
+                first_node += body.nodes_m.len() as u64;
             }
-            points.extend_from_slice(body.nodes_m.as_flattened());
-            node_tags.extend_from_slice(&body.node_tags);
-            element_tags.extend_from_slice(body.elements.tags());
-            element_tags.extend_from_slice(body.facets.tags());
-            node_body.resize(node_tags.len(), b as i32);
-            element_body.resize(element_tags.len(), b as i32);
-            first_node += body.nodes_m.len() as u64;
         }
         let mut grid = Self::new(points, connectivity, offsets, types);
         grid.arrays.point.push(array("node_tag", 1, node_tags));

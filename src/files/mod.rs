@@ -217,7 +217,12 @@ impl Files {
         modes: &ModalAnalysis,
     ) -> Result<Vec<NaturalFrequency>, RunError> {
         if let Some(bodies) = &modes.reduced.bodies {
-            vtu::write_modes(&self.out.file("modes.vtu")?, bodies.model(), &modes.shapes)?;
+            let model = bodies.model();
+            vtu::write_modes(&self.out.file("modes.vtu")?, model, &modes.shapes)?;
+            if let (Some(cyclic), Some(disc)) = (&model.cyclic, &modes.disc) {
+                let name = format!("modes_nodal_diameter_{}.vtu", disc.nodal_diameter);
+                vtu::write_disc(&self.out.file(&name)?, model, cyclic, disc)?;
+            }
         }
         if let Some(found) = &modes.nodal_diameters {
             self.nodal_diameters(found)?;

@@ -1,13 +1,16 @@
 //! A disc of equal sectors from one of them, against all of its sectors.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::shared_program::{ended, has, on_scene, printed, told};
 use crate::shared_runs::{Run, number, rows};
 use dovetail_testkit::folder::{Folder, root};
+use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 
 const SECTORS: usize = 6;
+/// Nodes of disc_sector.msh.
+const NODES: usize = 94;
 
 const STEEL: &str = "young_pa = 210e9\npoisson = 0.3\ndensity_kg_m3 = 7800\n";
 
@@ -428,4 +431,79 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
         let nearest = all.iter().map(|own| (own / hz - 1.0).abs());
         assert!(nearest.fold(1.0, f64::min) < 1e-9, "{hz} {all:?}");
     }
+}
+
+/// Points of a .vtu file, and its arrays of vectors on them by their names.
+fn vectors(file: &Path) -> (Vec<[f64; 3]>, Vec<(String, Vec<[f64; 3]>)>) {
+    let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(file).unwrap().data else {
+        panic!("not a grid")
+    };
+    let Piece::Inline(piece) = pieces.remove(0) else {
+        panic!("not inline")
+    };
+    let threes = |numbers: Vec<f64>| -> Vec<[f64; 3]> {
+        let all = numbers.chunks_exact(3);
+        all.map(|u| [u[0], u[1], u[2]]).collect()
+    };
+    let arrays = piece.data.point.iter().filter_map(|array| match array {
+        Attribute::DataArray(array) if array.name.contains("_hz_") => {
+            Some((array.name.clone(), threes(array.data.cast_into::<f64>()?)))
+        }
+        _ => None,
+    });
+    let arrays = arrays.collect();
+    (threes(piece.points.cast_into::<f64>().unwrap()), arrays)
+}
+
+/// Where two sectors meet they move alike, in the whole disc and at both parts of the period. A mode of
+/// one nodal diameter changes its sign twice round the disc.
+#[test]
+fn shapes_on_the_whole_disc_are_continuous_between_the_sectors() {
+    let folder = Folder::new("disc_shapes");
+    let text = scene("disc_sector.msh", 1, &["disc"], RESPONSE);
+    let path = folder.write("scene.toml", text);
+    for diameter in 0..=SECTORS / 2 {
+        let out = folder.join(diameter.to_string());
+        let mut command = on_scene("modes", &path, &out, &[]);
+        ended(command.args(["--nodal-diameter", &diameter.to_string()]), 0);
+        let file = out.join(format!("modes_nodal_diameter_{diameter}.vtu"));
+        let (points, arrays) = vectors(&file);
+        assert_eq!((points.len(), arrays.len()), (SECTORS * NODES, 12));
+        let distance = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
+            let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
+            squares.sum::<f64>().sqrt()
+        };
+        let mut meet = 0;
+        for (i, a) in points.iter().enumerate() {
+            for (j, b) in points[..i].iter().enumerate() {
+                if distance(a, b) < 1e-9 {
+                    meet += 1;
+                    for (name, u) in &arrays {
+                        assert!(distance(&u[i], &u[j]) < 1e-9, "{diameter} {name}");
+                    }
+                }
+            }
+        }
+        // Each face has ten nodes.
+        assert_eq!(meet, SECTORS * 10);
+        // The first mode is axial: the tip of each blade in turn.
+        let (_, first) = &arrays[0];
+        let tip = (0..98)
+            .max_by(|a, b| points[*a][2].total_cmp(&points[*b][2]))
+            .unwrap();
+        let around: Vec<f64> = (0..SECTORS).map(|j| first[NODES * j + tip][0]).collect();
+        let changes = (0..SECTORS).filter(|&j| around[j] * around[(j + 1) % SECTORS] < 0.0);
+        assert_eq!(changes.count(), 2 * diameter, "{around:?}");
+    }
+    let mut command = on_scene("modes", &path, &folder.join("far"), &[]);
+    has(
+        &told(command.args(["--nodal-diameter", "4"]), 1),
+        "largest nodal diameter of the disc is 3",
+    );
+    let paper = root().join("scenes/paper.toml");
+    let mut command = on_scene("modes", &paper, &folder.join("no"), &[]);
+    has(
+        &told(command.args(["--nodal-diameter", "1"]), 1),
+        "not about a disc & [cyclic]",
+    );
 }

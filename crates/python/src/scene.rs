@@ -226,7 +226,7 @@ impl PyScene {
         let kept = run::cache_of(cache.as_ref())?;
         let progress = or_bar(slf.py(), progress);
         let (modes, _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
-            work.modes()
+            work.modes(None)
         })?;
         Ok(modes.0.iter().map(run::mode).collect())
     }
@@ -243,7 +243,7 @@ impl PyScene {
         let kept = run::cache_of(cache.as_ref())?;
         let progress = or_bar(slf.py(), progress);
         let ((_, found), _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
-            work.modes()
+            work.modes(None)
         })?;
         Ok(found.map(|found| found.frequencies_hz))
     }

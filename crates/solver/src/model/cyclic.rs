@@ -38,6 +38,7 @@ pub(super) fn cyclic(
     Ok(Cyclic {
         sectors: spec.sectors,
         ties,
+        point_m: spec.point_m,
         turn: turn.matrix,
     })
 }

@@ -363,11 +363,23 @@ pub struct Cyclic {
     /// Nodes of the faces, each with the nodes of the next sector, or of the one before, that it moves
     /// with.
     pub ties: Vec<Slave>,
+    /// Point of the axis, m.
+    pub point_m: [f64; 3],
     /// Matrix that turns by one pitch.
     pub turn: [[f64; 3]; 3],
 }
 
 impl Cyclic {
+    /// Matrix that turns directions from the first sector to sector j, counted from 0.
+    pub fn turned_to(&self, sector: usize) -> [[f64; 3]; 3] {
+        let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        for _ in 0..sector {
+            all = [0, 1, 2]
+                .map(|i| [0, 1, 2].map(|j| (0..3).map(|k| self.turn[i][k] * all[k][j]).sum()));
+        }
+        all
+    }
+
     /// Sector that lies so many sectors ahead: the next one, 1, or the one before, -1; `None` for any
     /// other number.
     pub fn sector(&self, ahead: i32) -> Option<OtherSector> {

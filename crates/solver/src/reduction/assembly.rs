@@ -96,12 +96,42 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
 /// See [`ReductionError`].
 pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, ReductionError> {
     let bodies = coordinates(structure, &Loads::of(structure))?;
-    let stuck = Stuck::of(structure, &bodies)?;
-    let m_gg = on_g(&stuck.transformation, &bodies, BodyMatrix::Mass);
+    let (_, modes) = modes_of(structure, &bodies, count)?;
+    Ok(modes.omega2)
+}
+
+/// Lowest `count` stuck modes of the assembly alone: squared angular frequencies, rad2/s2, and the
+/// shapes of modal mass 1 on all free degrees of freedom of each body, a column for each mode.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn stuck_shapes(
+    structure: &Structure,
+    count: usize,
+) -> Result<(Vec<f64>, Vec<Mat<f64>>), ReductionError> {
+    let bodies = coordinates(structure, &Loads::of(structure))?;
+    let (transformation, modes) = modes_of(structure, &bodies, count)?;
+    let outer = transformation.unknowns() - transformation.inner();
+    let still = Mat::zeros(outer, modes.count());
+    let moved = transformation.scatter(modes.vectors.as_ref(), still.as_ref());
+    let whole = moved.into_iter().zip(&bodies).map(|(u, body)| match body {
+        Coordinates::Full(_) => u,
+        Coordinates::Reduced(body) => body.interior.motion(u.as_ref()),
+    });
+    Ok((modes.omega2, whole.collect()))
+}
+
+/// Lowest stuck modes on g.
+fn modes_of(
+    structure: &Structure,
+    bodies: &[Coordinates<'_>],
+    count: usize,
+) -> Result<(Transformation, Modes), ReductionError> {
+    let stuck = Stuck::of(structure, bodies)?;
+    let m_gg = on_g(&stuck.transformation, bodies, BodyMatrix::Mass);
     let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
-    Ok(modes
-        .map_err(|source| ReductionError::Stuck { source })?
-        .omega2)
+    let modes = modes.map_err(|source| ReductionError::Stuck { source })?;
+    Ok((stuck.transformation, modes))
 }
 
 /// Linear static displacement (m) of all free dofs of each body under the steady load, with all

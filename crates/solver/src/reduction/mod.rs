@@ -33,7 +33,7 @@ use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
 
-pub use assembly::{reduce, stuck_displacement, stuck_modes};
+pub use assembly::{reduce, stuck_displacement, stuck_modes, stuck_shapes};
 pub use recovery::Recovery;
 pub use residual::ResidualError;
 pub use restiffened::frequency_change;

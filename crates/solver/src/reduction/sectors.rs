@@ -25,7 +25,9 @@
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use super::{ReductionError, stuck_modes};
+use faer::Mat;
+
+use super::{ReductionError, stuck_modes, stuck_shapes};
 use crate::structure::{InterfaceNode, Joint, Structure};
 
 /// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
@@ -58,6 +60,56 @@ pub fn modes_of_nodal_diameter(
         Wave::Travelling(copies) => {
             let both = stuck_modes(&copies, 2 * count)?;
             Ok(both.into_iter().step_by(2).take(count).collect())
+        }
+    }
+}
+
+/// Modes of a disc at one nodal diameter. The first sector moves as `c cos wt - s sin wt`, and sector j
+/// as `(c + i s) exp(i j theta)` does.
+#[derive(Debug)]
+pub struct WaveModes {
+    /// Squared angular frequencies, rad2/s2, ascending.
+    pub omega2: Vec<f64>,
+    /// Real part c on the free degrees of freedom of each body, a column for each mode.
+    pub real: Vec<Mat<f64>>,
+    /// Imaginary part s.
+    pub imaginary: Vec<Mat<f64>>,
+}
+
+/// Lowest `count` modes of a disc with all pairs stuck, with their shapes, as
+/// [`modes_of_nodal_diameter`] has their frequencies.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn wave_modes(
+    structure: &Structure,
+    sectors: usize,
+    nodal_diameter: usize,
+    count: usize,
+) -> Result<WaveModes, ReductionError> {
+    match at_nodal_diameter(structure, sectors, nodal_diameter) {
+        Wave::Standing(sector) => {
+            let (omega2, real) = stuck_shapes(&sector, count)?;
+            let still = real.iter().map(|u| Mat::zeros(u.nrows(), u.ncols()));
+            Ok(WaveModes {
+                imaginary: still.collect(),
+                omega2,
+                real,
+            })
+        }
+        Wave::Travelling(copies) => {
+            let (omega2, shapes) = stuck_shapes(&copies, 2 * count)?;
+            // Of each two modes of one frequency the first, which is the wave at some phase.
+            let first = |u: &Mat<f64>| {
+                let modes = u.ncols().div_ceil(2).min(count);
+                Mat::from_fn(u.nrows(), modes, |i, mode| u[(i, 2 * mode)])
+            };
+            let bodies = structure.bodies.len();
+            Ok(WaveModes {
+                omega2: omega2.into_iter().step_by(2).take(count).collect(),
+                real: shapes[..bodies].iter().map(first).collect(),
+                imaginary: shapes[bodies..].iter().map(first).collect(),
+            })
         }
     }
 }

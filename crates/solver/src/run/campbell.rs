@@ -90,11 +90,10 @@ impl Crossing {
 }
 
 /// Modes at each of `speeds_rpm`, which ascend: of the first body with its flanks held (full
-/// model), and of the stuck assembly. A sector of a disc has those of the stuck assembly at each nodal
-/// diameter alone. Mesh,
-/// pairs, stiffness and mass are made once: under rotation
-/// the stiffness is a parabola of the speed, so that two assemblies, at rest and at the highest
-/// speed, give it at any speed. The stress is that with all pairs stuck.
+/// model), and of the stuck assembly. A sector of a disc has those of the stuck assembly at each
+/// nodal diameter alone. Mesh, pairs, stiffness and mass are made once: under rotation the stiffness
+/// is a parabola of the speed, so that two assemblies, at rest and at the highest speed, give it at
+/// any speed. The stress is that with all pairs stuck.
 ///
 /// # Errors
 /// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of

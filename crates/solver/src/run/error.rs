@@ -36,6 +36,19 @@ pub enum Error {
         /// Reason.
         source: ReductionError,
     },
+    /// Nodal diameters are asked for, and the bodies are not a sector of a disc.
+    #[error("the scene is not about a disc of equal sectors")]
+    NoDisc,
+    /// No wave of the disc has so many nodal diameters.
+    #[error(
+        "the largest nodal diameter of the disc is {largest}, half the number of its sectors, not {nodal_diameter}"
+    )]
+    TooManyDiameters {
+        /// Nodal diameter that was asked for.
+        nodal_diameter: usize,
+        /// Largest one.
+        largest: usize,
+    },
     /// The folder of a reduced model cannot be read.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),

@@ -44,7 +44,7 @@ pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use error::Error;
 pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
-pub use nodal_diameters::NodalDiameters;
+pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
     Compared, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs,
     StaticResult, TractionPeak, TractionRange,
@@ -249,16 +249,21 @@ pub struct ModalAnalysis {
     pub shapes: Vec<ModeShape>,
     /// Frequencies over the nodal diameters; `None` for bodies that are not a sector of a disc.
     pub nodal_diameters: Option<NodalDiameters>,
+    /// Modes of the nodal diameter that was asked for.
+    pub disc: Option<DiscModes>,
 }
 
 /// Computes the modes of each body with its flanks held (full model), the fixed-interface modes,
-/// those of the stuck assembly, and those of a disc at each nodal diameter.
+/// those of the stuck assembly, and those of a disc at each nodal diameter. `nodal_diameter` is the one
+/// whose shapes are wanted on the whole disc.
 ///
 /// # Errors
-/// The errors of [`Reduced::of`] and of the eigenvalues.
+/// The errors of [`Reduced::of`] and of the eigenvalues; [`Error::NoDisc`],
+/// [`Error::TooManyDiameters`].
 pub fn modes(
     scene: &Scene,
     meshes: Option<Meshes>,
+    nodal_diameter: Option<usize>,
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
     let reduced = Reduced::of(scene, meshes, session)?;
@@ -270,11 +275,17 @@ pub fn modes(
         held_omega2 = omega2(&modes);
         nodal_diameters = bodies.nodal_diameters(session)?;
     }
+    let disc = nodal_diameter.map(|nodal_diameter| {
+        let bodies = reduced.bodies.as_ref().ok_or(Error::NoDisc)?;
+        bodies.disc_modes(nodal_diameter, session)
+    });
+    let disc = disc.transpose()?;
     Ok(ModalAnalysis {
         reduced,
         held_omega2,
         shapes,
         nodal_diameters,
+        disc,
     })
 }
 
