@@ -433,15 +433,17 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
     }
 }
 
+type Vectors = Vec<[f64; 3]>;
+
 /// Points of a .vtu file, and its arrays of vectors on them by their names.
-fn vectors(file: &Path) -> (Vec<[f64; 3]>, Vec<(String, Vec<[f64; 3]>)>) {
+fn vectors(file: &Path) -> (Vectors, Vec<(String, Vectors)>) {
     let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(file).unwrap().data else {
         panic!("not a grid")
     };
     let Piece::Inline(piece) = pieces.remove(0) else {
         panic!("not inline")
     };
-    let threes = |numbers: Vec<f64>| -> Vec<[f64; 3]> {
+    let threes = |numbers: Vec<f64>| -> Vectors {
         let all = numbers.chunks_exact(3);
         all.map(|u| [u[0], u[1], u[2]]).collect()
     };
