@@ -227,7 +227,7 @@ fn engine_orders_cross_the_nodal_diameters_that_they_excite() {
     assert_eq!(rows.len(), 3 * 6 * (SECTORS / 2 + 1));
 }
 
-/// What is wrong with a sector is said with the key and the remedy.
+/// Errors of a sector name the key and the remedy.
 #[test]
 fn what_is_no_sector_is_refused() {
     let folder = Folder::new("no_sector");
@@ -457,7 +457,7 @@ fn vectors(file: &Path) -> (Vectors, Vec<(String, Vectors)>) {
     (threes(piece.points.cast_into::<f64>().unwrap()), arrays)
 }
 
-/// Where two sectors meet they move alike, in the whole disc and at both parts of the period. A mode of
+/// Two sectors move alike where they meet, in the whole disc and at both parts of the period. A mode of
 /// one nodal diameter changes its sign twice round the disc.
 #[test]
 fn shapes_on_the_whole_disc_are_continuous_between_the_sectors() {

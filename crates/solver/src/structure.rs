@@ -28,7 +28,7 @@ pub struct Structure {
 /// Part of the steady load that a load path can change by itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SteadyPart {
-    /// What the part comes from, and what its multiple is.
+    /// Cause of the part, which says what its multiple is.
     pub cause: SteadyCause,
     /// The part at a multiple of 1.
     pub load: BodyVectors,
@@ -36,7 +36,7 @@ pub struct SteadyPart {
     pub working: f64,
 }
 
-/// What a part of the steady load comes from.
+/// Cause of a part of the steady load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SteadyCause {
     /// Rotation: the part is the centrifugal load at 1 rad/s, N s2/rad2, and its multiple the square

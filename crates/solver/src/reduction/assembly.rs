@@ -95,9 +95,7 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
 /// # Errors
 /// See [`ReductionError`].
 pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, ReductionError> {
-    let bodies = coordinates(structure, &Loads::of(structure))?;
-    let (_, modes) = modes_of(structure, &bodies, count)?;
-    Ok(modes.omega2)
+    Ok(stuck_shapes(structure, count)?.0)
 }
 
 /// Lowest `count` stuck modes of the assembly alone: squared angular frequencies, rad2/s2, and the
@@ -110,7 +108,11 @@ pub fn stuck_shapes(
     count: usize,
 ) -> Result<(Vec<f64>, Vec<Mat<f64>>), ReductionError> {
     let bodies = coordinates(structure, &Loads::of(structure))?;
-    let (transformation, modes) = modes_of(structure, &bodies, count)?;
+    let stuck = Stuck::of(structure, &bodies)?;
+    let transformation = &stuck.transformation;
+    let m_gg = on_g(transformation, &bodies, BodyMatrix::Mass);
+    let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
+    let modes = modes.map_err(|source| ReductionError::Stuck { source })?;
     let outer = transformation.unknowns() - transformation.inner();
     let still = Mat::zeros(outer, modes.count());
     let moved = transformation.scatter(modes.vectors.as_ref(), still.as_ref());
@@ -119,19 +121,6 @@ pub fn stuck_shapes(
         Coordinates::Reduced(body) => body.interior.motion(u.as_ref()),
     });
     Ok((modes.omega2, whole.collect()))
-}
-
-/// Lowest stuck modes on g.
-fn modes_of(
-    structure: &Structure,
-    bodies: &[Coordinates<'_>],
-    count: usize,
-) -> Result<(Transformation, Modes), ReductionError> {
-    let stuck = Stuck::of(structure, bodies)?;
-    let m_gg = on_g(&stuck.transformation, bodies, BodyMatrix::Mass);
-    let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
-    let modes = modes.map_err(|source| ReductionError::Stuck { source })?;
-    Ok((stuck.transformation, modes))
 }
 
 /// Linear static displacement (m) of all free dofs of each body under the steady load, with all

@@ -363,7 +363,7 @@ impl ReducedModel {
 /// ([`SteadyPart`](crate::structure::SteadyPart)).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StaticPart {
-    /// What the part comes from, and what its multiple is.
+    /// Cause of the part, which says what its multiple is.
     pub cause: SteadyCause,
     /// Forces on X at a multiple of 1, n, with those that the bodies hand on with all pairs stuck; N
     /// over the unit of the multiple.

@@ -27,7 +27,7 @@ use std::f64::consts::TAU;
 
 use faer::Mat;
 
-use super::{ReductionError, stuck_modes, stuck_shapes};
+use super::{ReductionError, stuck_shapes};
 use crate::structure::{InterfaceNode, Joint, Structure};
 
 /// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
@@ -55,13 +55,7 @@ pub fn modes_of_nodal_diameter(
     nodal_diameter: usize,
     count: usize,
 ) -> Result<Vec<f64>, ReductionError> {
-    match at_nodal_diameter(structure, sectors, nodal_diameter) {
-        Wave::Standing(sector) => stuck_modes(&sector, count),
-        Wave::Travelling(copies) => {
-            let both = stuck_modes(&copies, 2 * count)?;
-            Ok(both.into_iter().step_by(2).take(count).collect())
-        }
-    }
+    Ok(wave_modes(structure, sectors, nodal_diameter, count)?.omega2)
 }
 
 /// Modes of a disc at one nodal diameter. The first sector moves as `c cos wt - s sin wt`, and sector j

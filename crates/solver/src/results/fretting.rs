@@ -9,6 +9,7 @@ use super::signals::{over_period, pair_signals};
 use super::stress::{BodyStress, of_node};
 use crate::dlft::{Orbit, PairCycle};
 use crate::model::{BodyNode, ContactPair, Model};
+use dovetail_numerics::space::dot;
 
 /// Instants of a period at which the largest values are taken.
 const INSTANTS: usize = 128;
@@ -72,10 +73,9 @@ fn surface_nodes(
     let masters = pair.slave.masters.iter();
     let heaviest = masters.max_by(|a, b| a.1.total_cmp(&b.1));
     let disc = model.cyclic.as_ref();
-    let sector = disc.and_then(|disc| disc.sector(pair.slave.ahead));
-    let of_other = sector.map_or(along, |sector| {
-        [0, 1, 2].map(|j| (0..3).map(|i| sector.turn[i][j] * along[i]).sum())
-    });
+    // The axes of this sector, seen from that of the masters.
+    let own = disc.and_then(|disc| disc.sector(-pair.slave.ahead));
+    let of_other = own.map_or(along, |own| own.turn.map(|row| dot(row, along)));
     let other = heaviest.map(|(node, _)| (*node, of_other));
     [Some((pair.slave.node, along)), other]
         .into_iter()
