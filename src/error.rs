@@ -260,6 +260,10 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "give a section [cyclic] with the number of sectors and the faces at which they meet, or leave out \
              --nodal-diameter"
         }
+        run::Error::NotInPhase { .. } => {
+            "leave out `engine_order` of [cyclic], or take a multiple of `sectors`; what needs none of this is the \
+             response (`dovetail run`) and its peaks (`dovetail peaks`)"
+        }
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
         }

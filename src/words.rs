@@ -1,6 +1,7 @@
 //! Numbers in a form that is easy to read.
 
 use dovetail_solver::dlft::{CycleCounts, StaticCounts};
+use dovetail_solver::reduction::DiscExcitation;
 
 /// Prefixes of units, a factor of a thousand apart.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
@@ -265,6 +266,18 @@ pub fn cycle_counts(counts: CycleCounts) -> String {
         counts.slipping,
         counts.opening
     )
+}
+
+/// What the static state and the response of a disc of equal sectors are.
+pub fn motion_of_sectors(excitation: DiscExcitation) -> String {
+    match excitation.wave(1) {
+        None => "static state and response are those of all sectors in phase".to_owned(),
+        Some(wave) => format!(
+            "the static state is that of all sectors in phase, and the response the wave of engine order {}, whose \
+             nodal diameter is {}",
+            excitation.engine_order, wave.nodal_diameter
+        ),
+    }
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ pub(super) fn of_bound(earlier: &Summary, origin: &MeshOrigin, bound: &Bound) ->
 pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
     let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
     Summary {
-        stuck_modes: Some(reduced.model().stuck_omega2().len()),
+        stuck_modes: Some(reduced.stuck_omega2().len()),
         truncation: modes.map(|modes| TruncationSummary {
             amplitude: modes.truncation.amplitude,
             frequencies: modes.truncation.frequencies.clone(),
@@ -68,7 +68,7 @@ pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
         pairs: reduced.pairs.rows.len(),
         prestress_passes: modes.map_or_else(Vec::new, |modes| modes.prestress_passes.clone()),
         held_flanks_error: modes.and_then(|modes| modes.held_flanks_error),
-        stuck_frequency_hz: reduced.model().omega2.first().copied().map(hertz),
+        stuck_frequency_hz: reduced.stuck_omega2().first().copied().map(hertz),
         observations: match reduced.bodies.as_ref().map(Bodies::model) {
             Some(model) => manifest::observation_summaries(model),
             None => manifest::probe_summaries(reduced.observations()),
@@ -82,8 +82,8 @@ pub(super) fn of_statics(summary: &mut Summary, reduced: &Reduced, statics: &Sta
     let (pairs, state) = (&reduced.pairs, &statics.state);
     summary.static_state = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
     if statics.usable().is_ok() {
-        let first = reduced.linear_omega2(state).first();
-        summary.linear_frequency_hz = first.copied().map(hertz);
+        let first = reduced.linear_omega2(state).first().copied();
+        summary.linear_frequency_hz = first.map(hertz);
     }
 }
 

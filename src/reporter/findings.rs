@@ -97,7 +97,7 @@ pub(super) fn of_reduced(reduced: &Reduced) -> Vec<Line> {
         lines.push(Line::Note(format!("{pairs} contact pairs")));
     }
     lines.extend(much_friction(reduced).map(Line::Warning));
-    let stuck = reduced.model().stuck_omega2();
+    let stuck = reduced.stuck_omega2();
     if let Some(omega2) = stuck.first() {
         lines.push(Line::Note(format!(
             "first stuck mode {:.4} Hz",
@@ -156,10 +156,10 @@ pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<S
     if statics.usable().is_err() || state.linear.not_released.is_some() || open == 0 {
         return None;
     }
-    let first = reduced.linear_omega2(state).first()?;
+    let first = reduced.linear_omega2(state).first().copied()?;
     Some(format!(
         "first linear mode {:.4} Hz, with the {open} pairs released that are open in the static state",
-        hertz(*first)
+        hertz(first)
     ))
 }
 

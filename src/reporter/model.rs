@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::line::Line;
 use super::{maps, units};
 use crate::warning::Weight;
-use crate::words::{counted, percent, quantity};
+use crate::words::{counted, motion_of_sectors, percent, quantity};
 use dovetail_mesh::{Mesh, Shape};
 use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
@@ -74,9 +74,10 @@ fn counts_note(model: &Model) -> String {
 
 fn sector_note(cyclic: &Cyclic) -> String {
     format!(
-        "one of {} sectors, joined to the next by {} nodes; static state and response are those of all sectors in phase",
+        "one of {} sectors, joined to the next by {} nodes; {}",
         cyclic.sectors,
-        cyclic.ties.len()
+        cyclic.ties.len(),
+        motion_of_sectors(cyclic.excitation())
     )
 }
 

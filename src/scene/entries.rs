@@ -309,6 +309,11 @@ section! {
         point_m: Numbers(3, "m"), "that of `[rotation]`, or `[0, 0, 0]`",
             "a point of the axis",
             "[0, 0, 0]";
+        engine_order: Whole(Some(0), Some(100_000)), "0: all sectors are excited in phase",
+            "waves of the excitation round the disc, which stand still in space: harmonic k of the \
+             excitation of sector j, counted from 0 in the direction of the right hand, is that of \
+             the first one, turned by `360 k engine_order j / sectors` degrees in time",
+            "5";
     }
 }
 

@@ -20,8 +20,7 @@ fn readme_says(sentence: &str) {
 #[test]
 fn what_a_scene_cannot_ask_for_is_refused() {
     let table = "
-        The response is that of all sectors in phase. => cyclic.engine_order=4
-        => unknown key `cyclic.engine_order`
+        There is no mistuning. => cyclic.mistuning=0.01 => unknown key `cyclic.mistuning`
         no Coriolis force => rotation.coriolis=true => unknown key `rotation.coriolis`
         A body of finite elements has one Young's modulus => body.0.young_pa=[1e11,2e11,3e11]
         => expected a finite number

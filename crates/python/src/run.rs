@@ -125,7 +125,7 @@ impl PyRun {
         let natural = run
             .reduced
             .natural_frequencies(Some(state), &run.held_omega2);
-        let damping = rayleigh(&scene.damping, run.reduced.linear_omega2(state)).ok();
+        let damping = rayleigh(&scene.damping, &run.reduced.linear_omega2(state)).ok();
         let reduced = run.reduced;
         let path = load_path(scene, &reduced.problem.reduced);
         let subject = Subject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);

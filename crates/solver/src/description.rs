@@ -40,6 +40,17 @@ impl Scene {
             Subject::ReducedModel(_) => None,
         }
     }
+
+    /// The same scene with all sectors of its disc, if any, excited in phase.
+    pub(crate) fn with_sectors_in_phase(&self) -> Self {
+        let mut scene = self.clone();
+        if let Subject::Assembly(assembly) = &mut scene.subject
+            && let Some(disc) = &mut assembly.cyclic
+        {
+            disc.engine_order = 0;
+        }
+        scene
+    }
 }
 
 /// Vibration that the parts of an assembly spend a share of their cycles in.

@@ -6,6 +6,7 @@ use super::fields::{Checker, Table, places, unit};
 use crate::scene::entries::{RawCyclic, RawRotation, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Located;
+use dovetail_solver::description::EngineOrder;
 use dovetail_solver::model::CyclicSpec;
 use dovetail_solver::space::{cross, norm, sub};
 
@@ -16,6 +17,7 @@ pub fn cyclic(
     checker: &mut Checker,
     raw: &Spanned<RawCyclic>,
     rotation: Option<&Spanned<RawRotation>>,
+    run_up: Option<EngineOrder>,
 ) -> Option<CyclicSpec> {
     let at = Table::of("cyclic", raw.span(), None);
     let raw = raw.get_ref();
@@ -23,6 +25,19 @@ pub fn cyclic(
     let sectors = checker.count(&at, "sectors", &raw.sectors);
     let low = faces(checker, &at, "low", &raw.low);
     let high = faces(checker, &at, "high", &raw.high);
+    let engine_order = match (&raw.engine_order, run_up) {
+        (None, run_up) => Some(run_up.map_or(0, |order| order.0)),
+        (given, None) => checker.count(&at, "engine_order", given),
+        (Some(given), Some(_)) => {
+            let fault = Fault::Exclusive {
+                first: at.key("engine_order"),
+                second: "response.along_engine_order".to_owned(),
+                remedy: "a run-up makes the waves of its own engine order: leave out `engine_order` of [cyclic]",
+            };
+            checker.fault(given.span(), fault);
+            None
+        }
+    };
     let own = checker.optional_direction(&at, "axis", &raw.axis)?;
     let turns_about = rotation.and_then(|r| unit(r.axis.as_ref()?.get_ref().0));
     let Some(axis) = own.or(turns_about) else {
@@ -73,6 +88,7 @@ pub fn cyclic(
         high: high?,
         point_m,
         axis,
+        engine_order: engine_order?,
     })
 }
 

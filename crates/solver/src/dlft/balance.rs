@@ -184,7 +184,8 @@ impl<'a> Balance<'a> {
             }
             let factor = load.factor(omega);
             let condensed = system.condensed_load(
-                k as f64 * omega,
+                k,
+                omega,
                 &complex(&load.cosine.on_x, &load.sine.on_x, factor),
                 &complex(&load.cosine.on_modes, &load.sine.on_modes, factor),
             );
@@ -255,8 +256,8 @@ impl<'a> Balance<'a> {
             // With respect to the frequency of harmonic k, k times that of the first one.
             let [_, on_modes] = parts(load.factor(omega));
             let [on_x_slope, on_modes_slope] = parts(load.factor_slope(omega) / k as f64);
-            let at = k as f64 * omega;
-            let slope = system.condensed_load_slope(at, &on_modes, &on_x_slope, &on_modes_slope);
+            let slopes = [&on_x_slope[..], &on_modes_slope[..]];
+            let slope = system.condensed_load_slope(k, omega, &on_modes, slopes);
             let less: Vec<c64> = slope.iter().map(|f| -(k as f64) * f).collect();
             add_harmonic(&mut out, k, &less);
         }

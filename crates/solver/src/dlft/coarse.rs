@@ -89,13 +89,13 @@ impl Columns {
                 }
             }
         }
-        let harmonics = linear.harmonics.par_iter();
+        let harmonics = linear.harmonics.par_iter().enumerate();
         Self {
             motions,
             own: first(&inexact.motions),
             mean,
             harmonics: harmonics
-                .map(|c| inexact.dynamic_motions(c, motions))
+                .map(|(k, c)| inexact.dynamic_motions(k + 1, c, motions))
                 .collect(),
         }
     }

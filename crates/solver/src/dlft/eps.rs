@@ -110,7 +110,7 @@ mod tests {
             let eps = Eps::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
             for pair in 0..4 {
                 let along = |c: usize, k: usize| {
-                    let [re, im] = system.stiffness_at(0.4 * k as f64);
+                    let [re, im] = system.stiffness(0.4, k).formed(k);
                     let i = 3 * pair + c;
                     re[(i, i)].hypot(im[(i, i)])
                 };

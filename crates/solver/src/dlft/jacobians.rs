@@ -15,12 +15,13 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
+use crate::reduction::{Dashpots, DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
 use faer::Mat;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 64;
@@ -48,6 +49,11 @@ pub fn mixed(i: usize, seed: usize) -> f64 {
     ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
 }
 
+fn mixed_load(n: usize, modes: usize, seed: usize) -> Load {
+    let mixed_of = |n: usize, seed| (0..n).map(|i| mixed(i, seed)).collect();
+    Load::new(mixed_of(n, seed), mixed_of(modes, seed + 1))
+}
+
 /// Problem of `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing
 /// holds the slide of all pairs along t1.
 pub fn problem(pairs: usize) -> Problem {
@@ -69,8 +75,7 @@ pub fn problem(pairs: usize) -> Problem {
     });
     let b = &b * &across;
     let stiffness = b.transpose() * &b;
-    let mixed_of = |n: usize, seed| (0..n).map(|i| mixed(i, seed)).collect();
-    let load = |seed: usize| Load::new(mixed_of(n, seed), mixed_of(MODES, seed + 1));
+    let load = |seed: usize| mixed_load(n, MODES, seed);
     let observation = |seed: usize| {
         let Load { on_x, on_modes } = load(seed);
         ObservedPoint::new(seed.to_string(), on_x, on_modes)
@@ -142,11 +147,77 @@ fn damp(problem: &mut Problem) {
     problem.modal_ratios = vec![0.02, 0.1];
 }
 
+/// Makes the sector of a problem one of three, with an excitation of engine order 1: harmonics 1 and 2
+/// are waves that run in either direction, and harmonic 3 is in phase.
+fn make_waves(problem: &mut Problem) {
+    let ReducedModel {
+        stiffness,
+        mass,
+        omega2,
+        ..
+    } = &problem.reduced;
+    let n = stiffness.nrows();
+    // [[A, -B], [B, A]] with a symmetric A and a skew B.
+    let copies = |own: &Mat<f64>, seed: usize| {
+        let skew = |i: usize, j: usize| {
+            let [low, high] = [i.min(j), i.max(j)];
+            let sign = (j as f64 - i as f64).signum();
+            0.2 * sign * f64::from(i != j) * mixed(low * n + high, seed)
+        };
+        Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => own[(i, j)],
+            (true, false) => -skew(i, j - n),
+            (false, true) => skew(i - n, j),
+            (false, false) => own[(i - n, j - n)],
+        })
+    };
+    let part = |i: usize, m: usize, seed: usize| 0.2 * mixed(i * MODES + m, seed);
+    let coupling = Mat::from_fn(2 * n, 2 * MODES, |i, m| match (i < n, m % 2) {
+        (true, 0) => part(i, m / 2, 130),
+        (false, 0) => part(i - n, m / 2, 131),
+        (true, _) => -part(i, m / 2, 131),
+        (false, _) => part(i - n, m / 2, 130),
+    });
+    let omega2 = omega2.iter().flat_map(|w2| [1.3 * w2; 2]).collect();
+    let load = |seed: usize| mixed_load(2 * n, 2 * MODES, seed);
+    let observation = |seed: usize| {
+        let Load { on_x, on_modes } = load(seed);
+        ObservedPoint::new(seed.to_string(), on_x, on_modes)
+    };
+    let mut model = ReducedModel {
+        observations: [140, 150, 160, 170].map(observation).to_vec(),
+        ..ReducedModel::new(copies(stiffness, 132), copies(mass, 133), coupling, omega2)
+    };
+    let dashpot = |j: usize| (0.3 + 0.2 * j as f64, load(180 + 10 * j));
+    if problem.reduced.dashpots.count() > 0 {
+        model.dashpots = Dashpots::new(2 * n, 2 * MODES, &[0, 1, 2, 3].map(dashpot));
+    }
+    let excitation = DiscExcitation {
+        sectors: 3,
+        engine_order: 1,
+    };
+    problem.reduced.waves = Waves::new(excitation, BTreeMap::from([(1, model)]));
+    for excitation in &mut problem.excitations[..2] {
+        let seed = 230 + 10 * excitation.harmonic;
+        (excitation.cosine, excitation.sine) = (load(seed), load(seed + 5));
+    }
+}
+
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
 /// rigid and with springs, with Rayleigh damping alone and with more, with the mean free and
 /// retained. The forces are such that each pair has
 /// the intended motion at U.
-pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+pub fn at_sample_points(check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+    at_points(false, check);
+}
+
+/// Like [`at_sample_points`], also for harmonics that are waves round a disc.
+pub fn at_sample_points_of_waves_too(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+    at_points(false, &mut check);
+    at_points(true, check);
+}
+
+fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     let means = [Mean::Free, Mean::Retained];
     let kinds = [
         (MANY, false, false),
@@ -171,6 +242,9 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         }
         if is_damped {
             damp(&mut problem);
+        }
+        if has_waves {
+            make_waves(&mut problem);
         }
         let damping = Rayleigh::new(0.1, 0.15);
         let n = problem.reduced.stiffness.nrows();
@@ -242,8 +316,9 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         let moving = motions.iter().filter(|m| **m != Sticks).count();
         let springs = if has_springs { ", springs" } else { "" };
         let dashpots = if is_damped { ", dashpots" } else { "" };
+        let waves = if has_waves { ", waves" } else { "" };
         check(
-            &format!("{moving} pairs move, mean {mean:?}{springs}{dashpots}"),
+            &format!("{moving} pairs move, mean {mean:?}{springs}{dashpots}{waves}"),
             &balance,
             &u,
         );
@@ -303,7 +378,7 @@ pub fn assert_solves(
 /// the others, to single precision.
 #[test]
 fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
-    at_sample_points(|what, balance, u| {
+    at_sample_points_of_waves_too(|what, balance, u| {
         let mut preconditioner = Preconditioner::default();
         let stays = |_: &[f64]| false;
         let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-6, 1e-9, &stays);

@@ -24,19 +24,22 @@ pub fn linear_curve(
         let ends = frequencies_hz.first().zip(frequencies_hz.last());
         ends.is_some_and(|(first, last)| first < f && f < last)
     };
-    let omega2 = &system.problem.reduced.omega2;
     let excitations = &system.problem.excitations;
     let resonances = excitations.iter().flat_map(|load| {
-        let resonance = |w2: &f64| w2.max(0.0).sqrt() / (TAU * load.harmonic as f64);
-        omega2.iter().map(resonance).enumerate()
+        let k = load.harmonic;
+        let resonance = move |w2: &f64| w2.max(0.0).sqrt() / (TAU * k as f64);
+        let omega2 = &system.problem.reduced.of_harmonic(k).model.omega2;
+        let resonances = omega2.iter().map(resonance).enumerate();
+        resonances.map(move |(mode, hz)| (k, mode, hz))
     });
-    let resonances: Vec<(usize, f64)> = resonances.filter(|(_, f)| inside(f)).collect();
-    let is_damped = (0..omega2.len()).any(|m| system.damps(m));
-    if !is_damped || resonances.iter().any(|(m, _)| !system.damps(*m)) {
+    let resonances: Vec<(usize, usize, f64)> = resonances.filter(|(_, _, f)| inside(f)).collect();
+    let of_first = &system.problem.reduced.of_harmonic(1).model.omega2;
+    let is_damped = (0..of_first.len()).any(|m| system.damps(1, m));
+    if !is_damped || resonances.iter().any(|(k, m, _)| !system.damps(*k, *m)) {
         // Its peaks, or some of them, are infinite.
         return points;
     }
-    points.extend(resonances.into_iter().map(|(_, f)| at(f)));
+    points.extend(resonances.into_iter().map(|(_, _, f)| at(f)));
     in_order(&mut points);
     let observations = points.first().map_or(0, |p| p.observed_amplitude.len());
     let mut between = Vec::new();

@@ -140,8 +140,10 @@ fn amplitudes_m(
 /// Complex amplitude of the first harmonic of each observed displacement of U, m.
 pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec<c64> {
     let x = complex_block(u, system.unknowns(), 1);
-    let q = system.modal_response(omega, &x, &modal_load(system, 1, omega));
-    let observed = system.problem.reduced.observations.iter();
+    let q = system.modal_response(1, omega, &x, &modal_load(system, 1, omega));
+    let of = system.problem.reduced.of_harmonic(1);
+    let x = of.widened(&x);
+    let observed = of.observations().iter();
     observed
         .map(|point| {
             let on_x: c64 = x.iter().zip(&point.on_x).map(|(x, on)| x * *on).sum();
@@ -154,9 +156,9 @@ pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
 /// pairs: n coefficients for each observed displacement.
 pub fn first_harmonic_slopes(system: &ContactSystem<'_>, omega: f64) -> Vec<Vec<c64>> {
-    let observed = system.problem.reduced.observations.iter();
+    let observed = system.problem.reduced.of_harmonic(1).observations().iter();
     observed
-        .map(|point| system.displacement_slope(omega, &point.on_x, &point.on_modes))
+        .map(|point| system.displacement_slope(1, omega, &point.on_x, &point.on_modes))
         .collect()
 }
 
@@ -233,9 +235,10 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
     parts(t)[0]
 }
 
-/// Complex loads on the modes in harmonic k: `cosine - i sine`.
+/// Complex loads on the modes of harmonic k: `cosine - i sine`.
 fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
-    let mut out = vec![c64::new(0.0, 0.0); system.problem.reduced.omega2.len()];
+    let modes = system.problem.reduced.of_harmonic(k).model.omega2.len();
+    let mut out = vec![c64::new(0.0, 0.0); modes];
     let loads = system.problem.excitations.iter();
     for load in loads.filter(|load| load.harmonic == k) {
         let factor = load.factor(omega);
@@ -253,7 +256,8 @@ pub(super) fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
     c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
 }
 
-/// Stuck-mode amplitudes, (2H+1) m, harmonic-major.
+/// Stuck-mode amplitudes, (2H+1) m, harmonic-major, with room for the
+/// [most modes](crate::reduction::ReducedModel::most_modes) that any harmonic has.
 fn modal_amplitudes(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -261,7 +265,7 @@ fn modal_amplitudes(
     u: &[f64],
 ) -> Vec<f64> {
     modal_amplitudes_by(system, harmonics, u, |k, x| {
-        system.modal_response(k as f64 * omega, x, &modal_load(system, k, omega))
+        system.modal_response(k, omega, x, &modal_load(system, k, omega))
     })
 }
 
@@ -274,7 +278,7 @@ fn modal_amplitudes_by(
     of: impl Fn(usize, &[c64]) -> Vec<c64>,
 ) -> Vec<f64> {
     let reduced = &system.problem.reduced;
-    let (n, m) = (system.unknowns(), reduced.omega2.len());
+    let (n, m) = (system.unknowns(), reduced.most_modes());
     let mut out = vec![0.0; blocks(harmonics) * m];
     let statics = reduced.static_load.on_modes.iter().zip(&reduced.omega2);
     for (out, (f, w2)) in out.iter_mut().zip(statics) {
@@ -297,15 +301,53 @@ fn observe(
     modal: &[f64],
 ) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
-    let (n, m) = (system.unknowns(), reduced.omega2.len());
-    let of_point = |point: &ObservedPoint| {
-        let block = |h: usize| {
-            dot(&point.on_x, &u[h * n..(h + 1) * n])
-                + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
+    let of_point = |point: usize| {
+        let work = |point: &ObservedPoint, x: &[f64], q: &[f64]| {
+            dot(&point.on_x, x) + dot(&point.on_modes, &q[..point.on_modes.len()])
         };
-        (0..blocks(harmonics)).map(block).collect()
+        let mut out = vec![0.0; blocks(harmonics)];
+        let mean = Block::mean(system, u, modal);
+        out[0] = work(&reduced.observations[point], &mean.x, mean.q);
+        for k in 1..=harmonics {
+            let observed = &reduced.of_harmonic(k).observations()[point];
+            for (at, part) in [cosine(k), sine(k)]
+                .into_iter()
+                .zip(Block::parts(system, k, u, modal))
+            {
+                out[at] = work(observed, &part.x, part.q);
+            }
+        }
+        out
     };
-    reduced.observations.iter().map(of_point).collect()
+    (0..reduced.observations.len()).map(of_point).collect()
+}
+
+/// Cosine or sine part of a motion in one harmonic, on the model of that harmonic, or its mean.
+struct Block<'a> {
+    x: Vec<f64>,
+    q: &'a [f64],
+}
+
+impl<'a> Block<'a> {
+    fn mean(system: &ContactSystem<'_>, u: &[f64], modal: &'a [f64]) -> Self {
+        let reduced = &system.problem.reduced;
+        Self {
+            x: u[..system.unknowns()].to_vec(),
+            q: &modal[..reduced.omega2.len()],
+        }
+    }
+
+    /// Both parts of harmonic `k`, from the vectors of all harmonics.
+    fn parts(system: &ContactSystem<'_>, k: usize, u: &[f64], modal: &'a [f64]) -> [Self; 2] {
+        let reduced = &system.problem.reduced;
+        let (n, m) = (system.unknowns(), reduced.most_modes());
+        let of = reduced.of_harmonic(k);
+        let parts = [cosine(k), sine(k)];
+        let x = of.widened_parts(parts.map(|block| &u[block * n..(block + 1) * n]));
+        let q = parts.map(|block| &modal[block * m..block * m + of.model.omega2.len()]);
+        let [cosine, sine] = x;
+        [Self { x: cosine, q: q[0] }, Self { x: sine, q: q[1] }]
+    }
 }
 
 /// Powers and kinetic energy, means over a period.
@@ -329,45 +371,40 @@ fn powers(
     modal: &[f64],
 ) -> Powers {
     let problem = system.problem;
-    let (n, m) = (system.unknowns(), problem.reduced.omega2.len());
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
-    let mut product = vec![0.0; n];
-    let besides = problem.damping_besides(system.damping);
     for k in 1..=harmonics {
         let kw = k as f64 * omega;
-        let at = |v: &'_ [f64], size: usize, part: usize| {
-            let block = [cosine(k), sine(k)][part];
-            v[block * size..(block + 1) * size].to_vec()
-        };
+        let of = problem.reduced.of_harmonic(k);
+        // Both copies of a sector have the same power.
+        let share = 1.0 / of.copies() as f64;
+        let model = of.model;
+        let parts = Block::parts(system, k, u, modal);
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
-            let work = |f: &Load, part: usize| {
-                dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
-            };
-            let work = work(&load.cosine, 1) - work(&load.sine, 0);
-            input += 0.5 * kw * load.factor(omega) * work;
+            let work =
+                |f: &Load, part: &Block<'_>| dot(&f.on_x, &part.x) + dot(&f.on_modes, part.q);
+            let work = work(&load.cosine, &parts[1]) - work(&load.sine, &parts[0]);
+            input += 0.5 * kw * load.factor(omega) * share * work;
         }
-        for part in 0..2 {
-            let (x, q) = (at(u, n, part), at(modal, m, part));
+        let besides = problem.damping_besides(of, system.damping);
+        let mut product = vec![0.0; model.stiffness.nrows()];
+        for Block { x, q } in &parts {
             let mut energy = 0.0;
-            apply_real(&problem.reduced.stiffness, &x, &mut product);
-            let stiff = dot(&x, &product)
-                + q.iter()
-                    .zip(&problem.reduced.omega2)
-                    .map(|(q, w2)| w2 * q * q)
-                    .sum::<f64>();
+            apply_real(&model.stiffness, x, &mut product);
+            let modal = q.iter().zip(&model.omega2).map(|(q, w2)| w2 * q * q);
+            let stiff = dot(x, &product) + modal.sum::<f64>();
             energy += system.damping.stiffness_s * stiff;
-            apply_real(&problem.reduced.mass, &x, &mut product);
-            let mut mass = dot(&x, &product) + dot(&q, &q);
+            apply_real(&model.mass, x, &mut product);
+            let mut mass = dot(x, &product) + dot(q, q);
             for (j, q) in q.iter().enumerate() {
-                mass += 2.0 * q * dot(&x, problem.reduced.coupling.col_as_slice(j));
+                mass += 2.0 * q * dot(x, model.coupling.col_as_slice(j));
             }
             energy += system.damping.mass_per_s * mass;
             for (c, weights) in &besides {
-                energy += c * (dot(&weights.on_x, &x) + dot(&weights.on_modes, &q)).powi(2);
+                energy += c * (dot(&weights.on_x, x) + dot(&weights.on_modes, q)).powi(2);
             }
-            viscous += 0.5 * kw * kw * energy;
-            kinetic += 0.25 * kw * kw * mass;
+            viscous += 0.5 * kw * kw * share * energy;
+            kinetic += 0.25 * kw * kw * share * mass;
         }
     }
     Powers {

@@ -40,6 +40,7 @@ pub(super) fn cyclic(
         ties,
         point_m: spec.point_m,
         turn: turn.matrix,
+        engine_order: spec.engine_order,
     })
 }
 

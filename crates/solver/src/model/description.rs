@@ -204,6 +204,10 @@ pub struct CyclicSpec {
     pub point_m: [f64; 3],
     /// Direction of the axis, unit length.
     pub axis: [f64; 3],
+    /// Engine order of the first harmonic of the excitation: harmonic k of the excitation of sector j,
+    /// counted from 0, is that of the first sector times `exp(i k engine_order 2 pi j / sectors)`. At
+    /// 0 all sectors are excited in phase.
+    pub engine_order: usize,
 }
 
 /// Rotation at constant speed.

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
+use crate::reduction::DiscExcitation;
 use crate::structure::{OtherSector, Quantity};
 use dovetail_mesh::{Connectivity, ElementType};
 
@@ -367,9 +368,20 @@ pub struct Cyclic {
     pub point_m: [f64; 3],
     /// Matrix that turns by one pitch.
     pub turn: [[f64; 3]; 3],
+    /// Engine order of the first harmonic of the excitation; 0 where all sectors are excited in
+    /// phase.
+    pub engine_order: usize,
 }
 
 impl Cyclic {
+    /// Excitation round the disc, which says what wave each harmonic is.
+    pub fn excitation(&self) -> DiscExcitation {
+        DiscExcitation {
+            sectors: self.sectors,
+            engine_order: self.engine_order,
+        }
+    }
+
     /// Matrix that turns directions from the first sector to sector j, counted from 0.
     pub fn turned_to(&self, sector: usize) -> [[f64; 3]; 3] {
         let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

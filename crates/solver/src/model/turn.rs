@@ -55,6 +55,7 @@ mod tests {
     #[test]
     fn a_turn_follows_the_right_hand() {
         let disc = CyclicSpec {
+            engine_order: 0,
             sectors: 4,
             low: Vec::new(),
             high: Vec::new(),

@@ -6,14 +6,17 @@
 //! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine. With damping ratios of
 //! stuck modes and with dashpots the sums are those of `elimination.rs`.
 //!
+//! Each harmonic moves by a model of its own where it is a wave round a disc: its matrices are then
+//! those of two copies of a sector ([`crate::reduction::waves`]).
+//!
 //! Lambda is not formed: K, M and `P = [p_m]` are the same at every frequency and harmonic. They
 //! are read once for all harmonics together (matrix times matrix), where one Lambda per harmonic,
 //! real and imaginary, would be 2H matrices of the size of K.
 
 use super::Problem;
 use super::elimination::{Elimination, Factors};
-use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
+use crate::reduction::{HarmonicModel, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
@@ -35,7 +38,7 @@ pub struct ContactSystem<'a> {
 
 /// Dynamic stiffness of the mean and of the harmonics 1..H at one frequency.
 pub struct HarmonicStiffness<'a> {
-    model: &'a ReducedModel,
+    reduced: &'a ReducedModel,
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
@@ -54,14 +57,19 @@ impl<'a> ContactSystem<'a> {
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
     pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
-        self.of_harmonics(omega, harmonics, |k| self.coefficients(k * omega))
+        self.of_harmonics(omega, harmonics, |k| {
+            self.eliminated(k, omega).coefficients()
+        })
     }
 
     /// Derivative of Lambda with respect to the frequency of the first harmonic, at `omega` rad/s
     /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
     /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
     pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
-        self.of_harmonics(omega, harmonics, |k| self.slopes(k, omega))
+        self.of_harmonics(omega, harmonics, |k| {
+            let slope = self.factor_slopes(k, omega);
+            self.eliminated(k, omega).slopes(&slope, k as f64)
+        })
     }
 
     /// Combination of K, M and p by the coefficients of each harmonic, which `of` gives by its
@@ -70,45 +78,46 @@ impl<'a> ContactSystem<'a> {
         &self,
         omega: f64,
         harmonics: usize,
-        of: impl Fn(f64) -> Coefficients,
+        of: impl Fn(usize) -> Coefficients,
     ) -> HarmonicStiffness<'a> {
         HarmonicStiffness {
-            model: &self.problem.reduced,
+            reduced: &self.problem.reduced,
             omega,
-            harmonics: (1..=harmonics).map(|k| of(k as f64)).collect(),
+            harmonics: (1..=harmonics).map(of).collect(),
         }
     }
 
-    fn coefficients(&self, omega: f64) -> Coefficients {
-        self.eliminated(omega).coefficients()
+    /// Equations of harmonic `k` without the stuck modes, where that of the first one is `omega`
+    /// rad/s.
+    fn eliminated(&self, k: usize, omega: f64) -> Elimination<'a> {
+        let of = self.problem.reduced.of_harmonic(k);
+        Elimination::new(of.model, self.factors(k, omega), None)
     }
 
-    /// Derivatives of the coefficients of harmonic `k` with respect to the frequency of the first
-    /// one.
-    fn slopes(&self, k: f64, omega: f64) -> Coefficients {
-        let slope = self.factor_slopes(k * omega);
-        self.eliminated(k * omega).slopes(&slope, k)
+    /// Factors of K, M, the stuck modes and the dashpots at harmonic `k`.
+    fn factors(&self, k: usize, omega: f64) -> Factors {
+        let omega = k as f64 * omega;
+        let of = |damping| s_and_z(damping, omega);
+        self.factors_by(k, of, c64::new(0.0, omega))
     }
 
-    /// Equations at `omega` rad/s without the stuck modes.
-    fn eliminated(&self, omega: f64) -> Elimination<'a> {
-        Elimination::new(&self.problem.reduced, self.factors(omega), None)
+    /// Derivatives of [`ContactSystem::factors`] with respect to the frequency of the harmonic.
+    fn factor_slopes(&self, k: usize, omega: f64) -> Factors {
+        let of = |damping| s_and_z_slopes(damping, k as f64 * omega);
+        self.factors_by(k, of, c64::new(0.0, 1.0))
     }
 
-    /// Factors of K, M, the stuck modes and the dashpots at `omega` rad/s.
-    fn factors(&self, omega: f64) -> Factors {
-        self.factors_by(|damping| s_and_z(damping, omega), c64::new(0.0, omega))
-    }
-
-    /// Derivatives of [`ContactSystem::factors`] with respect to `omega`.
-    fn factor_slopes(&self, omega: f64) -> Factors {
-        self.factors_by(|damping| s_and_z_slopes(damping, omega), c64::new(0.0, 1.0))
-    }
-
-    /// Factors of which `of` gives s and z by the damping, that of all or of one mode.
-    pub(super) fn factors_by(&self, of: impl Fn(Rayleigh) -> (c64, c64), rate: c64) -> Factors {
+    /// Factors at harmonic `k` of which `of` gives s and z by the damping, that of all or of one mode.
+    pub(super) fn factors_by(
+        &self,
+        k: usize,
+        of: impl Fn(Rayleigh) -> (c64, c64),
+        rate: c64,
+    ) -> Factors {
         let (s, z) = of(self.damping);
-        let own = (0..self.problem.modal_ratios.len()).map(|m| of(self.mode_damping(m)).into());
+        let model = self.problem.reduced.of_harmonic(k);
+        let own = (0..self.problem.modal_ratios.len() * model.copies())
+            .map(|m| of(self.mode_damping(k, m)).into());
         Factors {
             s,
             z,
@@ -117,9 +126,11 @@ impl<'a> ContactSystem<'a> {
         }
     }
 
-    /// Damping of a stuck mode without the dashpots: its own ratio, or that of all.
-    pub fn mode_damping(&self, mode: usize) -> Rayleigh {
-        self.problem.mode_damping(self.damping, mode)
+    /// Damping of a stuck mode of the model of harmonic `k` without the dashpots: its own ratio, or
+    /// that of all.
+    pub fn mode_damping(&self, k: usize, mode: usize) -> Rayleigh {
+        let of = self.problem.reduced.of_harmonic(k);
+        self.problem.mode_damping(of, self.damping, mode)
     }
 
     /// Lambda at `omega` rad/s, real and imaginary part, n x n.
@@ -127,14 +138,14 @@ impl<'a> ContactSystem<'a> {
         self.stiffness(omega, 1).formed(1)
     }
 
-    /// Ratio of critical damping of a stuck mode.
-    pub fn damping_ratio(&self, mode: usize) -> f64 {
-        let reduced = &self.problem.reduced;
+    /// Ratio of critical damping of a stuck mode of the model of harmonic `k`.
+    pub fn damping_ratio(&self, k: usize, mode: usize) -> f64 {
+        let reduced = self.problem.reduced.of_harmonic(k).model;
         let omega = reduced.omega2[mode].sqrt();
         let Rayleigh {
             stiffness_s,
             mass_per_s,
-        } = self.mode_damping(mode);
+        } = self.mode_damping(k, mode);
         let ratio = 0.5 * (stiffness_s * omega + mass_per_s / omega);
         let dashpots = reduced.dashpots.on_modes.row(mode);
         let all = dashpots.iter().zip(&reduced.dashpots.damping_n_s_m);
@@ -142,63 +153,63 @@ impl<'a> ContactSystem<'a> {
         of_dashpots.fold(ratio, |sum, part| sum + part)
     }
 
-    /// Returns `true` if something damps a stuck mode.
-    pub fn damps(&self, mode: usize) -> bool {
-        let own = self.mode_damping(mode);
+    /// Returns `true` if something damps a stuck mode of the model of harmonic `k`.
+    pub fn damps(&self, k: usize, mode: usize) -> bool {
+        let own = self.mode_damping(k, mode);
         let least = match self.problem.reduced.dashpots.count() {
             0 => 0.0,
             // What is less is the rounding of a dashpot at a node of the mode.
             _ => LEAST_RATIO,
         };
-        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(mode) > least
+        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(k, mode) > least
     }
 
-    /// Load condensed on X at `omega`, from a load of complex amplitude `on_x`, `on_modes`.
-    pub fn condensed_load(&self, omega: f64, on_x: &[c64], on_modes: &[c64]) -> Vec<c64> {
-        let eliminated = self.eliminated(omega);
-        let mut load = on_x.to_vec();
-        for (m, &fm) in on_modes.iter().enumerate() {
-            self.add_coupled(m, eliminated.carried(m, fm), &mut load);
-        }
-        if let Some(taken) = eliminated.taken(on_modes) {
-            self.problem.reduced.add_on_pairs(&taken, &mut load);
-        }
-        load
+    /// Load condensed on X at harmonic `k`, from a load of complex amplitude `on_x`, `on_modes` on the
+    /// model of that harmonic. `omega` is the frequency of the first harmonic, rad/s.
+    pub fn condensed_load(&self, k: usize, omega: f64, on_x: &[c64], on_modes: &[c64]) -> Vec<c64> {
+        let eliminated = self.eliminated(k, omega);
+        let carried = on_modes.iter().enumerate();
+        let carried = carried.map(|(m, &fm)| eliminated.carried(m, fm));
+        self.with_handed_on(k, on_x, carried.collect(), eliminated.taken(on_modes))
     }
 
-    /// Derivative of [`ContactSystem::condensed_load`] with respect to `omega`, for a load with the
-    /// derivatives `on_x_slope`, `on_modes_slope`.
+    /// Derivative of [`ContactSystem::condensed_load`] with respect to the frequency of harmonic `k`,
+    /// for a load with the derivatives `on_x_slope`, `on_modes_slope`.
     pub fn condensed_load_slope(
         &self,
+        k: usize,
         omega: f64,
         on_modes: &[c64],
-        on_x_slope: &[c64],
-        on_modes_slope: &[c64],
+        [on_x_slope, on_modes_slope]: [&[c64]; 2],
     ) -> Vec<c64> {
-        let (eliminated, slope) = (self.eliminated(omega), self.factor_slopes(omega));
-        let mut load = on_x_slope.to_vec();
-        for (m, (&fm, &dfm)) in on_modes.iter().zip(on_modes_slope).enumerate() {
-            let amplitude = eliminated.carried_slope(&slope, m, [fm, dfm]);
-            self.add_coupled(m, amplitude, &mut load);
-        }
-        if let Some(taken) = eliminated.taken_slope(&slope, on_modes, on_modes_slope) {
-            self.problem.reduced.add_on_pairs(&taken, &mut load);
+        let (eliminated, slope) = (self.eliminated(k, omega), self.factor_slopes(k, omega));
+        let both = on_modes.iter().zip(on_modes_slope).enumerate();
+        let carried = both.map(|(m, (&fm, &dfm))| eliminated.carried_slope(&slope, m, [fm, dfm]));
+        let taken = eliminated.taken_slope(&slope, on_modes, on_modes_slope);
+        self.with_handed_on(k, on_x_slope, carried.collect(), taken)
+    }
+
+    /// Forces on the unknowns of the sector, n, of a load on X, with those of amplitudes of the modes
+    /// and of what the dashpots take.
+    fn with_handed_on(
+        &self,
+        k: usize,
+        on_x: &[c64],
+        carried: Vec<c64>,
+        taken: Option<[Vec<c64>; 2]>,
+    ) -> Vec<c64> {
+        let of = self.problem.reduced.of_harmonic(k);
+        let mut load = on_x[..of.unknowns()].to_vec();
+        for amplitudes in std::iter::once(&[carried, Vec::new()]).chain(&taken) {
+            of.add_on_pairs(amplitudes, &mut load);
         }
         load
     }
 
-    /// Adds the coupling of X to a mode, times `amplitude`.
-    fn add_coupled(&self, mode: usize, amplitude: c64, load: &mut [c64]) {
-        let coupling = self.problem.reduced.coupling.col_as_slice(mode);
-        for (f, p) in load.iter_mut().zip(coupling) {
-            *f += amplitude * *p;
-        }
-    }
-
-    /// Amplitudes of the stuck modes under X and a modal load, at `omega`.
-    pub fn modal_response(&self, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
-        let eliminated = self.eliminated(omega);
-        let [px, moved] = self.problem.reduced.moved_by(x);
+    /// Amplitudes of the stuck modes at harmonic `k` under X and a modal load.
+    pub fn modal_response(&self, k: usize, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
+        let eliminated = self.eliminated(k, omega);
+        let [px, moved] = self.problem.reduced.of_harmonic(k).moved_by(x);
         let of_mode = |(m, (&fm, &px)): (usize, (&c64, &c64))| eliminated.amplitude(m, fm, px);
         let all = on_modes.iter().zip(&px).enumerate();
         let mut amplitudes: Vec<c64> = all.map(of_mode).collect();
@@ -206,22 +217,27 @@ impl<'a> ContactSystem<'a> {
         amplitudes
     }
 
-    /// Derivative of the displacement `on_x . X + on_modes . q` at `omega` with respect to X.
-    pub fn displacement_slope(&self, omega: f64, on_x: &[f64], on_modes: &[f64]) -> Vec<c64> {
-        let eliminated = self.eliminated(omega);
-        let mut slope: Vec<c64> = on_x.iter().map(|v| c64::new(*v, 0.0)).collect();
-        for (m, (share, on)) in eliminated.shares().iter().zip(on_modes).enumerate() {
-            let coupling = self.problem.reduced.coupling.col_as_slice(m);
-            for (slope, p) in slope.iter_mut().zip(coupling) {
-                *slope += share * (*on * *p);
-            }
+    /// Derivative of the displacement `on_x . Y + on_modes . q` at harmonic `k` with respect to X,
+    /// where Y are the unknowns of the model of that harmonic.
+    pub fn displacement_slope(
+        &self,
+        k: usize,
+        omega: f64,
+        on_x: &[f64],
+        on_modes: &[f64],
+    ) -> Vec<c64> {
+        let eliminated = self.eliminated(k, omega);
+        let of = self.problem.reduced.of_harmonic(k);
+        let complex = |v: &[f64]| v.iter().map(|v| c64::new(*v, 0.0)).collect::<Vec<_>>();
+        let (mut slope, on_modes) = (complex(on_x), complex(on_modes));
+        let shares = eliminated.shares().into_iter().zip(&on_modes);
+        let shares = [shares.map(|(share, on)| share * on).collect(), Vec::new()];
+        // The equations of all unknowns are symmetric.
+        let taken = eliminated.taken(&on_modes);
+        for amplitudes in std::iter::once(&shares).chain(&taken) {
+            of.model.add_on_pairs(amplitudes, &mut slope);
         }
-        // The equations are symmetric.
-        let on_modes: Vec<c64> = on_modes.iter().map(|v| c64::new(*v, 0.0)).collect();
-        if let Some(taken) = eliminated.taken(&on_modes) {
-            self.problem.reduced.add_on_pairs(&taken, &mut slope);
-        }
-        slope
+        of.narrowed(&slope)
     }
 }
 
@@ -253,65 +269,48 @@ fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out
     }
 }
 
-impl HarmonicStiffness<'_> {
-    /// Number of harmonics besides the mean.
-    pub fn harmonics(&self) -> usize {
-        self.harmonics.len()
-    }
+/// Product of Lambda of some harmonics, all of which move by one model, with vectors.
+struct Product<'c> {
+    of: HarmonicModel<'c>,
+    harmonics: &'c [&'c Coefficients],
+}
 
-    /// Number of unknowns of one block.
-    pub fn unknowns(&self) -> usize {
-        self.model.stiffness.nrows()
-    }
-
-    /// Coefficients of each harmonic, with the stuck modes below `cut` times the highest of them.
-    pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
-        let highest = cut * self.omega * self.harmonics.len() as f64;
-        let below = |w2: &f64| *w2 < highest * highest;
-        let low = self.model.omega2.partition_point(below);
-        let mut harmonics = self.harmonics.clone();
-        for c in &mut harmonics {
-            c.modes.truncate(low);
-            c.dashpots.iter_mut().for_each(|d| d.truncate(low));
-        }
-        harmonics
-    }
-
-    /// Computes Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] for vectors of 2H+1 blocks: the mean,
-    /// then cosine and sine of each harmonic (`X = cosine - i sine`).
-    pub fn apply(&self, v: &[f64], y: &mut [f64]) {
-        let ReducedModel {
-            stiffness,
-            mass,
-            coupling,
-            dashpots,
-            ..
-        } = self.model;
-        let (n, modes) = (self.unknowns(), coupling.ncols());
-        let count = 2 * self.harmonics.len();
-        let product = |a: MatRef<'_, f64>, b: &[f64]| {
-            let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
-            let mut out = vec![0.0; rows * columns];
-            matmul(
-                MatMut::from_column_major_slice_mut(&mut out, rows, columns),
-                Accum::Replace,
-                a,
-                MatRef::from_column_major_slice(b, a.ncols(), columns),
-                1.0,
-                Par::Seq,
-            );
-            out
-        };
+impl Product<'_> {
+    /// Computes [K v_0, Lambda X, ...] for the mean and cosine and sine of each harmonic, of a model
+    /// of the sector alone.
+    fn with_mean(&self, v: &[f64], y: &mut [f64]) {
+        let model = self.of.model;
+        let n = model.stiffness.nrows();
         // In parallel where a core is free, as at the end of a sweep when its other half is done.
         let (stiff, inert) = rayon::join(
-            || product(stiffness.as_ref(), v),
-            || product(mass.as_ref(), &v[n..]),
+            || times(model.stiffness.as_ref(), v),
+            || times(model.mass.as_ref(), &v[n..]),
         );
-        let mut modal = vec![0.0; count * n];
+        y[..n].copy_from_slice(&stiff[..n]);
+        self.combined(&v[n..], [&stiff[n..], &inert], &mut y[n..]);
+    }
+
+    /// Computes [Lambda X, ...] on the unknowns of the sector, n, for cosine and sine of each harmonic
+    /// on those of the model, N.
+    fn of_harmonics(&self, v: &[f64], y: &mut [f64]) {
+        let n = self.of.unknowns();
+        let [stiffness, mass] =
+            [&self.of.model.stiffness, &self.of.model.mass].map(|a| a.subrows(0, n));
+        let (stiff, inert) = rayon::join(|| times(stiffness, v), || times(mass, v));
+        self.combined(v, [&stiff, &inert], y);
+    }
+
+    /// Adds what the stuck modes do to `s K v - z M v`, from K v and M v.
+    fn combined(&self, v: &[f64], [stiff, inert]: [&[f64]; 2], y: &mut [f64]) {
+        let ReducedModel {
+            coupling, dashpots, ..
+        } = self.of.model;
+        let (n, modes) = (self.of.unknowns(), coupling.ncols());
+        let mut modal = vec![0.0; 2 * self.harmonics.len() * n];
         if modes > 0 || dashpots.count() > 0 {
-            let mut amplitudes = product(coupling.transpose(), &v[n..]);
+            let mut amplitudes = times(coupling.transpose(), v);
             let held = (dashpots.count() > 0).then(|| {
-                let moved = product(dashpots.on_x.transpose(), &v[n..]);
+                let moved = times(dashpots.on_x.transpose(), v);
                 self.of_dashpots([&amplitudes, &moved])
             });
             for (k, c) in self.harmonics.iter().enumerate() {
@@ -324,31 +323,28 @@ impl HarmonicStiffness<'_> {
                 }
             }
             if let Some([on_modes, _]) = &held {
-                amplitudes
-                    .iter_mut()
-                    .zip(on_modes)
-                    .for_each(|(a, b)| *a += b);
+                let both = amplitudes.iter_mut().zip(on_modes);
+                both.for_each(|(a, b)| *a += b);
             }
             if modes > 0 {
-                modal = product(coupling.as_ref(), &amplitudes);
+                modal = times(coupling.subrows(0, n), &amplitudes);
             }
             if let Some([_, on_dashpots]) = &held {
-                let on_pairs = product(dashpots.on_x.as_ref(), on_dashpots);
+                let on_pairs = times(dashpots.on_x.subrows(0, n), on_dashpots);
                 modal.iter_mut().zip(on_pairs).for_each(|(a, b)| *a += b);
             }
         }
-        y[..n].copy_from_slice(&stiff[..n]);
         for (k, (c, y)) in self
             .harmonics
             .iter()
-            .zip(y[n..].chunks_exact_mut(2 * n))
+            .zip(y.chunks_exact_mut(2 * n))
             .enumerate()
         {
             let (yc, ys) = y.split_at_mut(n);
             combine(
                 c,
-                cosine_and_sine(&stiff[n..], k, n),
-                cosine_and_sine(&inert, k, n),
+                cosine_and_sine(stiff, k, n),
+                cosine_and_sine(inert, k, n),
                 cosine_and_sine(&modal, k, n),
                 [yc, ys],
             );
@@ -381,78 +377,173 @@ impl HarmonicStiffness<'_> {
         }
         out
     }
+}
+
+/// Product of a matrix with columns that stand one after the other.
+fn times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
+    let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
+    let mut out = vec![0.0; rows * columns];
+    matmul(
+        MatMut::from_column_major_slice_mut(&mut out, rows, columns),
+        Accum::Replace,
+        a,
+        MatRef::from_column_major_slice(b, a.ncols(), columns),
+        1.0,
+        Par::Seq,
+    );
+    out
+}
+
+impl<'a> HarmonicStiffness<'a> {
+    /// Number of harmonics besides the mean.
+    pub fn harmonics(&self) -> usize {
+        self.harmonics.len()
+    }
+
+    /// Number of unknowns of one block.
+    pub fn unknowns(&self) -> usize {
+        self.reduced.stiffness.nrows()
+    }
+
+    /// Model by which harmonic k (1..H) moves.
+    fn model(&self, k: usize) -> HarmonicModel<'a> {
+        self.reduced.of_harmonic(k)
+    }
+
+    /// Coefficients of each harmonic, with the stuck modes below `cut` times the highest of them.
+    pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
+        let highest = cut * self.omega * self.harmonics.len() as f64;
+        let below = |w2: &f64| *w2 < highest * highest;
+        let mut harmonics = self.harmonics.clone();
+        for (i, c) in harmonics.iter_mut().enumerate() {
+            let low = self.model(i + 1).model.omega2.partition_point(below);
+            c.modes.truncate(low);
+            c.dashpots.iter_mut().for_each(|d| d.truncate(low));
+        }
+        harmonics
+    }
+
+    /// Computes Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] for vectors of 2H+1 blocks: the mean,
+    /// then cosine and sine of each harmonic (`X = cosine - i sine`).
+    pub fn apply(&self, v: &[f64], y: &mut [f64]) {
+        let n = self.unknowns();
+        let (waves, in_phase): (Vec<usize>, Vec<usize>) =
+            (1..=self.harmonics.len()).partition(|k| self.model(*k).wave.is_some());
+        let mean = self.reduced.of_harmonic(0);
+        let coefficients: Vec<&Coefficients> =
+            in_phase.iter().map(|k| &self.harmonics[k - 1]).collect();
+        let product = Product {
+            of: mean,
+            harmonics: &coefficients,
+        };
+        if waves.is_empty() {
+            product.with_mean(v, y);
+            return;
+        }
+        let of_harmonics = in_phase.iter().flat_map(|k| [cosine(*k), sine(*k)]);
+        let blocks: Vec<usize> = std::iter::once(0).chain(of_harmonics).collect();
+        let block = |b: &usize| &v[b * n..(b + 1) * n];
+        let together = blocks.iter().map(block).collect::<Vec<_>>().concat();
+        let mut found = vec![0.0; together.len()];
+        product.with_mean(&together, &mut found);
+        for (b, found) in blocks.into_iter().zip(found.chunks_exact(n)) {
+            y[b * n..(b + 1) * n].copy_from_slice(found);
+        }
+        for k in waves {
+            let of = self.model(k);
+            let [c, s] = [cosine(k), sine(k)];
+            let both = of.widened_parts([block(&c), block(&s)]).concat();
+            let product = Product {
+                of,
+                harmonics: &[&self.harmonics[k - 1]],
+            };
+            product.of_harmonics(&both, &mut y[c * n..(s + 1) * n]);
+        }
+    }
 
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
     pub fn diagonal(&self, k: usize) -> Vec<c64> {
         let n = self.unknowns();
         let of_pairs = (0..n).flat_map(|i| self.of_pairs(k, i..i + 1, i));
         let mut diagonal: Vec<c64> = of_pairs.collect();
-        for (m, mode) in self.harmonics[k - 1].modes.iter().enumerate() {
-            let coupling = self.model.coupling.col_as_slice(m);
-            for (d, p) in diagonal.iter_mut().zip(coupling) {
-                *d += *mode * (p * p);
+        let Coefficients {
+            modes, dashpots, ..
+        } = &self.harmonics[k - 1];
+        let [forces, motions] = self.columns(k);
+        for (m, mode) in modes.iter().enumerate() {
+            let both = forces[0].col(m).iter().zip(motions[0].col(m).iter());
+            for (d, (force, motion)) in diagonal.iter_mut().zip(both) {
+                *d += *mode * (force * motion);
             }
         }
-        if let Some(low_rank) = &self.harmonics[k - 1].dashpots {
-            let rows = self.model.coupling_and_dashpots();
+        if let Some(low_rank) = dashpots {
+            let row = |of: &Mat<c64>, i: usize| of.row(i).iter().copied().collect::<Vec<_>>();
             for (i, d) in diagonal.iter_mut().enumerate() {
-                let own = [0, 1].map(|part| {
-                    let row = rows[part].row(i);
-                    row.iter().map(|v| c64::new(*v, 0.0)).collect::<Vec<_>>()
-                });
-                let products = low_rank.product([&own[0], &own[1]]);
-                for (own, product) in own.iter().zip(&products) {
-                    *d += own.iter().zip(product).map(|(a, b)| a * b).sum::<c64>();
+                let moved = motions.each_ref().map(|of| row(of, i));
+                let products = low_rank.product([&moved[0], &moved[1]]);
+                for (of, product) in forces.iter().zip(&products) {
+                    *d += of
+                        .row(i)
+                        .iter()
+                        .zip(product)
+                        .map(|(a, b)| a * b)
+                        .sum::<c64>();
                 }
             }
         }
         diagonal
     }
 
+    /// Columns of Q, those of the coupling and those of the dashpots, as X is forced through them and
+    /// as X moves them.
+    fn columns(&self, k: usize) -> [[Mat<c64>; 2]; 2] {
+        let of = self.model(k);
+        let columns = of.model.coupling_and_dashpots();
+        [
+            columns.map(|columns| of.rows_of_forces(columns)),
+            columns.map(|columns| of.rows_of_motions(columns)),
+        ]
+    }
+
     /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
     pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
-        let (n, coupling) = (self.unknowns(), &self.model.coupling);
+        let n = self.unknowns();
         let Coefficients {
             modes, dashpots, ..
         } = &self.harmonics[k - 1];
-        let low_rank = dashpots.as_ref().map(|low_rank| {
-            let rows = self.model.coupling_and_dashpots().map(complex_matrix);
-            let left = low_rank.left_product([&rows[0], &rows[1]]);
-            dense::product(left[0].as_ref(), rows[0].transpose())
-                + dense::product(left[1].as_ref(), rows[1].transpose())
-        });
-        let part = |of: fn(c64) -> f64| {
-            let mut out = Mat::zeros(n, n);
-            for j in 0..n {
-                let column = out.col_as_slice_mut(j).iter_mut();
-                column
-                    .zip(self.of_pairs(k, 0..n, j))
-                    .for_each(|(o, v)| *o = of(v));
+        let [forces, motions] = self.columns(k);
+        let scaled = Mat::from_fn(n, modes.len(), |i, m| forces[0][(i, m)] * modes[m]);
+        let moved = motions[0].get(.., ..modes.len());
+        let mut all = dense::product(scaled.as_ref(), moved.transpose());
+        if let Some(low_rank) = dashpots {
+            let left = low_rank.left_product([&forces[0], &forces[1]]);
+            for (left, motions) in left.iter().zip(&motions) {
+                all += dense::product(left.as_ref(), motions.transpose());
             }
-            let scaled = Mat::from_fn(n, modes.len(), |i, m| coupling[(i, m)] * of(modes[m]));
-            let other = coupling.transpose();
-            matmul(&mut out, Accum::Add, &scaled, other, 1.0, Par::Seq);
-            if let Some(low_rank) = &low_rank {
-                out += Mat::from_fn(n, n, |i, j| of(low_rank[(i, j)]));
-            }
-            out
-        };
-        [part(|v| v.re), part(|v| v.im)]
+        }
+        for j in 0..n {
+            let column = all.col_as_slice_mut(j).iter_mut();
+            let of_pairs = self.of_pairs(k, 0..n, j);
+            column.zip(of_pairs).for_each(|(o, v)| *o += v);
+        }
+        [
+            Mat::from_fn(n, n, |i, j| all[(i, j)].re),
+            Mat::from_fn(n, n, |i, j| all[(i, j)].im),
+        ]
     }
 
     /// Entries `rows` of column j of s K - z M of harmonic k: Lambda without the stuck modes.
     fn of_pairs(&self, k: usize, rows: Range<usize>, j: usize) -> impl Iterator<Item = c64> {
         let Coefficients { s, z, .. } = self.harmonics[k - 1];
-        let [stiffness, mass] =
-            [&self.model.stiffness, &self.model.mass].map(|a| &a.col_as_slice(j)[rows.clone()]);
-        let entries = stiffness.iter().zip(mass);
-        entries.map(move |(k, m)| s * *k - z * *m)
+        let of = self.model(k);
+        let entry = move |i| {
+            let ReducedModel {
+                stiffness, mass, ..
+            } = of.model;
+            s * of.entry(stiffness, i, j) - z * of.entry(mass, i, j)
+        };
+        rows.map(entry)
     }
-}
-
-/// Matrix as a complex one.
-fn complex_matrix(a: &Mat<f64>) -> Mat<c64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| c64::new(a[(i, j)], 0.0))
 }
 
 /// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.

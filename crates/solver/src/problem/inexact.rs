@@ -2,14 +2,17 @@
 //! part alone, with K in single precision, and the mass through the coarse space of the softest
 //! motions. Inertia matters where motions are soft; in the others it is below single precision.
 //! `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
+//!
+//! Harmonics that are waves round a disc have matrices of their own, whole and in single precision.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 
 use super::dynamic_stiffness::Coefficients;
-use crate::reduction::ReducedModel;
+use crate::reduction::{DiscExcitation, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::PackedSymmetric;
 use dovetail_numerics::dense::parallel::product;
@@ -51,6 +54,24 @@ pub struct Inexact {
     coupling: Mat<f32>,
     /// Weights of the dashpots, m x dashpots.
     dashpots: Mat<f32>,
+    /// Excitation that makes waves round a disc; `None` where all harmonics are in phase.
+    excitation: Option<DiscExcitation>,
+    /// Matrices of the waves of each nodal diameter.
+    waves: BTreeMap<usize, InexactWave>,
+}
+
+/// Matrices of the waves of one nodal diameter on the unknowns of some pairs, m: the rows of the first
+/// copy of the sector, as they act on the first and on the second copy
+/// ([`crate::reduction::waves`]).
+struct InexactWave {
+    /// K, m x m.
+    stiffness: [Mat<f32>; 2],
+    /// M, m x m.
+    mass: [Mat<f32>; 2],
+    /// Coupling of the first and of the second copy to the modes, m x modes.
+    coupling: [Mat<f32>; 2],
+    /// Weights of the dashpots, m x dashpots.
+    dashpots: [Mat<f32>; 2],
 }
 
 /// Number of motions of the coarse space for so many unknowns.
@@ -162,9 +183,149 @@ impl<'a> InexactModel<'a> {
             dashpots: Mat::from_fn(m, dashpots.ncols(), |i, j| dashpots[(columns[i], j)] as f32),
             motions: Mat::zeros(0, m),
             forces: Mat::zeros(0, m),
+            excitation: self.model.waves.excitation(),
+            waves: self.waves(&columns),
             pairs,
         }
     }
+
+    /// Matrices of the waves on the unknowns of these numbers; none for a model without motions.
+    fn waves(&self, columns: &[usize]) -> BTreeMap<usize, InexactWave> {
+        let copies = self.model.waves.copies().iter();
+        let copies = copies.filter(|_| self.coarse_space.ncols() > 0);
+        let wave = |(diameter, model): (&usize, &ReducedModel)| {
+            let (m, n) = (columns.len(), self.model.stiffness.nrows());
+            let on_copies = |a: &Mat<f64>| {
+                let of = |copy: usize| {
+                    let entry = |i: usize, j: usize| a[(columns[i], copy * n + columns[j])];
+                    Mat::from_fn(m, m, |i, j| entry(i, j) as f32)
+                };
+                [of(0), of(1)]
+            };
+            let rows = |a: &Mat<f64>| {
+                let of = |copy: usize| {
+                    let entry = |i: usize, j: usize| a[(copy * n + columns[i], j)];
+                    Mat::from_fn(m, a.ncols(), |i, j| entry(i, j) as f32)
+                };
+                [of(0), of(1)]
+            };
+            let wave = InexactWave {
+                stiffness: on_copies(&model.stiffness),
+                mass: on_copies(&model.mass),
+                coupling: rows(&model.coupling),
+                dashpots: rows(&model.dashpots.on_x),
+            };
+            (*diameter, wave)
+        };
+        copies.map(wave).collect()
+    }
+}
+
+impl InexactWave {
+    /// Adds `Lambda x` of one harmonic, m x 2, cosine and sine.
+    fn dynamic(&self, sign: f64, c: &Coefficients, x: MatRef<'_, f32>) -> Mat<f32> {
+        let mut y = complex_product(self.stiffness.each_ref().map(Mat::as_ref), sign, x);
+        let mut inert = complex_product(self.mass.each_ref().map(Mat::as_ref), sign, x);
+        for i in 0..y.nrows() {
+            scale_by_complex(c.s, &mut y, i, 0);
+            scale_by_complex(-c.z, &mut inert, i, 0);
+        }
+        y += inert;
+        let coupling = self.coupling.each_ref().map(|a| a.get(.., ..c.modes.len()));
+        let bases = [coupling, self.dashpots.each_ref().map(Mat::as_ref)];
+        let moved = bases.map(|basis| complex_product(basis.map(MatRef::transpose), sign, x));
+        let mut amplitudes = moved[0].clone();
+        for (m, mode) in c.modes.iter().enumerate() {
+            scale_by_complex(*mode, &mut amplitudes, m, 0);
+        }
+        let mut add = |basis: MatRef<'_, f32>, amplitudes: MatRef<'_, f32>| {
+            matmul(y.as_mut(), Accum::Add, basis, amplitudes, 1.0, Par::Seq);
+        };
+        add(bases[0][0], amplitudes.as_ref());
+        if let Some(low_rank) = &c.dashpots {
+            let moved = moved.each_ref().map(|a| complex_column(a, 0));
+            let products = low_rank.product([&moved[0], &moved[1]]);
+            for (basis, product) in bases.iter().zip(products) {
+                let parts = Mat::from_fn(product.len(), 2, |i, part| match part {
+                    0 => product[i].re as f32,
+                    _ => -product[i].im as f32,
+                });
+                add(basis[0], parts.as_ref());
+            }
+        }
+        y
+    }
+
+    /// Lambda of one harmonic on real motions, count x m: real and imaginary part of (Lambda W)^T.
+    fn dynamic_motions(
+        &self,
+        sign: f64,
+        c: &Coefficients,
+        motions: MatRef<'_, f32>,
+    ) -> [Mat<f32>; 2] {
+        let mut parts = [0, 1].map(|_| Mat::zeros(motions.nrows(), motions.ncols()));
+        // Adds the complex product of a matrix on the motions, A + sign i B, times a factor.
+        let mut add = |[real, imaginary]: [Mat<f32>; 2], by: c64| {
+            let (re, im) = (by.re as f32, by.im as f32);
+            for j in 0..real.ncols() {
+                for i in 0..real.nrows() {
+                    let (a, b) = (real[(i, j)], imaginary[(i, j)]);
+                    parts[0][(i, j)] += re * a - im * b;
+                    parts[1][(i, j)] += re * b + im * a;
+                }
+            }
+        };
+        let signed = |[a, b]: [Mat<f32>; 2]| [a, b * faer::Scale(sign as f32)];
+        let on_motions = |a: &[Mat<f32>; 2]| {
+            signed(a.each_ref().map(|a| dense::product(motions, a.transpose())))
+        };
+        add(on_motions(&self.stiffness), c.s);
+        add(on_motions(&self.mass), -c.z);
+        let coupling = self.coupling.each_ref().map(|a| a.get(.., ..c.modes.len()));
+        let bases = [coupling, self.dashpots.each_ref().map(Mat::as_ref)];
+        let moved = bases.map(|basis| signed(basis.map(|a| dense::product(motions, a))));
+        let complex = moved.each_ref().map(|[a, b]| {
+            let entry = |i: usize, j: usize| c64::new(a[(i, j)].into(), b[(i, j)].into());
+            Mat::from_fn(a.nrows(), a.ncols(), entry)
+        });
+        let scaled = Mat::from_fn(motions.nrows(), c.modes.len(), |i, m| {
+            complex[0][(i, m)] * c.modes[m]
+        });
+        let mut through = vec![(scaled, bases[0][0])];
+        if let Some(low_rank) = &c.dashpots {
+            let [on_modes, on_dashpots] = low_rank.left_product([&complex[0], &complex[1]]);
+            through.push((on_modes, bases[0][0]));
+            through.push((on_dashpots, bases[1][0]));
+        }
+        for (rows, basis) in through {
+            let part = |of: fn(&c64) -> f64| {
+                let rows =
+                    Mat::from_fn(rows.nrows(), rows.ncols(), |i, j| of(&rows[(i, j)]) as f32);
+                dense::product(rows.as_ref(), basis.transpose())
+            };
+            add([part(|v| v.re), part(|v| v.im)], c64::ONE);
+        }
+        parts
+    }
+}
+
+/// Product of A + sign i B with `cosine - i sine`, two columns.
+fn complex_product([a, b]: [MatRef<'_, f32>; 2], sign: f64, x: MatRef<'_, f32>) -> Mat<f32> {
+    let mut y = dense::product(a, x);
+    let turned = Mat::from_fn(x.nrows(), 2, |i, part| match part {
+        0 => x[(i, 1)],
+        _ => -x[(i, 0)],
+    });
+    matmul(y.as_mut(), Accum::Add, b, &turned, sign as f32, Par::Seq);
+    y
+}
+
+/// Complex numbers of a cosine column and the sine column behind it.
+fn complex_column(a: &Mat<f32>, cosine: usize) -> Vec<c64> {
+    let [c, s] = [cosine, cosine + 1].map(|column| a.col(column).iter());
+    let parts = c.zip(s);
+    let complex = parts.map(|(c, s)| c64::new(f64::from(*c), -f64::from(*s)));
+    complex.collect()
 }
 
 impl Inexact {
@@ -176,6 +337,19 @@ impl Inexact {
     /// Positions of the unknowns among those of all pairs.
     pub fn columns(&self) -> Vec<usize> {
         columns(&self.pairs)
+    }
+
+    /// Sign and matrices of harmonic `k` where it is a wave.
+    fn wave(&self, k: usize) -> Option<(f64, &InexactWave)> {
+        let wave = self.excitation?.wave(k)?;
+        Some((wave.sign, self.waves.get(&wave.nodal_diameter)?))
+    }
+
+    /// Number of modes that take part in harmonics in phase.
+    fn modes(&self, harmonics: &[Coefficients]) -> usize {
+        let mut in_phase = harmonics.iter().enumerate();
+        let in_phase = in_phase.find(|(k, _)| self.wave(k + 1).is_none());
+        in_phase.map_or(0, |(_, c)| c.modes.len())
     }
 
     /// Computes K x, m x any.
@@ -195,17 +369,28 @@ impl Inexact {
     ) -> Mat<f32> {
         let mut y = kx;
         for (k, c) in harmonics.iter().enumerate() {
+            let first = cosine(k + 1);
+            if let Some((sign, wave)) = self.wave(k + 1) {
+                let of_wave = wave.dynamic(sign, c, x.get(.., first..first + 2));
+                y.get_mut(.., first..first + 2).copy_from(of_wave);
+                continue;
+            }
             for i in 0..y.nrows() {
-                scale_by_complex(c.s, &mut y, i, cosine(k + 1));
+                scale_by_complex(c.s, &mut y, i, first);
             }
         }
-        let modes = harmonics.first().map_or(0, |c| c.modes.len());
+        let modes = self.modes(harmonics);
         let coupling = self.coupling.get(.., ..modes);
         for (basis, is_inertia) in [(self.inertia.as_ref(), true), (coupling, false)] {
             let mut amplitudes = dense::product(basis.transpose(), x.get(.., 1..));
             for (k, c) in harmonics.iter().enumerate() {
+                let is_wave = self.wave(k + 1).is_some();
                 for i in 0..basis.ncols() {
-                    let by = if is_inertia { -c.z } else { c.modes[i] };
+                    let by = match is_inertia {
+                        _ if is_wave => c64::ZERO,
+                        true => -c.z,
+                        false => c.modes[i],
+                    };
                     // Without the mean.
                     scale_by_complex(by, &mut amplitudes, i, cosine(k + 1) - 1);
                 }
@@ -226,21 +411,24 @@ impl Inexact {
         x: MatRef<'_, f32>,
         mut y: MatMut<'_, f32>,
     ) {
-        let modes = harmonics.first().map_or(0, |c| c.modes.len());
-        let bases = [self.coupling.get(.., ..modes), self.dashpots.as_ref()];
+        let bases = [
+            self.coupling.get(.., ..self.modes(harmonics)),
+            self.dashpots.as_ref(),
+        ];
         let mut amplitudes = bases.map(|basis| dense::product(basis.transpose(), x));
         for (k, c) in harmonics.iter().enumerate() {
             let [cosine, sine] = [2 * k, 2 * k + 1];
-            let parts = amplitudes.each_ref().map(|a| {
-                let [c, s] = [cosine, sine].map(|column| a.col(column).iter());
-                let parts = c.zip(s);
-                let complex = parts.map(|(c, s)| c64::new(f64::from(*c), -f64::from(*s)));
-                complex.collect::<Vec<_>>()
-            });
-            let Some(low_rank) = &c.dashpots else {
-                continue;
+            let products = match &c.dashpots {
+                None => continue,
+                // It has its own.
+                Some(_) if self.wave(k + 1).is_some() => {
+                    amplitudes.each_ref().map(|a| vec![c64::ZERO; a.nrows()])
+                }
+                Some(low_rank) => {
+                    let parts = amplitudes.each_ref().map(|a| complex_column(a, cosine));
+                    low_rank.product([&parts[0], &parts[1]])
+                }
             };
-            let products = low_rank.product([&parts[0], &parts[1]]);
             for (a, product) in amplitudes.iter_mut().zip(products) {
                 for (i, v) in product.into_iter().enumerate() {
                     (a[(i, cosine)], a[(i, sine)]) = (v.re as f32, -v.im as f32);
@@ -252,10 +440,13 @@ impl Inexact {
         }
     }
 
-    /// Lambda of one harmonic on the first `count` motions, real and imaginary part: (Lambda W)^T,
+    /// Lambda of harmonic `k` on the first `count` motions, real and imaginary part: (Lambda W)^T,
     /// `count` x m.
-    pub fn dynamic_motions(&self, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
+    pub fn dynamic_motions(&self, k: usize, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
         let motions = self.motions.get(..count, ..);
+        if let Some((sign, wave)) = self.wave(k) {
+            return wave.dynamic_motions(sign, c, motions);
+        }
         let coupling = self.coupling.get(.., ..c.modes.len());
         let [inertia, modal] =
             [self.inertia.as_ref(), coupling].map(|basis| dense::product(motions, basis));

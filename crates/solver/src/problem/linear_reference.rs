@@ -11,11 +11,13 @@
 //! describes vibrations too small to open, close or slide a pair. Its modes diagonalise it,
 //! including Rayleigh damping, but for dashpots and the damping ratios of stuck modes.
 
+use std::collections::BTreeMap;
+
 use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
+use crate::reduction::{Dashpots, HarmonicModel, Load, ObservedPoint, ReducedModel};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
 
@@ -31,6 +33,9 @@ pub struct LinearReference {
     pub not_released: Option<String>,
     /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
     released: Option<Released>,
+    /// References of the waves round a disc, each about both copies of the sector, by their nodal
+    /// diameter.
+    waves: BTreeMap<usize, LinearReference>,
 }
 
 #[derive(Debug, Clone)]
@@ -55,34 +60,74 @@ impl LinearReference {
             };
             rows.extend((3 * pair..).zip(springs_n_m));
         }
-        if rows.is_empty() {
-            return Self::stuck(&problem.reduced);
+        let reduced = &problem.reduced;
+        let n = reduced.stiffness.nrows();
+        let of_both = |rows: &[(usize, f64)]| {
+            let second = rows.iter().map(|(row, n_m)| (row + n, *n_m));
+            rows.iter().copied().chain(second).collect::<Vec<_>>()
+        };
+        let mut found = Self::with_released(reduced, &rows);
+        for (diameter, copies) in reduced.waves.copies() {
+            // Where the sector in phase is held as a whole, so is every wave.
+            let rows = match found.not_released {
+                None => of_both(&rows),
+                Some(_) => Vec::new(),
+            };
+            let wave = Self::with_released(copies, &rows);
+            found.waves.insert(*diameter, wave);
         }
-        match modes(&problem.reduced, &rows) {
+        found
+    }
+
+    /// Reference of a model with these rows of X on springs, N/m, and all others held.
+    fn with_released(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Self {
+        if rows.is_empty() {
+            return Self::held(reduced);
+        }
+        match modes(reduced, rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
                 omega2,
                 with_mass,
                 not_released: None,
                 released: Some(Released {
-                    rows: rows.into_iter().map(|(row, _)| row).collect(),
+                    rows: rows.iter().map(|(row, _)| *row).collect(),
                     vectors,
                 }),
+                waves: BTreeMap::new(),
             },
             Err(error) => Self {
                 not_released: Some(error.to_string()),
-                ..Self::stuck(&problem.reduced)
+                ..Self::held(reduced)
             },
         }
     }
 
     /// Reference with all pairs stuck.
     pub fn stuck(reduced: &ReducedModel) -> Self {
+        let waves = reduced.waves.copies().iter();
+        Self {
+            waves: waves.map(|(d, copies)| (*d, Self::held(copies))).collect(),
+            ..Self::held(reduced)
+        }
+    }
+
+    /// Reference of one model with all pairs stuck.
+    fn held(reduced: &ReducedModel) -> Self {
         Self {
             omega2: reduced.omega2.clone(),
             with_mass: reduced.omega2.len(),
             not_released: None,
             released: None,
+            waves: BTreeMap::new(),
         }
+    }
+
+    /// Reference of harmonic `k`: itself, or that of both copies of the sector, in which each mode
+    /// stands twice.
+    pub fn of_harmonic(&self, reduced: &ReducedModel, k: usize) -> &Self {
+        let wave = reduced.waves.wave(k);
+        let own = wave.and_then(|(wave, _)| self.waves.get(&wave.nodal_diameter));
+        own.unwrap_or(self)
     }
 
     /// Motion in a mode, of unit modal mass: that of the relative displacements of `problem`, from
@@ -107,13 +152,39 @@ impl LinearReference {
     /// of their own.
     pub fn problem(&self, problem: &Problem, damping: Rayleigh) -> Problem {
         let reduced = &problem.reduced;
-        let load = |load: &Load| Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes));
-        let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
-            harmonic: excitation.harmonic,
-            cosine: load(&excitation.cosine),
-            sine: load(&excitation.sine),
-            growth: excitation.growth,
+        let harmonic = |excitation: &HarmonicLoad| {
+            let of = self.of_harmonic(reduced, excitation.harmonic);
+            HarmonicLoad {
+                harmonic: excitation.harmonic,
+                cosine: of.on_own_modes(&excitation.cosine),
+                sine: of.on_own_modes(&excitation.sine),
+                growth: excitation.growth,
+            }
         };
+        // In modes with pairs released a ratio of a stuck mode couples them.
+        let modal_ratios = match &self.released {
+            None => problem.modal_ratios.clone(),
+            Some(_) => Vec::new(),
+        };
+        let waves = reduced.waves.with(|diameter, copies| {
+            let of = self.waves.get(&diameter).unwrap_or(self);
+            of.model(HarmonicModel::of_copies(copies, diameter), problem, damping)
+        });
+        let on_modes = ReducedModel {
+            waves,
+            ..self.model(reduced.of_harmonic(0), problem, damping)
+        };
+        Problem {
+            reduced: on_modes,
+            laws: Vec::new(),
+            excitations: problem.excitations.iter().map(harmonic).collect(),
+            modal_ratios,
+        }
+    }
+
+    /// A model on the modes of its reference alone, without pairs.
+    fn model(&self, of: HarmonicModel<'_>, problem: &Problem, damping: Rayleigh) -> ReducedModel {
+        let reduced = of.model;
         let observed = |observed: &ObservedPoint| {
             ObservedPoint::new(
                 observed.name.clone(),
@@ -122,28 +193,29 @@ impl LinearReference {
             )
         };
         let observations = reduced.observations.iter().map(observed);
-        // In modes with pairs released a ratio of a stuck mode couples them.
-        let (dashpots, modal_ratios) = match &self.released {
-            None => (reduced.dashpots.loads(), problem.modal_ratios.clone()),
-            Some(_) => (problem.damping_besides(damping), Vec::new()),
+        let dashpots = match &self.released {
+            None => reduced.dashpots.loads(),
+            Some(_) => problem.damping_besides(of, damping),
         };
-        let dashpots = dashpots.iter().map(|(c, weights)| (*c, load(weights)));
+        let dashpots = dashpots
+            .iter()
+            .map(|(c, weights)| (*c, self.on_own_modes(weights)));
         let dashpots: Vec<(f64, Load)> = dashpots.collect();
+        let unit_loads = reduced.unit_loads.iter();
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
-        let on_modes = ReducedModel {
-            static_load: load(&reduced.static_load),
-            unit_loads: reduced.unit_loads.iter().map(load).collect(),
+        ReducedModel {
+            static_load: self.on_own_modes(&reduced.static_load),
+            unit_loads: unit_loads.map(|load| self.on_own_modes(load)).collect(),
             observations: observations.collect(),
             dashpots: Dashpots::new(0, self.omega2.len(), &dashpots),
             ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
-        };
-        Problem {
-            reduced: on_modes,
-            laws: Vec::new(),
-            excitations: problem.excitations.iter().map(harmonic).collect(),
-            modal_ratios,
         }
+    }
+
+    /// Load on the modes of the reference.
+    fn on_own_modes(&self, load: &Load) -> Load {
+        Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes))
     }
 
     /// Converts weights of the relative displacements and of the stuck modes, for a load or an

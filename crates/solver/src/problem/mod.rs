@@ -27,7 +27,7 @@ use crate::contact::PairLaw;
 use crate::model::{Excitation, Growth, Model};
 use crate::reduction::damping::{DampingError, Rayleigh};
 use crate::reduction::superelement::NamedExcitation;
-use crate::reduction::{Load, ReducedModel};
+use crate::reduction::{HarmonicModel, Load, ReducedModel};
 use dovetail_numerics::vector::norm;
 
 /// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations.
@@ -50,7 +50,7 @@ impl Problem {
     pub fn new(reduced: ReducedModel, model: &Model) -> Self {
         Self {
             laws: model.pairs.iter().map(|pair| pair.law).collect(),
-            excitations: excited(&model.excitations, &reduced.unit_loads),
+            excitations: excited(&model.excitations, &reduced),
             reduced,
             modal_ratios: Vec::new(),
         }
@@ -68,7 +68,7 @@ impl Problem {
         };
         Self {
             laws: vec![law; reduced.pairs()],
-            excitations: excited(&[excitation], &reduced.unit_loads),
+            excitations: excited(&[excitation], &reduced),
             reduced,
             modal_ratios: Vec::new(),
         }
@@ -95,7 +95,7 @@ impl Problem {
         let excitations: Vec<Excitation> = excitations.iter().map(excitation).collect();
         Self {
             laws: vec![law; reduced.pairs()],
-            excitations: excited(&excitations, &reduced.unit_loads),
+            excitations: excited(&excitations, &reduced),
             reduced,
             modal_ratios: Vec::new(),
         }
@@ -117,24 +117,28 @@ impl Problem {
         Ok(self)
     }
 
-    /// Damping of a stuck mode where that of all others is `damping`: C = 2 zeta w_m M on the mode,
-    /// where it has a ratio zeta of its own.
-    pub fn mode_damping(&self, damping: Rayleigh, mode: usize) -> Rayleigh {
-        match self.modal_ratios.get(mode) {
-            Some(ratio) => Rayleigh::of_mass(2.0 * ratio * self.reduced.omega2[mode].sqrt()),
+    /// Damping of a stuck mode of the model of a harmonic where that of all others is `damping`: C =
+    /// 2 zeta w_m M on the mode, where it has a ratio zeta of its own.
+    pub fn mode_damping(&self, of: HarmonicModel<'_>, damping: Rayleigh, mode: usize) -> Rayleigh {
+        match self.modal_ratios.get(of.mode_of_sector(mode)) {
+            Some(ratio) => Rayleigh::of_mass(2.0 * ratio * of.model.omega2[mode].sqrt()),
             None => damping,
         }
     }
 
-    /// Terms of the damping matrix besides `damping`: coefficients c, N s/m, and weights v as loads of
-    /// `c v v^T`. They are the dashpots and, for each stuck mode m with a ratio zeta of its own,
+    /// Terms of the damping matrix of the model of a harmonic besides `damping`: coefficients c, N s/m,
+    /// and weights v as loads of `c v v^T`. They are the dashpots and, for each stuck mode m with a ratio zeta of its own,
     /// `(2 zeta w_m - b) v v^T` and `-a w_m^2 e e^T`, with v the row of M and e that of the identity
     /// that belong to the mode.
-    pub(crate) fn damping_besides(&self, damping: Rayleigh) -> Vec<(f64, Load)> {
-        let reduced = &self.reduced;
+    pub(crate) fn damping_besides(
+        &self,
+        of: HarmonicModel<'_>,
+        damping: Rayleigh,
+    ) -> Vec<(f64, Load)> {
+        let reduced = of.model;
         let mut all = reduced.dashpots.loads();
-        for m in 0..self.modal_ratios.len() {
-            let own = self.mode_damping(damping, m);
+        for m in 0..self.modal_ratios.len() * of.copies() {
+            let own = self.mode_damping(of, damping, m);
             let mut on_mode = Load::zeros(reduced.stiffness.nrows(), reduced.omega2.len());
             on_mode.on_modes[m] = 1.0;
             let of_mass = Load {
@@ -177,26 +181,32 @@ impl Problem {
 }
 
 /// Loads by harmonic, ascending, and by their dependence on the frequency; those alike are added.
-fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
+fn excited(forces: &[Excitation], reduced: &ReducedModel) -> Vec<HarmonicLoad> {
     let of = |f: &Excitation| (f.harmonic, f.growth);
     let mut kinds: Vec<(usize, Growth)> = forces.iter().map(of).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let load = |kind: (usize, Growth), share: fn(f64) -> f64| {
-        let mut sum: Option<Load> = None;
-        let of_kind = forces.iter().zip(unit_loads);
-        for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
-            let amplitude = force.amplitude * share(force.phase_rad);
-            let zero = || Load::zeros(unit.on_x.len(), unit.on_modes.len());
-            sum.get_or_insert_with(zero).add(amplitude, unit);
-        }
-        sum
-    };
     let both = |kind: (usize, Growth)| {
+        let model = reduced.of_harmonic(kind.0);
+        let of_kind = forces.iter().enumerate().filter(|(_, f)| of(f) == kind);
+        let mut sum: Option<[Load; 2]> = None;
+        for (number, force) in of_kind {
+            let Some(unit) = model.unit_load(number) else {
+                continue;
+            };
+            let [cosine, sine] = sum.get_or_insert_with(|| {
+                let n = model.model.stiffness.nrows();
+                [0, 1].map(|_| Load::zeros(n, model.model.omega2.len()))
+            });
+            let (s, c) = force.phase_rad.sin_cos();
+            let shares = [force.amplitude * c, force.amplitude * s];
+            unit.add_to([cosine, sine], shares);
+        }
+        let [cosine, sine] = sum?;
         Some(HarmonicLoad {
             harmonic: kind.0,
-            cosine: load(kind, f64::cos)?,
-            sine: load(kind, f64::sin)?,
+            cosine,
+            sine,
             growth: kind.1,
         })
     };
@@ -209,7 +219,8 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
     pub harmonic: usize,
-    /// Load in phase with the cosine.
+    /// Load in phase with the cosine, on the model of the harmonic
+    /// ([`of_harmonic`](ReducedModel::of_harmonic)).
     pub cosine: Load,
     /// Load in phase with the sine.
     pub sine: Load,

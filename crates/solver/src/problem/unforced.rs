@@ -38,7 +38,7 @@ impl<'a> Unforced<'a> {
     /// Lambda of the mean and of the harmonics up to `harmonics`, without the tracked mode in
     /// harmonic 1.
     pub fn stiffness(&self, harmonics: usize) -> HarmonicStiffness<'a> {
-        let of = |k: f64| self.eliminated(k).coefficients();
+        let of = |k: usize| self.eliminated(k).coefficients();
         self.system.of_harmonics(self.omega_rad_s, harmonics, of)
     }
 
@@ -46,23 +46,23 @@ impl<'a> Unforced<'a> {
     /// they write to the mean means nothing.
     pub fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness<'a>; 2] {
         [0, 1].map(|unknown| {
-            let of = |k: f64| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
+            let of = |k: usize| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
             self.system.of_harmonics(self.omega_rad_s, harmonics, of)
         })
     }
 
     /// Force of the tracked mode on the pairs at harmonic 1, `z p_m q`, N.
     pub fn drive(&self, q: f64) -> Vec<c64> {
-        let [_, z] = self.factors(1.0).of_mode(self.mode);
-        let of_dashpots = self.eliminated(1.0).of_kept();
+        let [_, z] = self.factors(1).of_mode(self.mode);
+        let of_dashpots = self.eliminated(1).of_kept();
         self.coupled(z * q, of_dashpots.map(|(coupled, _)| coupled), q)
     }
 
     /// Derivatives of [`Unforced::drive`] with respect to the angular frequency and to the damping
     /// ratio.
     pub fn drive_slopes(&self, q: f64) -> [Vec<c64>; 2] {
-        self.slopes(1.0).map(|slope| {
-            let of_dashpots = self.eliminated(1.0).of_kept_slopes(&slope);
+        self.slopes(1).map(|slope| {
+            let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
             let [_, dz] = slope.of_mode(self.mode);
             self.coupled(dz * q, of_dashpots.map(|(coupled, _)| coupled), q)
         })
@@ -70,22 +70,22 @@ impl<'a> Unforced<'a> {
 
     /// Left side of the equation of the tracked mode, `(s - z / w_m^2) - z p_m . X_1 / (w_m^2 q)`.
     pub fn equation(&self, x: &[c64], q: f64) -> c64 {
-        self.left_side(&self.factors(1.0), self.eliminated(1.0).of_kept(), x, q)
+        self.left_side(&self.factors(1), self.eliminated(1).of_kept(), x, q)
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the angular frequency and to the
     /// damping ratio.
     pub fn equation_slopes(&self, x: &[c64], q: f64) -> [c64; 2] {
-        self.slopes(1.0).map(|slope| {
-            let of_dashpots = self.eliminated(1.0).of_kept_slopes(&slope);
+        self.slopes(1).map(|slope| {
+            let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
             self.left_side(&slope, of_dashpots, x, q)
         })
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the complex amplitudes `X_1`.
     pub fn equation_row(&self, q: f64) -> Vec<c64> {
-        let [_, z] = self.factors(1.0).of_mode(self.mode);
-        let of_dashpots = self.eliminated(1.0).of_kept();
+        let [_, z] = self.factors(1).of_mode(self.mode);
+        let of_dashpots = self.eliminated(1).of_kept();
         let scale = self.omega2() * q;
         self.coupled(
             -z / scale,
@@ -97,7 +97,7 @@ impl<'a> Unforced<'a> {
     /// Complex amplitudes of the stuck modes at harmonic `k`, from those of the pairs, where that of
     /// the tracked mode at harmonic 1 is `q`.
     pub fn modal_amplitudes(&self, k: usize, x: &[c64], q: f64) -> Vec<c64> {
-        let eliminated = self.eliminated(k as f64);
+        let eliminated = self.eliminated(k);
         let [px, moved] = self.system.problem.reduced.moved_by(x);
         let of_mode = |(m, px): (usize, &c64)| eliminated.carried(m, *px);
         let mut amplitudes: Vec<c64> = px.iter().enumerate().map(of_mode).collect();
@@ -111,8 +111,8 @@ impl<'a> Unforced<'a> {
     }
 
     /// Equations of harmonic `k` without the stuck modes, except for the tracked one in harmonic 1.
-    fn eliminated(&self, k: f64) -> Elimination<'a> {
-        let kept = (k == 1.0).then_some(self.mode);
+    fn eliminated(&self, k: usize) -> Elimination<'a> {
+        let kept = (k == 1).then_some(self.mode);
         Elimination::new(&self.system.problem.reduced, self.factors(k), kept)
     }
 
@@ -156,8 +156,8 @@ impl<'a> Unforced<'a> {
     }
 
     /// Factors at harmonic `k`: those of the system, whose damping has `-2 w zeta M` besides.
-    fn factors(&self, k: f64) -> Factors {
-        let w = self.omega_rad_s;
+    fn factors(&self, k: usize) -> Factors {
+        let (w, at) = (self.omega_rad_s, k as f64 * self.omega_rad_s);
         let of = |damping: Rayleigh| {
             let mass_per_s = damping.mass_per_s - 2.0 * w * self.damping_ratio;
             s_and_z(
@@ -165,16 +165,16 @@ impl<'a> Unforced<'a> {
                     mass_per_s,
                     ..damping
                 },
-                k * w,
+                at,
             )
         };
-        self.system.factors_by(of, c64::new(0.0, k * w))
+        self.system.factors_by(k, of, c64::new(0.0, at))
     }
 
     /// Derivatives of the factors at harmonic `k` with respect to the angular frequency and to the
     /// damping ratio.
-    fn slopes(&self, k: f64) -> [Factors; 2] {
-        let w = self.omega_rad_s;
+    fn slopes(&self, harmonic: usize) -> [Factors; 2] {
+        let (w, k) = (self.omega_rad_s, harmonic as f64);
         let over_omega = |damping: Rayleigh| {
             let of_ratio = 4.0 * w * self.damping_ratio;
             (
@@ -184,8 +184,9 @@ impl<'a> Unforced<'a> {
         };
         let over_ratio = |_| (c64::ZERO, c64::new(0.0, 2.0 * k * w * w));
         [
-            self.system.factors_by(over_omega, c64::new(0.0, k)),
-            self.system.factors_by(over_ratio, c64::ZERO),
+            self.system
+                .factors_by(harmonic, over_omega, c64::new(0.0, k)),
+            self.system.factors_by(harmonic, over_ratio, c64::ZERO),
         ]
     }
 }

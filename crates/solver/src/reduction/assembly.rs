@@ -30,7 +30,7 @@ use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{
     Dashpots, Highest, Load, ObservedPoint, ReducedModel, Reduction, ReductionError, StaticPart,
-    StuckModes,
+    StuckModes, Waves,
 };
 use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::dense::parallel::product;
@@ -51,21 +51,32 @@ const ACCURATE: f64 = 1e-4;
 /// # Errors
 /// See [`ReductionError`].
 pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reduction, ReductionError> {
+    reduce_copies(structure, stuck_modes, 1)
+}
+
+/// Reduces an assembly of so many copies of a structure, each of whose modes stands as many times, as
+/// [`reduce`] does. Numbers of modes are those of one copy.
+pub(super) fn reduce_copies(
+    structure: &Structure,
+    stuck_modes: StuckModes,
+    copies: usize,
+) -> Result<Reduction, ReductionError> {
     let loads = Loads::of(structure);
     let (joined, mut condensed) = Joined::new(structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
     let static_parts = joined.static_parts(structure);
-    let mut count = stuck_modes.count.unwrap_or(StuckModes::LEAST);
+    let mut count = copies * stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
     loop {
-        let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
+        let last_try =
+            stuck_modes.count.is_some() || count >= (copies * MOST_MODES).min(joined.inner());
         let modes = more_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor, &known)
             .map_err(|source| ReductionError::Stuck { source })?;
         let reaches = |highest: Highest| {
             let reach = REACH * highest.rad_s(&modes.omega2);
             modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach)
         };
-        let of_harmonics = count >= StuckModes::OF_HARMONICS || reaches(stuck_modes.kept);
+        let of_harmonics = count >= copies * StuckModes::OF_HARMONICS || reaches(stuck_modes.kept);
         let reached = reaches(stuck_modes.excited) && of_harmonics;
         if reached || last_try {
             let (on_modes, amplitude) =
@@ -473,6 +484,7 @@ impl<'a> Joined<'a> {
             static_parts: Vec::new(),
             unit_loads,
             observations: observations.collect(),
+            waves: Waves::default(),
         };
         let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
         // A dashpot is a load and an observed point at once.

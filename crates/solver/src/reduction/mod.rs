@@ -23,6 +23,7 @@ pub mod sectors;
 pub mod superelement;
 pub mod transformation;
 mod truncation;
+pub mod waves;
 
 use faer::{ColRef, Mat, c64};
 
@@ -38,6 +39,7 @@ pub use recovery::Recovery;
 pub use residual::ResidualError;
 pub use restiffened::frequency_change;
 pub use truncation::Truncation;
+pub use waves::{DiscExcitation, HarmonicModel, Wave, Waves};
 
 /// Number of modes of a kind that are listed, and whose errors are estimated.
 pub const LISTED_MODES: usize = 6;
@@ -221,6 +223,9 @@ pub struct ReducedModel {
     pub observations: Vec<ObservedPoint>,
     /// Dashpots between the bodies, or from them to ground.
     pub dashpots: Dashpots,
+    /// Waves that the harmonics make round a disc, with the models that they move by. The mean, and
+    /// harmonics in phase, move by this one.
+    pub waves: Waves,
 }
 
 impl ReducedModel {
@@ -239,6 +244,7 @@ impl ReducedModel {
             unit_loads: Vec::new(),
             observations: Vec::new(),
             dashpots: Dashpots::none(n, m),
+            waves: Waves::default(),
         }
     }
 
@@ -328,8 +334,8 @@ impl ReducedModel {
         })
     }
 
-    /// Adds to `load` the forces on X of amplitudes of the coupling to the modes, m, and of the
-    /// dashpots, d.
+    /// Adds to `load` the forces on the first unknowns of X of amplitudes of the coupling to the
+    /// modes, m, and of the dashpots, d.
     pub fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
         for (columns, amplitudes) in self.coupling_and_dashpots().into_iter().zip(amplitudes) {
             for (column, amplitude) in columns.col_iter().zip(amplitudes) {
@@ -355,6 +361,9 @@ impl ReducedModel {
         }
         let dashpots = &mut self.dashpots;
         dashpots.on_modes = dashpots.on_modes.subrows(0, count).to_owned();
+        self.waves = self
+            .waves
+            .with(|_, copies| copies.clone().with_modes(2 * modes));
         self
     }
 }

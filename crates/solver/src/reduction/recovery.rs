@@ -28,6 +28,11 @@ pub struct Recovery {
 }
 
 impl Recovery {
+    /// Number of stuck modes and residual vectors.
+    pub fn mode_count(&self) -> usize {
+        self.modes.ncols()
+    }
+
     /// Motion of all free degrees of freedom of each body, one column per column of `x` and `modal`
     /// (amplitudes of one harmonic, or instants), without the static load: `g = Psi X + Phi q`.
     pub fn full_motion(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> Vec<Mat<f64>> {

@@ -27,8 +27,9 @@ use std::f64::consts::TAU;
 
 use faer::Mat;
 
-use super::{ReductionError, stuck_shapes};
-use crate::structure::{InterfaceNode, Joint, Structure};
+use super::assembly::reduce_copies;
+use super::{Reduction, ReductionError, StuckModes, stuck_shapes};
+use crate::structure::{BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
 
 /// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
 pub const fn largest_nodal_diameter(sectors: usize) -> usize {
@@ -132,15 +133,40 @@ fn at_nodal_diameter(structure: &Structure, sectors: usize, nodal_diameter: usiz
         }
         return Wave::Standing(Cow::Owned(against));
     }
-    Wave::Travelling(copies(
-        structure,
-        TAU * nodal_diameter as f64 / sectors as f64,
-    ))
+    Wave::Travelling(Structure {
+        excitations: Vec::new(),
+        observations: Vec::new(),
+        dashpots: Vec::new(),
+        ..copies(structure, sectors, nodal_diameter)
+    })
 }
 
-/// Structure of two copies, with the phase `theta`, radians, between neighbouring sectors. It has no
-/// loads but the steady ones.
-fn copies(structure: &Structure, theta: f64) -> Structure {
+/// Reduced model of a disc at a nodal diameter above 0: that of two copies of a sector
+/// ([`waves`](super::waves)). Pairs, loads, observed points and dashpots of the first copy come
+/// first. The structure is one of the `sectors`, and numbers of modes are those of one sector.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn reduce_wave(
+    structure: &Structure,
+    sectors: usize,
+    nodal_diameter: usize,
+    stuck_modes: StuckModes,
+) -> Result<Reduction, ReductionError> {
+    reduce_copies(&copies(structure, sectors, nodal_diameter), stuck_modes, 2)
+}
+
+/// Structure of two copies of a sector for a nodal diameter. It has no parts of the steady load.
+fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Structure {
+    // The sine of a multiple of half a turn is no rounding.
+    let phase = |ahead: i32| {
+        let waves = i64::from(ahead) * nodal_diameter as i64;
+        let (sine, cosine) = (TAU * waves as f64 / sectors as f64).sin_cos();
+        match (2 * waves) % sectors as i64 {
+            0 => (0.0, cosine),
+            _ => (sine, cosine),
+        }
+    };
     let count = structure.bodies.len();
     let in_copy = |copy: usize, at: InterfaceNode| InterfaceNode {
         body: at.body + copy * count,
@@ -151,7 +177,7 @@ fn copies(structure: &Structure, theta: f64) -> Structure {
         let shares = match joint.across {
             None => [f64::from(copy == 0), f64::from(copy == 1)],
             Some(sector) => {
-                let (sine, cosine) = (f64::from(sector.ahead) * theta).sin_cos();
+                let (sine, cosine) = phase(sector.ahead);
                 [[cosine, -sine], [sine, cosine]][copy]
             }
         };
@@ -170,10 +196,33 @@ fn copies(structure: &Structure, theta: f64) -> Structure {
         bodies: [&structure.bodies[..], &structure.bodies[..]].concat(),
         joints: joints.into_iter().flatten().collect(),
         steady_parts: Vec::new(),
-        excitations: Vec::new(),
-        observations: Vec::new(),
-        dashpots: Vec::new(),
+        excitations: on_both(&structure.excitations, |vectors| vectors),
+        observations: on_both(&structure.observations, |observed: &mut ObservedWork| {
+            &mut observed.load
+        }),
+        dashpots: on_both(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
+            &mut dashpot.1
+        }),
     }
+}
+
+/// Vectors on the bodies of a sector, on the first of two copies and then on the second one. `of` are
+/// the vectors of an item.
+fn on_both<T: Clone>(items: &[T], of: impl Fn(&mut T) -> &mut BodyVectors) -> Vec<T> {
+    let on_copy = |copy: usize, item: &T| {
+        let mut item = item.clone();
+        let own = std::mem::take(of(&mut item));
+        let still = own.iter().map(|body| vec![0.0; body.len()]).collect();
+        let both = match copy {
+            0 => [own, still],
+            _ => [still, own],
+        };
+        *of(&mut item) = both.concat();
+        item
+    };
+    let copies = [0, 1].map(|copy| items.iter().map(|item| on_copy(copy, item)).collect());
+    let copies: [Vec<T>; 2] = copies;
+    copies.concat()
 }
 
 #[cfg(test)]

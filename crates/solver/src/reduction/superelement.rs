@@ -32,7 +32,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use serde::{Deserialize, Serialize};
 
 use super::matrix_market;
-use super::{Dashpots, Load, ObservedPoint, ReducedModel};
+use super::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
 use crate::input;
 use crate::structure::Quantity;
 use dovetail_numerics::dense;
@@ -517,6 +517,7 @@ impl Arrays<'_> {
                     ObservedPoint::new(name, on.on_x, on.on_modes).of(quantity)
                 })
                 .collect(),
+            waves: Waves::default(),
         })
     }
 

@@ -42,8 +42,8 @@ fn means(
     state: &StaticState,
 ) -> Result<(Rayleigh, SweepSettings, u64), Error> {
     let omega2 = reduced.linear_omega2(state);
-    let damping = rayleigh(&scene.damping, omega2)?;
-    let frequencies_hz = frequencies_hz(&scene.response, omega2)?;
+    let damping = rayleigh(&scene.damping, &omega2)?;
+    let frequencies_hz = frequencies_hz(&scene.response, &omega2)?;
     let resolution = scene.response.resolution;
     let harmonics = resolution.most_harmonics();
     off_undamped_modes(&reduced.problem, state, damping, &frequencies_hz, harmonics)?;

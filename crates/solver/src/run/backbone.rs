@@ -4,7 +4,7 @@
 use super::bodies::Meshes;
 use super::error::Error;
 use super::reduced::Reduced;
-use super::response::{frequencies_hz, settings};
+use super::response::{frequencies_hz, in_phase, settings};
 use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::dlft::backbone::{Backbone, BackboneRange, backbone as follow};
@@ -65,13 +65,15 @@ pub struct ModeBackbone {
 /// # Errors
 /// The error of a stage up to the static state; a mode or an observed displacement that there is
 /// not; [`Error::NotInMode`] where the mode does not move the displacement; [`Error::AllBonded`]
-/// without a contact that can slip or open; [`Error::Stopped`] by the observer.
+/// without a contact that can slip or open; [`Error::NotInPhase`] for a wave round a disc;
+/// [`Error::Stopped`] by the observer.
 pub fn backbone(
     scene: &Scene,
     meshes: Option<Meshes>,
     question: &BackboneQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<ModeBackbone, Error> {
+    in_phase(scene, "the backbone of a mode")?;
     let reduced = Reduced::of(scene, meshes, session)?;
     if reduced.problem.laws.is_empty() {
         let why = "the frequency and the damping of a mode then do not depend on its amplitude";
@@ -86,7 +88,7 @@ pub fn backbone(
     let mode = match question.mode {
         ModeChoice::Number(number) => number.wrapping_sub(1),
         ModeChoice::LargestShape => {
-            let range_hz = frequencies_hz(&scene.response, omega2)?;
+            let range_hz = frequencies_hz(&scene.response, &omega2)?;
             largest_shape(&reduced, &state, &linear_hz, &range_hz, observation)?
         }
     };
@@ -94,7 +96,7 @@ pub fn backbone(
         asked: mode.wrapping_add(1),
         available: linear_hz.len(),
     })?;
-    let damping = rayleigh(&scene.damping, omega2)?;
+    let damping = rayleigh(&scene.damping, &omega2)?;
     let resolution = scene.response.resolution;
     let settings = settings(&scene.response, vec![own_hz], resolution);
     let blocks = blocks(resolution.most_harmonics());

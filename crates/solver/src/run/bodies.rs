@@ -1,6 +1,7 @@
 //! Bodies of a run: their meshes, their model, and their modes after a reduction.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 
 use faer::Mat;
 
@@ -8,7 +9,7 @@ use super::kept::{Key, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
 use crate::fem::mass_properties::MassProperties;
 use crate::fem::{Prestressed, expand_to_nodes};
-use crate::model::{Model, NamedFiles};
+use crate::model::{Cyclic, Model, NamedFiles};
 use crate::problem::Problem;
 use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
 use crate::results::modes::{ModeKind, ModeShape, hertz};
@@ -16,7 +17,7 @@ use crate::results::recovery::NodalField;
 use crate::structure::Structure;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
-use dovetail_numerics::spectrum::{Spectrum, blocks};
+use dovetail_numerics::spectrum::{Spectrum, blocks, cosine, sine};
 
 /// Meshes and other files that an assembly is bound to.
 #[derive(Debug, Clone)]
@@ -75,6 +76,9 @@ pub struct Bodies {
     /// Displacement of each body that its prestress comes from.
     pub(super) prestressed: Prestressed,
     pub(super) recovery: OnceCell<Recovery>,
+    /// Recovery for the waves of each nodal diameter that a harmonic has, where it has been made, and
+    /// the key that it is kept under.
+    pub(super) wave_recoveries: BTreeMap<usize, (OnceCell<Recovery>, Option<Key>)>,
     pub(super) key: Option<Key>,
 }
 
@@ -101,13 +105,48 @@ impl Bodies {
     /// sine 1, ... `None` without a recovery.
     pub fn free_motion_m(&self, orbit: &Orbit) -> Option<Vec<Mat<f64>>> {
         let recovery = self.recovery()?;
-        let blocks = blocks(orbit.harmonics);
-        let columns = |v: &[f64]| {
-            let v = Spectrum::new(v, orbit.harmonics);
-            Mat::from_fn(v.signals(), blocks, |i, j| v.block(j)[i])
+        let [x, modal] =
+            [&orbit.x, &orbit.modal].map(|v| Spectrum::new(v.as_slice(), orbit.harmonics));
+        let columns = |of: &[&[f64]], rows: usize| {
+            let rows = rows.min(of.first().map_or(0, |column| column.len()));
+            Mat::from_fn(rows, of.len(), |i, j| of[j][i])
         };
-        let mut motion =
-            recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
+        let excitation = self.model().cyclic.as_ref().map(Cyclic::excitation);
+        let wave = |k: usize| excitation.and_then(|excitation| excitation.wave(k));
+        let (waves, in_phase): (Vec<usize>, Vec<usize>) =
+            (1..=orbit.harmonics).partition(|k| wave(*k).is_some());
+        let both = |k: &usize| [cosine(*k), sine(*k)];
+        let of_mean: Vec<usize> = std::iter::once(0)
+            .chain(in_phase.iter().flat_map(both))
+            .collect();
+        let mut groups = vec![(of_mean.clone(), {
+            let [x, modal] = [&x, &modal].map(|v| of_mean.iter().map(|b| v.block(*b)).collect());
+            let (x, modal): (Vec<_>, Vec<_>) = (x, modal);
+            let modal = columns(&modal, recovery.mode_count());
+            recovery.full_motion(columns(&x, usize::MAX).as_ref(), modal.as_ref())
+        })];
+        for k in waves {
+            let own = wave(k)?;
+            let recovery = self.wave_recoveries.get(&own.nodal_diameter)?.0.get()?;
+            let parts = both(&k);
+            let on_copies = own.widened_parts(parts.map(|b| x.block(b)));
+            let on_copies = columns(&on_copies.each_ref().map(Vec::as_slice), usize::MAX);
+            let modal = columns(&parts.map(|b| modal.block(b)), recovery.mode_count());
+            let moved = recovery.full_motion(on_copies.as_ref(), modal.as_ref());
+            groups.push((parts.to_vec(), moved));
+        }
+        // Of two copies the first one is the sector.
+        let bodies = self.model().bodies.len();
+        let sizes = groups[0].1.iter().map(Mat::nrows).take(bodies);
+        let blocks = blocks(orbit.harmonics);
+        let mut motion: Vec<Mat<f64>> = sizes.map(|n| Mat::zeros(n, blocks)).collect();
+        for (of_blocks, moved) in &groups {
+            for (motion, moved) in motion.iter_mut().zip(moved) {
+                for (b, column) in of_blocks.iter().zip(moved.col_iter()) {
+                    motion.col_mut(*b).copy_from(column);
+                }
+            }
+        }
         // The mean: the answer of the interior to the static load is not in the modes.
         let mean = Spectrum::new(&orbit.x, orbit.harmonics).mean();
         let mean = recovery.full_static(mean);

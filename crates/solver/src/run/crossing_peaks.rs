@@ -48,10 +48,7 @@ pub fn crossing_peaks(
     let mut asked: Vec<(Crossing, f64)> = excited
         .flat_map(|(order, times)| {
             let all = campbell.crossings(&[order]).into_iter();
-            // The response of a disc is that of all sectors in phase.
-            let in_phase =
-                |crossing: &Crossing| crossing.wave.is_none_or(|w| w.nodal_diameter == 0);
-            let stuck = all.filter(move |c| c.kind == ModeKind::Stuck && in_phase(c));
+            let stuck = all.filter(move |c| c.kind == ModeKind::Stuck);
             stuck.map(move |crossing| (crossing, times))
         })
         .collect();
@@ -90,6 +87,9 @@ fn peak_at(
     let mut bound = bound.at_speed(rad_s(speed_rpm)).ok_or(Error::NoRotation)?;
     for excitation in &mut bound.model.excitations {
         excitation.amplitude *= times;
+    }
+    if let Some(disc) = &mut bound.model.cyclic {
+        disc.engine_order = crossing.engine_order;
     }
     let mut at = {
         let (mut store, mut nobody) = (session.store(), ());

@@ -49,6 +49,18 @@ pub enum Error {
         /// Largest one.
         largest: usize,
     },
+    /// A task needs all sectors of a disc to move in phase, and the engine order excites a wave.
+    #[error(
+        "{task} needs all sectors of the disc in phase, and engine order {engine_order} of {sectors} sectors is a wave"
+    )]
+    NotInPhase {
+        /// Task.
+        task: &'static str,
+        /// Engine order of the excitation.
+        engine_order: usize,
+        /// Number of sectors.
+        sectors: usize,
+    },
     /// The folder of a reduced model cannot be read.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),

@@ -72,6 +72,8 @@ pub struct ReductionInputs {
     wanted: StuckModes,
     /// Settings of the static state that the prestress comes from.
     statics: Option<StaticOptions>,
+    /// Nodal diameter of the waves that the reduced model is of; 0 for sectors in phase.
+    nodal_diameter: usize,
 }
 
 impl ReductionInputs {
@@ -88,12 +90,24 @@ impl ReductionInputs {
             (excitation.amplitude, excitation.phase_rad) = (0.0, 0.0);
             excitation.harmonic = 0;
         }
+        if let Some(cyclic) = &mut model.cyclic {
+            cyclic.engine_order = 0;
+        }
         model.maps.clear();
         model.friction_maps.clear();
         Self {
             model,
             wanted,
             statics,
+            nodal_diameter: 0,
+        }
+    }
+
+    /// Inputs of the reduction of the waves of a nodal diameter of the same model.
+    pub(super) fn of_waves(self, nodal_diameter: usize) -> Self {
+        Self {
+            nodal_diameter,
+            ..self
         }
     }
 }

@@ -52,7 +52,7 @@ pub use outcome::{
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use reduced::{Observed, Reduced, stuck_modes};
-pub use response::{at_one_speed, off_undamped_modes};
+pub use response::{at_one_speed, in_phase, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::{load_path, static_options};
 pub use stress::{PLACES, PeakStress, peak_stress};
@@ -121,8 +121,8 @@ fn along_frequency(
 ) -> Result<ResponseResult, Error> {
     let (reduced, state) = (&run.reduced, &run.statics.state);
     let linear_omega2 = reduced.linear_omega2(state);
-    let damping = rayleigh(&scene.damping, linear_omega2)?;
-    let frequencies_hz = response::frequencies_hz(&scene.response, linear_omega2)?;
+    let damping = rayleigh(&scene.damping, &linear_omega2)?;
+    let frequencies_hz = response::frequencies_hz(&scene.response, &linear_omega2)?;
     let resolution = scene.response.resolution;
     response::off_undamped_modes(
         &reduced.problem,
@@ -266,6 +266,7 @@ pub fn modes(
     nodal_diameter: Option<usize>,
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
+    let scene = &scene.with_sectors_in_phase();
     let reduced = Reduced::of(scene, meshes, session)?;
     let (mut held_omega2, mut shapes, mut nodal_diameters) = (Vec::new(), Vec::new(), None);
     if let Some(bodies) = &reduced.bodies {
@@ -304,8 +305,9 @@ pub struct Condensed {
 ///
 /// # Errors
 /// [`Error::NoMesh`] for a scene about a reduced model; [`Error::AllBonded`] for one without pairs;
-/// those of [`Reduced::of`].
+/// [`Error::NotInPhase`] for a wave round a disc; those of [`Reduced::of`].
 pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
+    in_phase(scene, "a reduced model for other programs")?;
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
     let (of_one_newton, force_n) = of_one_newton(assembly);
     let mut excited = scene.clone();

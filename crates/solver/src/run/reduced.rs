@@ -41,15 +41,26 @@ impl Reduced {
         &self.problem.reduced
     }
 
+    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending: those of the wave of the
+    /// first harmonic where it is one round a disc.
+    pub fn stuck_omega2(&self) -> Vec<f64> {
+        let of = self.model().of_harmonic(1);
+        let all = of.model.stuck_omega2().iter();
+        all.step_by(of.copies()).copied().collect()
+    }
+
     /// Squared angular frequencies of the linear reference about a static state, rad2/s2: as many
-    /// modes as [`ReducedModel::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are
-    /// open pairs.
-    pub fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
-        let count = match self.model().stuck_omega2().len() {
+    /// modes as [`Reduced::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are open
+    /// pairs.
+    pub fn linear_omega2(&self, state: &StaticState) -> Vec<f64> {
+        let count = match self.stuck_omega2().len() {
             0 => LISTED_MODES,
             stuck => stuck,
         };
-        &state.linear.omega2[..count.min(state.linear.with_mass)]
+        let linear = state.linear.of_harmonic(self.model(), 1);
+        let all = linear.omega2[..linear.with_mass].iter();
+        let copies = self.model().of_harmonic(1).copies();
+        all.step_by(copies).copied().take(count).collect()
     }
 
     /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
@@ -59,7 +70,7 @@ impl Reduced {
         if kept.modes.truncation.amplitude == Some(0.0) || self.problem.laws.is_empty() {
             return None;
         }
-        let last_hz = hertz(*self.model().stuck_omega2().last()?);
+        let last_hz = hertz(*self.stuck_omega2().last()?);
         let orbits = responses.iter().flat_map(|r| &r.orbits);
         let solved = orbits.filter(|o| o.outcome.is_converged());
         let highest_hz = solved.map(|o| o.harmonics as f64 * o.frequency_hz);
@@ -118,9 +129,9 @@ impl Reduced {
                 add(ModeKind::FixedInterface, body, omega2);
             }
         }
-        add(ModeKind::Stuck, None, self.model().stuck_omega2());
+        add(ModeKind::Stuck, None, &self.stuck_omega2());
         if let Some(state) = state {
-            add(ModeKind::Linear, None, self.linear_omega2(state));
+            add(ModeKind::Linear, None, &self.linear_omega2(state));
         }
         all
     }
@@ -129,10 +140,15 @@ impl Reduced {
 /// Number of harmonics that the modes are chosen for where it is adapted.
 const USUALLY_ADAPTED: usize = 7;
 
+/// Highest harmonic that is excited.
+pub(super) fn highest_harmonic(scene: &Scene) -> usize {
+    let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
+    excitations.iter().map(|e| e.harmonic).max().unwrap_or(1)
+}
+
 /// Stuck modes that the response of a scene requires.
 pub fn stuck_modes(scene: &Scene) -> StuckModes {
-    let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
-    let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
+    let harmonic = highest_harmonic(scene) as f64;
     let highest = match scene.response.range {
         FrequencyRange::Hz { to_hz, .. } => Highest::RadS(std::f64::consts::TAU * to_hz),
         FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(to),

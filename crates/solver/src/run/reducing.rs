@@ -2,21 +2,23 @@
 //! single bodies need are computed, or taken from the store, when first asked for.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::bodies::{Bodies, Bound, Meshes};
 use super::error::Error;
-use super::kept::ReductionInputs;
+use super::kept::{KeptReduction, Key, ReductionInputs, ReductionModes};
 use super::prestress::{is_of_contact, reduce, settle, stressed};
-use super::reduced::{Reduced, stuck_modes};
+use super::reduced::{Reduced, highest_harmonic, stuck_modes};
 use super::session::{Event, Session, Stage};
 use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, bind};
+use crate::model::{Assembly, Cyclic, Model, bind};
 use crate::problem::Problem;
 use crate::reduction::craig_bampton::fixed_interface_modes;
-use crate::reduction::{LISTED_MODES, StuckModes, superelement};
+use crate::reduction::sectors::reduce_wave;
+use crate::reduction::{LISTED_MODES, Recovery, Reduction, StuckModes, Waves, superelement};
 use crate::results::pairs::PairTable;
 use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
@@ -105,6 +107,41 @@ impl Bound {
     }
 }
 
+/// Fills the place of a recovery, from the store where it is kept.
+fn recovered(
+    place: &OnceCell<Recovery>,
+    key: Option<Key>,
+    session: &Session<'_>,
+    make: impl FnOnce() -> Result<Recovery, Error>,
+) -> Result<(), Error> {
+    if place.get().is_some() {
+        return Ok(());
+    }
+    let begin = Instant::now();
+    let kept = key.and_then(|key| session.store().recovery(&key));
+    let recovery = match kept {
+        Some(recovery) => {
+            session.kept_stage(Stage::Recovery, begin.elapsed());
+            recovery
+        }
+        None => {
+            let recovery = make()?;
+            if let Some(key) = &key {
+                session.store().keep_recovery(key, &recovery);
+            }
+            recovery
+        }
+    };
+    place.get_or_init(|| recovery);
+    Ok(())
+}
+
+/// Inputs of the reduction of a model for a scene.
+fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> ReductionInputs {
+    let statics = is_of_contact(model).then(|| static_options(scene));
+    ReductionInputs::of(model, wanted, statics)
+}
+
 impl Bodies {
     /// Reduces an assembly to its model and the problem with its laws and excitations.
     ///
@@ -117,11 +154,7 @@ impl Bodies {
         session: &Session<'_>,
     ) -> Result<(Self, Problem), Error> {
         let model = &bound.model;
-        let key = session.store().key(&ReductionInputs::of(
-            model,
-            wanted,
-            is_of_contact(model).then(|| static_options(scene)),
-        ));
+        let key = session.store().key(&inputs(model, wanted, scene));
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
         let begin = Instant::now();
         let kept = key.and_then(|key| session.store().reduction(&key));
@@ -143,44 +176,115 @@ impl Bodies {
                 settled.reduction
             }
         };
-        let problem = Problem::new(kept.reduced, model).with_modal_ratios(&scene.modal_ratios)?;
-        let bodies = Self {
-            modes: kept.modes,
-            prestressed: kept.prestressed,
+        let KeptReduction {
+            mut reduced,
+            modes,
+            prestressed,
+        } = kept;
+        let mut bodies = Self {
+            modes,
+            prestressed,
             bound,
             wanted,
             structure,
             recovery,
+            wave_recoveries: BTreeMap::new(),
             key,
         };
-        Ok((bodies, problem))
+        reduced.waves = bodies.waves(scene, session)?;
+        let problem = Problem::new(reduced, bodies.model());
+        Ok((bodies, problem.with_modal_ratios(&scene.modal_ratios)?))
     }
 
-    /// Makes the recovery of the bodies' motion from the reduced model.
+    /// Waves round a disc that the harmonics of the response of a scene make.
+    fn waves(&mut self, scene: &Scene, session: &Session<'_>) -> Result<Waves, Error> {
+        let Some(excitation) = self.model().cyclic.as_ref().map(Cyclic::excitation) else {
+            return Ok(Waves::default());
+        };
+        let harmonics = scene.response.resolution.most_harmonics();
+        let highest = highest_harmonic(scene).max(harmonics);
+        let mut copies = BTreeMap::new();
+        for nodal_diameter in excitation.nodal_diameters(highest) {
+            session.goes_on()?;
+            let key = self.key_of_waves(scene, nodal_diameter, session);
+            let kept = key.and_then(|key| session.store().reduction(&key));
+            // What the store keeps is not held in memory, too.
+            let mut recovery = OnceCell::new();
+            let kept = match kept {
+                Some(kept) => kept,
+                None => {
+                    let reduction = self.reduce_waves(nodal_diameter, session)?;
+                    let kept = KeptReduction {
+                        reduced: reduction.model,
+                        modes: ReductionModes {
+                            truncation: reduction.truncation,
+                            ..self.modes.clone()
+                        },
+                        prestressed: self.prestressed.clone(),
+                    };
+                    if let Some(key) = &key {
+                        let _stage = session.stage(Stage::Keeping);
+                        let mut store = session.store();
+                        store.keep_reduction(key, &kept, &reduction.recovery);
+                    }
+                    if key.is_none() {
+                        recovery = OnceCell::from(reduction.recovery);
+                    }
+                    kept
+                }
+            };
+            self.wave_recoveries.insert(nodal_diameter, (recovery, key));
+            if excitation.wave(1).map(|wave| wave.nodal_diameter) == Some(nodal_diameter) {
+                self.modes.truncation = kept.modes.truncation;
+            }
+            copies.insert(nodal_diameter, kept.reduced);
+        }
+        Ok(Waves::new(excitation, copies))
+    }
+
+    /// Reduces the sector for the waves of a nodal diameter.
+    fn reduce_waves(
+        &self,
+        nodal_diameter: usize,
+        session: &Session<'_>,
+    ) -> Result<Reduction, Error> {
+        let cyclic = self.model().cyclic.as_ref().ok_or(Error::NoDisc)?;
+        let structure = self.structure(session)?;
+        let title = format!("reduction at {nodal_diameter} nodal diameters");
+        let _stage = session.titled_stage(Stage::Reduction, &title);
+        let found = reduce_wave(structure, cyclic.sectors, nodal_diameter, self.wanted);
+        found.map_err(|source| Error::NodalDiameter {
+            nodal_diameter,
+            source,
+        })
+    }
+
+    /// Key of the reduction for the waves of a nodal diameter; `None` where nothing is kept.
+    fn key_of_waves(
+        &self,
+        scene: &Scene,
+        nodal_diameter: usize,
+        session: &Session<'_>,
+    ) -> Option<Key> {
+        let inputs = inputs(self.model(), self.wanted, scene).of_waves(nodal_diameter);
+        session.store().key(&inputs)
+    }
+
+    /// Makes the recovery of the bodies' motion from the reduced model, and from those of the waves that
+    /// harmonics make round a disc.
     ///
     /// # Errors
     /// The errors of the finite elements and of the reduction.
     pub fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
-        if self.recovery.get().is_some() {
-            return Ok(());
+        recovered(&self.recovery, self.key, session, || {
+            let matrices = self.structure(session)?;
+            Ok(reduce(self.model(), matrices, self.wanted, session)?.recovery)
+        })?;
+        for (nodal_diameter, (recovery, key)) in &self.wave_recoveries {
+            recovered(recovery, *key, session, || {
+                Ok(self.reduce_waves(*nodal_diameter, session)?.recovery)
+            })?;
         }
-        let begin = Instant::now();
-        let kept = self.key.and_then(|key| session.store().recovery(&key));
-        let recovery = match kept {
-            Some(recovery) => {
-                session.kept_stage(Stage::Recovery, begin.elapsed());
-                recovery
-            }
-            None => {
-                let matrices = self.structure(session)?;
-                let recovery = reduce(self.model(), matrices, self.wanted, session)?.recovery;
-                if let Some(key) = &self.key {
-                    session.store().keep_recovery(key, &recovery);
-                }
-                recovery
-            }
-        };
-        self.recovery.get_or_init(|| recovery);
         Ok(())
     }
 

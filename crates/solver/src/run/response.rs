@@ -24,6 +24,22 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Checks that all sectors of the disc of a scene, if any, are excited in phase, which a task needs.
+///
+/// # Errors
+/// [`Error::NotInPhase`].
+pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
+    let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
+    match disc {
+        Some(disc) if disc.engine_order % disc.sectors > 0 => Err(Error::NotInPhase {
+            task,
+            engine_order: disc.engine_order,
+            sectors: disc.sectors,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Checks that the response of a scene is along the frequency, at one speed. `why` says what a task
 /// needs it for.
 ///
@@ -86,18 +102,27 @@ pub fn off_undamped_modes(
     let linear = state.linear.problem(problem, damping);
     for (kind, problem) in [(ModeKind::Stuck, problem), (ModeKind::Linear, &linear)] {
         let system = ContactSystem::new(problem, damping);
-        let omega2 = problem.reduced.omega2.iter().enumerate();
-        let undamped = omega2.filter(|(m, _)| !system.damps(*m));
-        let (modes, modes_hz): (Vec<usize>, Vec<f64>) =
-            undamped.map(|(m, w2)| (m, hertz(*w2))).unzip();
+        let undamped = |harmonic: usize| -> (Vec<usize>, Vec<f64>) {
+            let of = problem.reduced.of_harmonic(harmonic);
+            let omega2 = of.model.omega2.iter().enumerate();
+            let undamped = omega2.filter(|(m, _)| !system.damps(harmonic, *m));
+            undamped
+                .map(|(m, w2)| (of.mode_of_sector(m), hertz(*w2)))
+                .unzip()
+        };
+        let undamped: Vec<_> = (1..=harmonics).map(undamped).collect();
         for &frequency_hz in frequencies_hz {
-            let on_it = |h: usize| Some((h, mode_at(&modes_hz, h as f64 * frequency_hz)?));
-            if let Some((harmonic, mode)) = (1..=harmonics).find_map(on_it) {
+            let on_it = |(i, (modes, modes_hz)): (usize, &(Vec<usize>, Vec<f64>))| {
+                let harmonic = i + 1;
+                let mode = mode_at(modes_hz, harmonic as f64 * frequency_hz)?;
+                Some((harmonic, modes[mode]))
+            };
+            if let Some((harmonic, mode)) = undamped.iter().enumerate().find_map(on_it) {
                 return Err(Error::UndampedMode {
                     frequency_hz,
                     harmonic,
                     kind,
-                    mode: modes[mode] + 1,
+                    mode: mode + 1,
                 });
             }
         }

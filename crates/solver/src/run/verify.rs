@@ -6,7 +6,7 @@ use super::bodies::Meshes;
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, StaticResult};
 use super::reduced::Reduced;
-use super::response::{Responses, at_one_speed, frequencies_hz as frequencies_of};
+use super::response::{Responses, at_one_speed, frequencies_hz as frequencies_of, in_phase};
 use super::session::{Session, Stage};
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::stable;
@@ -84,7 +84,7 @@ pub struct Verified {
 /// Integrates the reduced model in time at each frequency and compares.
 ///
 /// # Errors
-/// [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the reduction;
+/// [`Error::TooManySteps`]; [`Error::AllBonded`]; [`Error::NotInPhase`]; those of the static state and the reduction;
 /// [`Error::NotConverged`] where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
@@ -94,6 +94,7 @@ pub fn verify(
 ) -> Result<Verified, Error> {
     asked.check()?;
     at_one_speed(scene, "an integration in time needs one speed")?;
+    in_phase(scene, "an integration in time")?;
     let scene = &with_modes_of_harmonics(scene);
     let reduced = Reduced::of(scene, meshes, session)?;
     let problem = &reduced.problem;
@@ -103,7 +104,7 @@ pub fn verify(
     }
     let statics = super::statics(scene, &reduced, false, session)?;
     statics.usable()?;
-    let damping = rayleigh(&scene.damping, reduced.linear_omega2(&statics.state))?;
+    let damping = rayleigh(&scene.damping, &reduced.linear_omega2(&statics.state))?;
     let (found, chosen) = orbits(scene, &reduced, damping, &statics, asked, session)?;
     let response = &found.response;
     let stable = stable(response);
@@ -193,7 +194,7 @@ fn orbits(
     spec.points = spec.points.map(|points| points.min(MOST_POINTS));
     let mut frequencies_hz = asked_hz.clone();
     if asked_hz.is_empty() || spec.points.is_none() {
-        frequencies_hz.extend(frequencies_of(&spec, reduced.linear_omega2(state))?);
+        frequencies_hz.extend(frequencies_of(&spec, &reduced.linear_omega2(state))?);
         frequencies_hz.sort_by(f64::total_cmp);
         frequencies_hz.dedup();
     }

@@ -15,7 +15,7 @@ use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};
@@ -345,6 +345,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             unit_loads: Vec::new(),
             observations: vec![ObservedPoint::new("body", observed.on_x, observed.on_modes)],
             dashpots: Dashpots::none(n, 1),
+            waves: Waves::default(),
         },
         laws: vec![
             PairLaw {

@@ -186,10 +186,10 @@ fn spring_response((model, structure): (Model, Structure)) {
 
         let mut z = lambda(&system, w);
         (0..n).for_each(|dof| z[(dof, dof)] += c64::new(spring(dof), 0.0));
-        let rhs = system.condensed_load(w, &on_x, &on_modes);
+        let rhs = system.condensed_load(1, w, &on_x, &on_modes);
         let x = z.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| rhs[i]));
         let x: Vec<c64> = (0..n).map(|i| x[(i, 0)]).collect();
-        let q = system.modal_response(w, &x, &on_modes);
+        let q = system.modal_response(1, w, &x, &on_modes);
         let weights = &problem.reduced.observations[0];
         let product = |a: &[f64], b: &[c64]| a.iter().zip(b).map(|(a, b)| b * *a).sum::<c64>();
         let tip = product(&weights.on_x, &x) + product(&weights.on_modes, &q);

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::table;
 use crate::export::manifest::BodySummary;
-use crate::words::{counted, figure, or_dash, percent, quantity, vector};
+use crate::words::{counted, figure, motion_of_sectors, or_dash, percent, quantity, vector};
 use dovetail_mesh::ElementType;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Subject;
@@ -16,6 +16,7 @@ use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, DashpotSpec, ExcitationKind,
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
+use dovetail_solver::reduction::DiscExcitation;
 use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::structure::Quantity;
 
@@ -102,7 +103,11 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
         @if let Some(cyclic) = &assembly.cyclic {
             p {
                 "The bodies are one of " (cyclic.sectors) " equal sectors of a disc about the axis "
-                (vector(cyclic.axis, 3)) ". The static state and the response are those of all sectors in phase."
+                (vector(cyclic.axis, 3)) "; "
+                (motion_of_sectors(DiscExcitation {
+                    sectors: cyclic.sectors,
+                    engine_order: cyclic.engine_order,
+                })) "."
             }
         }
         ul {

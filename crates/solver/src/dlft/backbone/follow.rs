@@ -80,7 +80,7 @@ impl LinearMode {
             x,
             observed,
             omega,
-            ratio: ContactSystem::new(&linear, damping).damping_ratio(range.mode),
+            ratio: ContactSystem::new(&linear, damping).damping_ratio(1, range.mode),
         })
     }
 }

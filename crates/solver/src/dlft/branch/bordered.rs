@@ -493,11 +493,11 @@ impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
 
     #[test]
     fn the_column_of_the_frequency_is_that_by_differences() {
-        at_sample_points(|what, balance, u| {
+        at_sample_points_of_waves_too(|what, balance, u| {
             let at = |omega: f64| {
                 let mut moved = Balance::new(balance.setting, omega);
                 let given = Balance::new(balance.setting, OMEGA_RAD_S);

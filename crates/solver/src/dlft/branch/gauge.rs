@@ -135,16 +135,21 @@ impl Scales {
 mod tests {
     use super::*;
     use crate::dlft::balance::Setting;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
     use crate::problem::dynamic_stiffness::ContactSystem;
+    use crate::reduction::ReducedModel;
 
     #[test]
     fn derivatives_of_the_motion_are_those_by_differences_with_and_without_observations() {
-        at_sample_points(|what, sample, u| {
+        at_sample_points_of_waves_too(|what, sample, u| {
             let mut problem = sample.setting.system.problem.clone();
             for observed in [true, false] {
                 if !observed {
                     problem.reduced.observations.clear();
+                    problem.reduced.waves = problem.reduced.waves.with(|_, copies| ReducedModel {
+                        observations: Vec::new(),
+                        ..copies.clone()
+                    });
                 }
                 let system = ContactSystem::new(&problem, sample.setting.system.damping);
                 let setting = Setting {
