@@ -258,7 +258,7 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         }
         run::Error::NoDisc => {
             "give a section [cyclic] with the number of sectors and the faces at which they meet, or leave out \
-             --nodal-diameter"
+             --nodal-diameter or --whole-disc"
         }
         run::Error::NotInPhase { .. } => {
             "leave out `engine_order` of [cyclic], or take a multiple of `sectors`; what needs none of this is the \

@@ -325,6 +325,10 @@ pub(super) struct Run {
     #[arg(long, value_name = "N", conflicts_with = "no_fields", value_parser = frames)]
     pub(super) frames: Option<usize>,
 
+    /// Write the motion at the peak on all sectors of a disc, too (peak_disc.vtu, and the frames)
+    #[arg(long, conflicts_with = "no_fields")]
+    pub(super) whole_disc: bool,
+
     /// Write the stress at the integration points, too (static_points.vtu, peak_points.vtu)
     #[arg(long, conflicts_with = "no_fields")]
     pub(super) stress_points: bool,

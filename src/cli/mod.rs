@@ -141,6 +141,7 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         scene_file: file.to_path_buf(),
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
+        whole_disc: run.is_some_and(|run| run.whole_disc),
         stress_points: match &cli.command {
             Command::Run(run) => run.stress_points,
             Command::Static(of) => of.stress_points,
@@ -266,6 +267,9 @@ fn with_files(
                 fields: output.fields,
                 held_modes: matches!(command, Command::Run(run) if run.held_modes),
             };
+            if output.whole_disc {
+                work.is_about_a_disc()?;
+            }
             let run = match command {
                 Command::Static(_) => work.static_state(options),
                 _ => work.solve(options),

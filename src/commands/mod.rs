@@ -74,6 +74,15 @@ impl Work<'_> {
         Ok(Some(Meshes { mesh, files }))
     }
 
+    /// Checks that the scene is about a disc of equal sectors.
+    ///
+    /// # Errors
+    /// [`Error::NoDisc`].
+    pub fn is_about_a_disc(&self) -> Result<(), RunError> {
+        let disc = self.scene.assembly().and_then(|a| a.cyclic.as_ref());
+        disc.map(|_| ()).ok_or_else(|| Error::NoDisc.into())
+    }
+
     /// Bodies and meshes of a scene that must have meshes.
     fn meshed(&self) -> Result<(&Assembly, Meshes), RunError> {
         let assembly = self.scene.assembly();
@@ -143,9 +152,8 @@ impl Work<'_> {
         nodal_diameter: Option<usize>,
     ) -> Result<(Vec<NaturalFrequency>, Option<NodalDiameters>), RunError> {
         // Before anything is meshed.
-        let disc = self.scene.assembly().and_then(|a| a.cyclic.as_ref());
-        if nodal_diameter.is_some() && disc.is_none() {
-            return Err(Error::NoDisc.into());
+        if nodal_diameter.is_some() {
+            self.is_about_a_disc()?;
         }
         let meshes = self.meshes()?;
         let found =

@@ -96,12 +96,68 @@ pub fn write_motion(
     stress: Option<&PeakStress>,
 ) -> Result<(), ExportError> {
     check_motion(path, model, coefficients)?;
+    let mut grid = Grid::of_bodies(model);
+    add_motion(&mut grid, coefficients);
+    if let Some(stress) = stress {
+        let fields = coefficients.first().map_or(1, Vec::len);
+        add_stress(&mut grid, stress, fields / 2);
+    }
+    grid.write(path)
+}
+
+/// Writes all sectors of a disc with the motion of [`write_motion`], that of the bodies being the
+/// first sector's. Nodes and elements have `sector`, counted from 0.
+///
+/// # Errors
+/// Fields that do not fit the bodies; a file that cannot be written.
+pub fn write_motion_of_disc(
+    path: &Path,
+    model: &Model,
+    disc: &Cyclic,
+    coefficients: &[Vec<NodalField>],
+) -> Result<(), ExportError> {
+    check_motion(path, model, coefficients)?;
+    let mut grid = Grid::of_disc(model, disc);
+    add_motion(&mut grid, &on_sectors(disc, coefficients));
+    grid.write(path)
+}
+
+/// Motion of the bodies of all sectors of a disc, from that of the first one: harmonic k of sector j
+/// is turned by j pitches, and times `exp(i k E 2 pi j / N)` with the engine order E.
+fn on_sectors(disc: &Cyclic, coefficients: &[Vec<NodalField>]) -> Vec<Vec<NodalField>> {
+    let of_sector = |sector: usize| {
+        let turn = disc.turned_to(sector);
+        let of_body = move |fields: &Vec<NodalField>| {
+            let mean = fields[0].iter().map(|u| turn.map(|row| dot(row, *u)));
+            let mut all = vec![mean.collect()];
+            for k in 1..=fields.len() / 2 {
+                let angle = disc.phase_rad(k, sector);
+                let both = fields[cosine(k)].iter().zip(&fields[sine(k)]);
+                let turned = both.map(|(c, s)| turned_wave(turn, angle, *c, *s));
+                let (cosine, sine) = turned.unzip();
+                all.extend([cosine, sine]);
+            }
+            all
+        };
+        coefficients.iter().map(of_body)
+    };
+    (0..disc.sectors).flat_map(of_sector).collect()
+}
+
+/// Cosine and sine part of a vector that is turned and, as `cosine - i sine`, times `exp(i angle)`.
+fn turned_wave(turn: [[f64; 3]; 3], angle: f64, c: [f64; 3], s: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let (sin, cos) = angle.sin_cos();
+    let turned = |a: f64, b: f64| turn.map(|row| a * dot(row, c) + b * dot(row, s));
+    (turned(cos, sin), turned(-sin, cos))
+}
+
+/// Adds the arrays of a motion to those of the nodes.
+fn add_motion(grid: &mut Grid, coefficients: &[Vec<NodalField>]) {
     let field = |i: usize| -> Vec<f64> {
         let bodies = coefficients.iter().flat_map(|fields| &fields[i]);
         bodies.flatten().copied().collect()
     };
     let fields = coefficients.first().map_or(1, Vec::len);
-    let mut grid = Grid::of_bodies(model);
     grid.point_array("mean_m", 3, field(0));
     for k in 1..=fields / 2 {
         let (cosine, sine) = (field(cosine(k)), field(sine(k)));
@@ -113,10 +169,6 @@ pub fn write_motion(
         grid.point_array(&format!("h{k}_cos_m"), 3, cosine);
         grid.point_array(&format!("h{k}_sin_m"), 3, sine);
     }
-    if let Some(stress) = stress {
-        add_stress(&mut grid, stress, fields / 2);
-    }
-    grid.write(path)
 }
 
 /// Adds the arrays of the stress with this number of harmonics to those of the nodes.
@@ -197,17 +249,24 @@ pub fn write_stress_points(
 ///
 /// Arrays on the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m`
 /// is the displacement without the mean, the one to warp by. The files are those of
-/// [`frame_files`].
+/// [`frame_files`]. With a disc they show all of its sectors, as [`write_motion_of_disc`] does.
 pub fn write_frames(
     folder: &Path,
-    model: &Model,
+    (model, disc): (&Model, Option<&Cyclic>),
     coefficients: &[Vec<NodalField>],
     frequency_hz: f64,
     frames: usize,
 ) -> Result<(), ExportError> {
     let pvd = folder.join(FRAMES);
     check_motion(&pvd, model, coefficients)?;
-    let still = Grid::of_bodies(model);
+    let (still, of_disc) = match disc {
+        None => (Grid::of_bodies(model), None),
+        Some(disc) => (
+            Grid::of_disc(model, disc),
+            Some(on_sectors(disc, coefficients)),
+        ),
+    };
+    let coefficients = of_disc.as_deref().unwrap_or(coefficients);
     let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
         let mut whole = Vec::with_capacity(still.points.len());
@@ -343,12 +402,10 @@ pub fn write_disc(
         for sector in 0..disc.sectors {
             let turn = disc.turned_to(sector);
             let angle = TAU * (modes.nodal_diameter * sector) as f64 / disc.sectors as f64;
-            // cosine - i sine, times exp(i angle).
-            let (sin, cos) = angle.sin_cos();
-            let [by_cos, by_sin] = [scale * cos, scale * sin];
             for (c, s) in nodes() {
-                cosine.extend(turn.map(|row| by_cos * dot(row, *c) + by_sin * dot(row, *s)));
-                sine.extend(turn.map(|row| by_cos * dot(row, *s) - by_sin * dot(row, *c)));
+                let (c, s) = turned_wave(turn, angle, *c, *s);
+                cosine.extend(c.map(|u| scale * u));
+                sine.extend(s.map(|u| scale * u));
             }
         }
         grid.point_array(&format!("{name}_cos"), 3, cosine);

@@ -103,7 +103,7 @@ impl Files {
         };
         let motion = bodies.on_nodes_m(&free);
         drop(free);
-        let stuck_modes = problem.reduced.stuck_modes;
+        let stuck_modes = problem.reduced.of_harmonic(1).model.stuck_modes;
         let strengths = self.strengths.clone();
         let stress = peak_stress(bodies, (orbit, &motion), stuck_modes, strengths);
         if !model.pairs.is_empty() {
@@ -116,10 +116,14 @@ impl Files {
             }
         }
         vtu::write_motion(&out.file("peak.vtu")?, model, &motion, stress.as_ref())?;
+        let disc = model.cyclic.as_ref().filter(|_| self.whole_disc);
+        if let Some(disc) = disc {
+            vtu::write_motion_of_disc(&out.file("peak_disc.vtu")?, model, disc, &motion)?;
+        }
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);
             out.list(vtu::frame_files(frames))?;
-            vtu::write_frames(folder, model, &motion, hz, frames)?;
+            vtu::write_frames(folder, (model, disc), &motion, hz, frames)?;
         }
         if let Some(stress) = &stress {
             if self.stress_points {

@@ -73,6 +73,8 @@ pub struct Output {
     /// Number of frames of a period of the motion at the peak, which are written with the fields;
     /// `None` for no frames.
     pub frames: Option<usize>,
+    /// True if the motion at the peak is written on all sectors of a disc, too.
+    pub whole_disc: bool,
     /// True if the stress at the integration points is written with the fields.
     pub stress_points: bool,
     /// Pictures in addition to those of every run.
@@ -106,6 +108,8 @@ pub struct Files {
     fields: bool,
     /// Number of frames of the motion at the peak, if requested.
     frames: Option<usize>,
+    /// True if the motion at the peak is requested on all sectors of a disc.
+    whole_disc: bool,
     /// True if the stress at the integration points is requested.
     stress_points: bool,
     /// Strength of the material of each body of the scene.
@@ -175,6 +179,7 @@ impl Files {
             origin: MeshOrigin::default(),
             fields: output.fields,
             frames: output.frames,
+            whole_disc: output.whole_disc,
             stress_points: output.stress_points,
             strengths: scene.assembly().map_or_else(Vec::new, |assembly| {
                 assembly.bodies.iter().map(|body| body.strength).collect()

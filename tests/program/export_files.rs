@@ -170,7 +170,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     let motion = scaled(&run.motion, gain);
 
     vtu::write_motion(&out.join("peak.vtu"), model, &motion, None).unwrap();
-    vtu::write_frames(&out, model, &motion, top.frequency_hz, FRAMES).unwrap();
+    vtu::write_frames(&out, (model, None), &motion, top.frequency_hz, FRAMES).unwrap();
     let files = vtu::frame_files(FRAMES);
     assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));
     assert!(files.iter().all(|file| out.join(file).exists()));
@@ -940,7 +940,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         &|o| {
             let top = peak(&run.response, 0).unwrap();
             let slow = 0.5 * top.frequency_hz;
-            vtu::write_frames(o, &run.model, &run.motion, slow, FRAMES).unwrap();
+            vtu::write_frames(o, (&run.model, None), &run.motion, slow, FRAMES).unwrap();
         },
         "timesteps",
     );
@@ -948,7 +948,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         "frames",
         &|o| {
             let (half, top) = (scaled(&run.motion, 0.5), peak(&run.response, 0).unwrap());
-            vtu::write_frames(o, &run.model, &half, top.frequency_hz, FRAMES).unwrap();
+            vtu::write_frames(o, (&run.model, None), &half, top.frequency_hz, FRAMES).unwrap();
         },
         "oscillation_m",
     );

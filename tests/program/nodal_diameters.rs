@@ -197,7 +197,7 @@ fn sectors_in_phase_have_the_response_of_the_whole_disc() {
     );
 }
 
-/// Contact through springs, on which eps leaves no trace.
+/// Contact through springs.
 const SPRINGS: &str = "friction = 0.1\nnormal_stiffness_n_m3 = 4e12\n\
                        tangential_stiffness_n_m3 = 3e12\n";
 
@@ -253,7 +253,7 @@ fn the_wave_of_an_engine_order_is_that_of_the_whole_disc() {
     assert!(slipping > 0.0);
 }
 
-/// Rims that lift off one another in a wave, without friction, whose state has no memory, and with it.
+/// Rims that lift off one another in a wave, without friction and with it.
 #[test]
 fn rims_lift_off_in_a_wave_as_those_of_the_whole_disc_do() {
     let folder = Folder::new("rims_in_a_wave");
@@ -266,7 +266,8 @@ fn rims_lift_off_in_a_wave_as_those_of_the_whole_disc_do() {
             Run::of_file("run", path, &format!("rims_in_a_wave_{sectors}"), &[])
         };
         let (sector, disc) = (run(1), run(SECTORS));
-        same_response(&sector, &disc, 1e-6);
+        // Of pairs that open, the three harmonics keep a trace of eps, which each has of its own.
+        same_response(&sector, &disc, 2e-4);
         let open = sector.column("response.csv", "opening_pairs");
         assert!(open.iter().any(|pairs| *pairs > 0.0), "{order}: {open:?}");
     }
@@ -533,10 +534,75 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
     }
 }
 
+/// The motion of the wave at its peak is continuous between the sectors of the whole disc.
+#[test]
+fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {
+    let folder = Folder::new("disc_in_motion");
+    let response = RESPONSE.replace("points = 6", "points = 2");
+    let text = scene_of_order(4, "disc_sector.msh", 1, &["disc"], &response);
+    let path = folder.write("scene.toml", text);
+    let out = folder.join("out");
+    let mut command = on_scene("run", &path, &out, &[]);
+    ended(command.args(["--whole-disc", "--frames", "4"]), 0);
+    let (points, arrays) = vectors(&out.join("peak_disc.vtu"), |name| {
+        ["h1_cos_m", "h1_sin_m"].contains(&name)
+    });
+    assert_eq!((points.len(), arrays.len()), (SECTORS * NODES, 2));
+    assert!(meets_alike(&points, &arrays) >= SECTORS * 10);
+    // The second sector leads the first one by 240 degrees.
+    let [(_, cosine), (_, sine)] = &arrays[..] else {
+        panic!("two arrays")
+    };
+    let (sin, cos) = (TAU * 4.0 / SECTORS as f64).sin_cos();
+    let axial = |u: &Vectors, node: usize| u[node][0];
+    let largest = (0..NODES).map(|i| axial(cosine, i).hypot(axial(sine, i)));
+    let largest = largest.fold(0.0, f64::max);
+    for node in 0..NODES {
+        let expected = cos * axial(cosine, node) + sin * axial(sine, node);
+        let found = axial(cosine, NODES + node);
+        assert!((found - expected).abs() < 1e-9 * largest, "{node}");
+    }
+    let (_, frames) = vectors(&out.join("peak/peak_001.vtu"), |name| {
+        name == "oscillation_m"
+    });
+    for (node, u) in frames[0].1.iter().enumerate() {
+        let off = (u[0] - axial(sine, node)).abs();
+        assert!(off < 1e-9 * largest, "{node}");
+    }
+    let paper = root().join("scenes/paper.toml");
+    let mut command = on_scene("run", &paper, &folder.join("no"), &[]);
+    has(
+        &told(command.args(["--whole-disc"]), 1),
+        "not about a disc & [cyclic]",
+    );
+}
+
 type Vectors = Vec<[f64; 3]>;
 
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
+    squares.sum::<f64>().sqrt()
+}
+
+/// Number of pairs of points that lie at one place, where all vectors are alike.
+fn meets_alike(points: &Vectors, arrays: &[(String, Vectors)]) -> usize {
+    let mut meet = 0;
+    for (i, a) in points.iter().enumerate() {
+        for (j, b) in points[..i].iter().enumerate() {
+            if distance(a, b) < 1e-9 {
+                meet += 1;
+                for (name, u) in arrays {
+                    let size = distance(&u[i], &[0.0; 3]);
+                    assert!(distance(&u[i], &u[j]) < 1e-9 * size.max(1e-3), "{name}");
+                }
+            }
+        }
+    }
+    meet
+}
+
 /// Points of a .vtu file, and its arrays of vectors on them by their names.
-fn vectors(file: &Path) -> (Vectors, Vec<(String, Vectors)>) {
+fn vectors(file: &Path, is_asked: impl Fn(&str) -> bool) -> (Vectors, Vec<(String, Vectors)>) {
     let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(file).unwrap().data else {
         panic!("not a grid")
     };
@@ -548,7 +614,7 @@ fn vectors(file: &Path) -> (Vectors, Vec<(String, Vectors)>) {
         all.map(|u| [u[0], u[1], u[2]]).collect()
     };
     let arrays = piece.data.point.iter().filter_map(|array| match array {
-        Attribute::DataArray(array) if array.name.contains("_hz_") => {
+        Attribute::DataArray(array) if is_asked(&array.name) => {
             Some((array.name.clone(), threes(array.data.cast_into::<f64>()?)))
         }
         _ => None,
@@ -569,25 +635,10 @@ fn shapes_on_the_whole_disc_are_continuous_between_the_sectors() {
         let mut command = on_scene("modes", &path, &out, &[]);
         ended(command.args(["--nodal-diameter", &diameter.to_string()]), 0);
         let file = out.join(format!("modes_nodal_diameter_{diameter}.vtu"));
-        let (points, arrays) = vectors(&file);
+        let (points, arrays) = vectors(&file, |name| name.contains("_hz_"));
         assert_eq!((points.len(), arrays.len()), (SECTORS * NODES, 12));
-        let distance = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
-            let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
-            squares.sum::<f64>().sqrt()
-        };
-        let mut meet = 0;
-        for (i, a) in points.iter().enumerate() {
-            for (j, b) in points[..i].iter().enumerate() {
-                if distance(a, b) < 1e-9 {
-                    meet += 1;
-                    for (name, u) in &arrays {
-                        assert!(distance(&u[i], &u[j]) < 1e-9, "{diameter} {name}");
-                    }
-                }
-            }
-        }
         // Each face has ten nodes.
-        assert_eq!(meet, SECTORS * 10);
+        assert_eq!(meets_alike(&points, &arrays), SECTORS * 10);
         // The first mode is axial: the tip of each blade in turn.
         let (_, first) = &arrays[0];
         let tip = (0..98)

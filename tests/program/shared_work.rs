@@ -40,6 +40,7 @@ pub fn in_folder<'a>(
         scene_file,
         fields: true,
         frames: None,
+        whole_disc: false,
         stress_points: false,
         further_plots: Vec::new(),
     };

@@ -382,6 +382,12 @@ impl Cyclic {
         }
     }
 
+    /// Phase of harmonic `k` of sector j, counted from 0, ahead of that of the first sector, radians.
+    pub fn phase_rad(&self, k: usize, sector: usize) -> f64 {
+        let waves = (k * self.engine_order * sector) % self.sectors;
+        std::f64::consts::TAU * waves as f64 / self.sectors as f64
+    }
+
     /// Matrix that turns directions from the first sector to sector j, counted from 0.
     pub fn turned_to(&self, sector: usize) -> [[f64; 3]; 3] {
         let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
