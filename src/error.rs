@@ -261,8 +261,8 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
              --nodal-diameter or --whole-disc"
         }
         run::Error::NotInPhase { .. } => {
-            "leave out `engine_order` of [cyclic], or take a multiple of `sectors`; what needs none of this is the \
-             response (`dovetail run`) and its peaks (`dovetail peaks`)"
+            "leave out `engine_order` of [cyclic], or give a multiple of `sectors`; `dovetail run` and `dovetail peaks` \
+             compute the wave"
         }
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"

@@ -273,6 +273,78 @@ fn rims_lift_off_in_a_wave_as_those_of_the_whole_disc_do() {
     }
 }
 
+/// In a run-up, and where modes cross an engine order, the sectors make the wave of that order, as at
+/// one speed.
+#[test]
+fn a_run_up_and_a_crossing_have_the_wave_of_their_engine_order() {
+    let folder = Folder::new("wave_at_speed");
+    let at = |speed_rpm: f64, order: usize, response: &str| {
+        let names = &["disc", "blade"][..];
+        let rotation = format!(
+            "[rotation]\naxis = [1, 0, 0]\nspeed_rpm = {speed_rpm}\nprestress = \"contact\"\n"
+        );
+        let more = format!("{rotation}[response]\nharmonics = 3\nsamples = 120\n{response}");
+        let text = scene_of_order(order, "disc_sector_two.msh", 1, names, &more);
+        let text = text.replace("force_n = 5000\n", "force_n = 400000\n");
+        text.replace("stiffness_s = 3e-6", "stiffness_s = 3e-7")
+    };
+    let run = |text: &str| {
+        let path = folder.write("scene.toml", text);
+        Run::of_file("run", path, "wave_at_speed", &[])
+    };
+    let up = "along_engine_order = 4\nspeed_rpm = [14000, 15000]\npoints = 2\n";
+    let up = run(&at(15000.0, 0, up));
+    let alone = "frequency_hz = [1000, 1000]\npoints = 1\n";
+    let alone = run(&at(15000.0, 4, alone));
+    let [own, other] = [&up, &alone].map(|run| run.column("response.csv", "tip_amplitude_m"));
+    let off = own[1] / other[0] - 1.0;
+    assert!(off.abs() < 1e-9, "{own:?} {other:?}");
+
+    let orders = "frequency_hz = [900, 1100]\n[[engine_order]]\norder = 4\ntimes = 1\n";
+    let path = folder.write("scene.toml", at(15000.0, 0, orders));
+    let out = folder.join("crossings");
+    ended(
+        on_scene("modes", &path, &out, &[]).args(["--rpm", "14000:16000:3"]),
+        0,
+    );
+    let crossings = rows(&out.join("modes_crossings.csv"));
+    let mut crossings = crossings.iter();
+    let crossing = crossings
+        .find(|row| !row["peak_amplitude_m"].is_empty())
+        .unwrap();
+    assert_eq!(number(crossing, "nodal_diameter"), 2.0);
+    let range = "frequency_hz = [900, 1010]\n";
+    let alone = run(&at(number(crossing, "speed_rpm"), 4, range));
+    let highest = alone.column("response.csv", "tip_amplitude_m");
+    let highest = highest.into_iter().fold(0.0, f64::max);
+    let off = number(crossing, "peak_amplitude_m") / highest - 1.0;
+    assert!(off.abs() < 2e-4, "{off:e}");
+
+    let both = at(
+        15000.0,
+        4,
+        "along_engine_order = 4\nspeed_rpm = [14000, 15000]\n",
+    );
+    let path = folder.write("scene.toml", both);
+    let said = told(on_scene("mesh", path, &folder.join("out"), &[]), 2);
+    has(
+        &said,
+        "cyclic.engine_order & response.along_engine_order & leave out",
+    );
+    for (command, args) in [
+        ("backbone", &["--amplitude", "1e-5:1e-4"][..]),
+        ("verify", &[]),
+        ("reduce", &[]),
+    ] {
+        let path = folder.write("scene.toml", at(15000.0, 4, "frequency_hz = [900, 1100]\n"));
+        let mut command = on_scene(command, path, &folder.join("out"), &[]);
+        has(
+            &told(command.args(args), 1),
+            "all sectors & in phase & engine order 4",
+        );
+    }
+}
+
 /// At speed the stress of the whole disc stiffens it.
 #[test]
 fn a_disc_at_speed_is_stiffened_as_all_of_its_sectors_are() {
