@@ -79,9 +79,9 @@ impl PyStaticState {
     /// released, and all others stick.
     #[getter]
     fn linear_frequency_hz<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let linear = &self.state.linear;
-        let omega2 = linear.omega2.iter().take(linear.with_mass);
-        vector(py, omega2.map(|w2| hertz(*w2)).collect())
+        let reduced = &self.subject.problem.reduced;
+        let omega2 = self.state.linear.omega2_of_first_harmonic(reduced);
+        vector(py, omega2.into_iter().map(hertz).collect())
     }
 
     /// Newton iterations of all steps of the load.

@@ -130,6 +130,15 @@ impl LinearReference {
         own.unwrap_or(self)
     }
 
+    /// Squared angular frequencies of the modes with mass that the first harmonic has, rad2/s2,
+    /// ascending: those of its wave where it is one round a disc, each once.
+    pub fn omega2_of_first_harmonic(&self, reduced: &ReducedModel) -> Vec<f64> {
+        let of = self.of_harmonic(reduced, 1);
+        let copies = reduced.of_harmonic(1).copies();
+        let all = of.omega2[..of.with_mass].iter();
+        all.step_by(copies).copied().collect()
+    }
+
     /// Motion in a mode, of unit modal mass: that of the relative displacements of `problem`, from
     /// which the reference was made, and of its stuck modes.
     pub fn motion(&self, problem: &Problem, mode: usize) -> (Vec<f64>, Vec<f64>) {

@@ -57,10 +57,9 @@ impl Reduced {
             0 => LISTED_MODES,
             stuck => stuck,
         };
-        let linear = state.linear.of_harmonic(self.model(), 1);
-        let all = linear.omega2[..linear.with_mass].iter();
-        let copies = self.model().of_harmonic(1).copies();
-        all.step_by(copies).copied().take(count).collect()
+        let mut all = state.linear.omega2_of_first_harmonic(self.model());
+        all.truncate(count);
+        all
     }
 
     /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
