@@ -206,7 +206,7 @@ const SPRINGS: &str = "friction = 0.1\nnormal_stiffness_n_m3 = 4e12\n\
 /// another instant.
 fn same_response(sector: &Run, disc: &Run, tolerance: f64) {
     let [own, whole] = [sector, disc].map(|run| run.table("response.csv"));
-    assert_eq!((own.len(), whole.len()), (6, 6));
+    assert_eq!(own.len(), whole.len());
     for (own, whole) in own.iter().zip(&whole) {
         let input_w = number(own, "input_power_w");
         let slips = number(own, "friction_power_w") > 1e-9 * input_w;
@@ -228,17 +228,14 @@ fn the_wave_of_an_engine_order_is_that_of_the_whole_disc() {
     let mut slipping = 0.0;
     for (file, names, orders) in [
         ("disc_sector.msh", &["disc"][..], &[1, 2, 3, 4, 5][..]),
-        (
-            "disc_sector_two.msh",
-            &["disc", "blade"][..],
-            &[1, 3, 4][..],
-        ),
+        ("disc_sector_two.msh", &["disc", "blade"][..], &[1, 4][..]),
     ] {
         for order in orders {
             let folder = Folder::new("wave");
             let run = |sectors: usize| {
                 let text = scene_of_order(*order, file, sectors, names, RESPONSE);
                 let text = text.replace("friction = 0.3\n", SPRINGS);
+                let text = text.replace("[900, 1100]\npoints = 6", "[900, 1020]\npoints = 4");
                 let path = folder.write(&format!("{sectors}.toml"), text);
                 Run::of_file("run", path, &format!("wave_{sectors}"), &[])
             };

@@ -146,7 +146,9 @@ impl PyProblem {
 
     /// Squared angular frequencies that a ratio of damping counts from.
     fn linear_omega2(&self, state: &StaticState) -> Vec<f64> {
-        state.linear.omega2_of_first_harmonic(&self.problem().reduced)
+        state
+            .linear
+            .omega2_of_first_harmonic(&self.problem().reduced)
     }
 
     fn rayleigh(
