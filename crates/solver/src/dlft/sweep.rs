@@ -6,7 +6,7 @@
 //! an interrupted sweep continues there, with nothing but the frequencies that it has solved, to
 //! the same bits.
 
-use super::accuracy::{Refinement, Resolved, levels};
+use super::accuracy::{Level, Refinement, Resolved, levels};
 use super::balance::Setting;
 use super::eps::Eps;
 use super::gross_slip::free_slips_m;
@@ -169,6 +169,7 @@ pub(super) fn in_run<T>(
             &holding,
             tell,
         ),
+        levels: &levels,
         earlier: earlier
             .iter()
             .map(|solved| (solved.place(), solved))
@@ -225,6 +226,8 @@ pub(super) struct Run<'a> {
     pub(super) linear: ContactSystem<'a>,
     /// Solvers of a frequency, by the number of harmonics.
     pub(super) refinement: Refinement<'a>,
+    /// Harmonics, samples and eps of the levels of the solvers.
+    pub(super) levels: &'a [Level],
     /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].

@@ -10,6 +10,7 @@
 //! a fold, where J is not. A [`Family`] says which balances, further unknowns and further equations
 //! there are.
 
+use super::gauge::Direction;
 use super::over::Solvers;
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
@@ -127,15 +128,6 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
         // A step of the plane's size in the abscissa counts as much as the load.
         load_n * self.plane.corner * change[0]
     }
-}
-
-/// Direction of a curve: derivatives by the length of the curve.
-#[derive(Debug, Clone)]
-pub struct Direction {
-    /// Derivative of U, m.
-    pub u: Vec<f64>,
-    /// Derivative of the abscissa.
-    pub abscissa: f64,
 }
 
 /// Solves for the point of the curve in a plane, from `u` and `abscissa`. Returns the solution and

@@ -4,6 +4,7 @@ use super::over::{Over, OverFrequency, Solvers};
 use super::peak::Guess;
 use super::several::several_motions;
 use super::trace::{Course, FoldStart, Found, Height, MOST_SHORT_STEPS, Point, SHORT_STEP, Tracer};
+use super::values::Values;
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
@@ -110,6 +111,8 @@ impl Followed {
 /// Follower of a branch, which can be stopped on the way.
 struct Follower<'b> {
     run: &'b Run<'b>,
+    /// Values that the curve is followed over; `None` for the frequency.
+    values: Option<&'b Values<'b>>,
     course: Course,
     /// Abscissae at which motions are asked for.
     asked: &'b [f64],
@@ -139,9 +142,15 @@ struct Follower<'b> {
 impl<'b> Follower<'b> {
     /// Follower of the branch that begins where the course does, with the points of it that an
     /// earlier run solved.
-    fn new(run: &'b Run<'b>, course: Course, asked: &'b [f64], from_last: bool) -> Self {
+    fn new(
+        (run, values): (&'b Run<'b>, Option<&'b Values<'b>>),
+        course: Course,
+        asked: &'b [f64],
+        from_last: bool,
+    ) -> Self {
         let mut new = Self {
             run,
+            values,
             course,
             asked,
             from_last,
@@ -164,7 +173,10 @@ impl<'b> Follower<'b> {
 
     /// Acts with the quantity that the curve is followed over.
     fn within<T>(&mut self, act: impl for<'x> FnOnce(&mut Self, &'x dyn Over<'x>) -> T) -> T {
-        act(self, &OverFrequency::of(self.run))
+        match self.values {
+            None => act(self, &OverFrequency::of(self.run)),
+            Some(values) => values.within(|over| act(self, over)),
+        }
     }
 
     /// Follows the branch until it leaves the range, or until a step passes `stop`.
@@ -198,6 +210,19 @@ impl<'b> Follower<'b> {
                 return;
             }
         }
+    }
+
+    /// Returns `true` if the branch has come to the other end of its range without a gap.
+    fn has_crossed(&self) -> bool {
+        let last = self.branch.points.last();
+        let is_at_end = last.is_some_and(|last| last.abscissa() == self.course.to);
+        self.has_left && is_at_end && self.branch.gaps.is_empty()
+    }
+
+    /// Returns `true` if there is a motion at the beginning of the branch.
+    fn has_begun(&self) -> bool {
+        let first = self.branch.points.first();
+        first.is_some_and(|first| first.orbit.outcome.has_motion())
     }
 
     /// Takes over the stretches of the branch that an earlier run completed.
@@ -786,7 +811,7 @@ impl<'s> Run<'s> {
     /// folds is then the same from both ends, and two branches that are not remain two.
     pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
         let course = Course::over(asked_hz);
-        let mut response = assembled(self.branches(course, asked_hz));
+        let mut response = assembled(self.branches(None, course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
         let (from_hz, to_hz) = (course.from, course.to);
         let even = (0..=LINEAR_PARTS)
@@ -800,7 +825,22 @@ impl<'s> Run<'s> {
         response
     }
 
-    fn branches(&self, course: Course, asked: &[f64]) -> Vec<Followed> {
+    /// Follows the branches that begin at the two ends of a range of values, as
+    /// [`Run::followed`] does.
+    pub(super) fn followed_over(&self, values: &Values<'_>) -> Response {
+        let asked = values.abscissae();
+        let branches = self.branches(Some(values), Course::over(&asked), &asked);
+        let mut response = assembled(branches);
+        response.slip_threshold_m = self.slip_threshold_m;
+        response
+    }
+
+    fn branches(
+        &self,
+        values: Option<&Values<'_>>,
+        course: Course,
+        asked: &[f64],
+    ) -> Vec<Followed> {
         if asked.is_empty() {
             return Vec::new();
         }
@@ -810,7 +850,7 @@ impl<'s> Run<'s> {
             to: course.from,
         };
         let [mut rising, mut falling] = [(course, false), (back, true)]
-            .map(|(course, from_last)| Follower::new(self, course, asked, from_last));
+            .map(|(course, from_last)| Follower::new((self, values), course, asked, from_last));
         if course.range() == 0.0 {
             rising.advance(None);
             return vec![rising.branch];
@@ -823,11 +863,40 @@ impl<'s> Run<'s> {
         };
         let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle));
         if same(first.points.last(), second.points.last()) {
+            // A half that finds no motion at its end is better reached from the other one.
+            let goes_on = match [&first, &second].map(|half| half.gaps.is_empty()) {
+                [true, false] if values.is_some() => Some(&mut rising),
+                [false, true] if values.is_some() => Some(&mut falling),
+                _ => None,
+            };
+            if let Some(half) = goes_on {
+                half.advance(None);
+                if half.has_crossed() {
+                    let Follower {
+                        branch, from_last, ..
+                    } = half;
+                    let branch = std::mem::take(branch);
+                    return vec![if *from_last {
+                        branch.reversed()
+                    } else {
+                        branch
+                    }];
+                }
+            }
             let mut whole = first;
             whole.extend(second.reversed());
             return vec![whole];
         }
         rayon::join(|| rising.advance(None), || falling.advance(None));
+        if values.is_some() {
+            // The other half may have met nothing at the end from which it began.
+            if rising.has_crossed() && !falling.has_begun() {
+                return vec![rising.branch];
+            }
+            if falling.has_crossed() && !rising.has_begun() {
+                return vec![falling.branch.reversed()];
+            }
+        }
         let [rising, falling] = [rising, falling].map(|half| half.branch);
         if same(rising.points.last(), falling.points.first()) {
             return vec![rising];
@@ -855,7 +924,7 @@ impl<'s> Run<'s> {
         let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
         let mut near = neighbour.clone();
         loop {
-            let mut follower = Follower::new(self, course, &[], false);
+            let mut follower = Follower::new((self, None), course, &[], false);
             let (peak, of_peak) = follower.climb((&near, level), observation)?;
             let estimated = self.estimated(&peak, of_peak);
             if estimated.1 == of_peak {

@@ -5,7 +5,6 @@
 //! The mean and the pairs are left out: pairs that shake down move the mean at corners, where the
 //! direction of the whole U turns and that of what is observed does not.
 
-use super::bordered::Direction;
 use crate::dlft::balance::Balance;
 use crate::dlft::orbit::{first_harmonic_slopes, first_harmonics};
 use dovetail_numerics::spectrum::{cosine, sine};
@@ -27,6 +26,15 @@ pub fn motion(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
     }
     let observed = first_harmonics(system, u, TAU * frequency_hz);
     observed.iter().flat_map(|t| [t.re, -t.im]).collect()
+}
+
+/// Direction of a curve: derivatives by the length of the curve.
+#[derive(Debug, Clone)]
+pub struct Direction {
+    /// Derivative of U, m.
+    pub u: Vec<f64>,
+    /// Derivative of the abscissa.
+    pub abscissa: f64,
 }
 
 /// Derivatives of the motion T of a point.

@@ -27,10 +27,12 @@ mod over;
 mod peak;
 mod several;
 mod trace;
+mod values;
 
 pub use folds::{Section, folds, sections, stable};
 pub use follow::so_far;
 pub use peak::{Guess, estimated, peak_near};
+pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 
 use super::sweep::{Run, SweepSettings, in_run};
 use super::{Response, SolvedFrequency, StaticState, Told};

@@ -2,7 +2,7 @@
 //!
 //! A curve has an abscissa: the frequency, Hz, or a value of the model, or the logarithm of that
 //! value. [`Over`] has the balances at an abscissa, and the derivatives by it at constant U.
-//! [`OverFrequency`] is the response of one model.
+//! [`OverFrequency`] is the response of one model; `values.rs` has that of a value of the model.
 
 use super::gauge::{Gauge, motion};
 use crate::dlft::LinearPoint;
@@ -37,6 +37,10 @@ pub trait Over<'x> {
 
     /// Linear reference at an abscissa.
     fn linear_point(&self, abscissa: f64) -> LinearPoint;
+
+    /// End of the range before an abscissa beyond it, where there are no models; `None` inside of
+    /// the range, and where a step may leave it.
+    fn end_before(&self, abscissa: f64) -> Option<f64>;
 
     /// Derivative of the residual by the abscissa at constant U, N; `None` without models nearby.
     fn column(&self, place: Place<'_>, jacobian: &Jacobian) -> Option<Vec<f64>>;
@@ -119,6 +123,10 @@ impl<'x, 's: 'x> Over<'x> for OverFrequency<'s> {
 
     fn linear_point(&self, frequency_hz: f64) -> LinearPoint {
         linear_point(&self.run.linear, self.run.harmonics(), frequency_hz)
+    }
+
+    fn end_before(&self, _: f64) -> Option<f64> {
+        None
     }
 
     fn column(&self, place: Place<'_>, jacobian: &Jacobian) -> Option<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! Steps along a curve: prediction, correction, and the length of the next step.
 
-use super::bordered::{Direction, Plane, correct, direction};
-use super::gauge::{Gauge, Scales, motion};
+use super::bordered::{Plane, correct, direction};
+use super::gauge::{Direction, Gauge, Scales, motion};
 use super::over::{Over, Solvers};
 use crate::dlft::balance::Balance;
 use crate::dlft::point::{Neighbour, Solution, Work, resized};
@@ -443,6 +443,9 @@ impl Tracer {
         let (u, abscissa) = self.last.ahead(h);
         let plane = self.last.plane(h, (&u, abscissa));
         let (predicted, predicted_at) = self.predicted(h);
+        if let Some(end) = over.end_before(predicted_at) {
+            return self.attempt_end(over, (end, h), asked, work);
+        }
         let newton = self.newton(over, self.last.abscissa)?;
         let options = NewtonOptions {
             max_iterations: MOST_ITERATIONS.min(newton.max_iterations),
@@ -503,6 +506,69 @@ impl Tracer {
             reached: (!leaves).then_some(reached),
             leaves,
         })
+    }
+
+    /// Tries a step to the end of a range that a step of this length would leave, and beyond which
+    /// there are no models; `None` where a shorter one is to be tried.
+    fn attempt_end<'b>(
+        &mut self,
+        over: &'b dyn Over<'b>,
+        (end, step): (f64, f64),
+        asked: &[f64],
+        work: &mut Work,
+    ) -> Option<Step<'b>> {
+        let (solvers, last) = (self.solvers(over), &self.last);
+        let is_before = |h: f64| {
+            let (_, at) = self.predicted(h);
+            (at - end) * (last.abscissa - end) > 0.0
+        };
+        let (mut low, mut high) = (0.0, step);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if is_before(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        if low == 0.0 {
+            return None;
+        }
+        let (predicted, _) = self.predicted(low);
+        let plane = self.at_one(end, predicted.len());
+        let newton = self.newton(over, end)?;
+        let start = (&predicted[..], end);
+        let (found, _) = self.corrected(over, &plane, start, last.mean, newton, work)?;
+        let reached = motion_of(solvers, &found, end);
+        let next = self.point(over, (&found, end), reached, work)?;
+        let distance = next.length - last.length;
+        if step > 4.0 * SHORTEST_STEP && (distance > FAR * low || last.cosine(&next) < LEAST_COSINE)
+        {
+            return None;
+        }
+        let asked: Vec<f64> = asked.iter().copied().filter(|at| *at != end).collect();
+        let mut passed = self.passed_before(over, &next, false, &asked, work)?;
+        passed.push(Found {
+            solution: found,
+            abscissa: end,
+            length: next.length,
+        });
+        self.passed_length = next.length;
+        Some(Step {
+            passed,
+            reached: None,
+            leaves: true,
+        })
+    }
+
+    /// Plane of all points at an abscissa, for so many unknowns.
+    fn at_one(&self, abscissa: f64, unknowns: usize) -> Plane {
+        let corner = self.course.range().recip();
+        Plane {
+            row: vec![0.0; unknowns],
+            corner,
+            value: corner * abscissa,
+        }
     }
 
     /// Solutions at the abscissae asked for that the curve crosses before `next`, in their order.
@@ -666,12 +732,7 @@ impl Tracer {
     ) -> Option<Found<'b>> {
         let last = &self.last;
         let (u, _) = between(last, next, fraction);
-        let per = self.course.range().recip();
-        let plane = Plane {
-            row: vec![0.0; u.len()],
-            corner: per,
-            value: per * abscissa,
-        };
+        let plane = self.at_one(abscissa, u.len());
         let start = (&u[..], abscissa);
         let newton = self.newton(over, abscissa)?;
         let (solution, _) = self.corrected(over, &plane, start, last.mean, newton, work)?;
