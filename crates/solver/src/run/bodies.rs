@@ -1,6 +1,6 @@
 //! Bodies of a run: their meshes, their model, and their modes after a reduction.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use faer::Mat;
 
@@ -71,10 +71,10 @@ pub struct Bodies {
     /// Estimates and frequencies of the modes of the reduction.
     pub modes: ReductionModes,
     pub(super) wanted: StuckModes,
-    pub(super) structure: OnceCell<Structure>,
+    pub(super) structure: OnceLock<Structure>,
     /// Displacement of each body that its prestress comes from.
     pub(super) prestressed: Prestressed,
-    pub(super) recovery: OnceCell<Recovery>,
+    pub(super) recovery: OnceLock<Recovery>,
     pub(super) key: Option<Key>,
 }
 

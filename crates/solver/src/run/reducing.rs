@@ -1,7 +1,7 @@
 //! Reduction of a scene from its meshes to its reduced model. Data that only fields and modes of
 //! single bodies need are computed, or taken from the store, when first asked for.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::bodies::{Bodies, Bound, Meshes};
@@ -122,7 +122,7 @@ impl Bodies {
             wanted,
             is_of_contact(model).then(|| static_options(scene)),
         ));
-        let (structure, recovery) = (OnceCell::new(), OnceCell::new());
+        let (structure, recovery) = (OnceLock::new(), OnceLock::new());
         let begin = Instant::now();
         let kept = key.and_then(|key| session.store().reduction(&key));
         let kept = match kept {

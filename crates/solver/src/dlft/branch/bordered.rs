@@ -11,7 +11,7 @@
 //! there are.
 
 use super::gauge::Direction;
-use super::over::Solvers;
+use super::over::{Solvers, Use};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
 use crate::dlft::linear_system::LinearSystem;
@@ -109,7 +109,8 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
         further: &[f64],
     ) -> Option<Vec<Vec<f64>>> {
         let place = self.solvers.place(balance, u, further[0]);
-        Some(vec![self.solvers.over.column(place, jacobian)?])
+        let column = (self.solvers.over).column(place, jacobian, Use::Correction)?;
+        Some(vec![column])
     }
 
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {
@@ -207,7 +208,7 @@ pub fn direction(
     let jacobian = balance.linearise(&evaluation.lambda_u);
     let place = solvers.place(balance, u, abscissa);
     let border = Border {
-        columns: vec![solvers.over.column(place, &jacobian)?],
+        columns: vec![solvers.over.column(place, &jacobian, Use::Direction)?],
         rows: vec![row.to_vec()],
         corner: vec![vec![corner]],
     };

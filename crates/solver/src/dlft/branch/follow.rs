@@ -175,7 +175,10 @@ impl<'b> Follower<'b> {
     fn within<T>(&mut self, act: impl for<'x> FnOnce(&mut Self, &'x dyn Over<'x>) -> T) -> T {
         match self.values {
             None => act(self, &OverFrequency::of(self.run)),
-            Some(values) => values.within(|over| act(self, over)),
+            Some(values) => {
+                let near = self.tracer.as_ref().map(|tracer| tracer.last().abscissa);
+                values.within(near, |over| act(self, over))
+            }
         }
     }
 

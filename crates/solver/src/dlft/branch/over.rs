@@ -27,6 +27,15 @@ pub struct Place<'p> {
     pub abscissa: f64,
 }
 
+/// Use of a derivative by the abscissa.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// Newton's method corrects what a derivative of a point nearby is off.
+    Correction,
+    /// The direction of the curve is as accurate as the derivative.
+    Direction,
+}
+
 /// Quantity that a curve is followed over, within one step of the follower.
 pub trait Over<'x> {
     /// Solvers at an abscissa; `None` where there is no model.
@@ -43,7 +52,7 @@ pub trait Over<'x> {
     fn end_before(&self, abscissa: f64) -> Option<f64>;
 
     /// Derivative of the residual by the abscissa at constant U, N; `None` without models nearby.
-    fn column(&self, place: Place<'_>, jacobian: &Jacobian) -> Option<Vec<f64>>;
+    fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>>;
 
     /// Motion T of the U of a place at another abscissa nearby; `None` without a model there.
     fn motion_at(&self, place: Place<'_>, abscissa: f64) -> Option<Vec<f64>>;
@@ -129,7 +138,7 @@ impl<'x, 's: 'x> Over<'x> for OverFrequency<'s> {
         None
     }
 
-    fn column(&self, place: Place<'_>, jacobian: &Jacobian) -> Option<Vec<f64>> {
+    fn column(&self, place: Place<'_>, jacobian: &Jacobian, _: Use) -> Option<Vec<f64>> {
         let n = place.balance.unknowns_per_block();
         Some(jacobian.less_contact_response(&slope_per_hz(place), n))
     }

@@ -7,11 +7,14 @@
 //! depends linearly. Else the residuals of both are subtracted: the law, the clearances and the
 //! static state, from which the memory of friction is counted, then depend on the value, too.
 //!
+//! Newton's method takes the derivative by the value of the point from which a step begins, so that
+//! each of its iterations takes one model, and each point two more.
+//!
 //! Models are made where a step asks for them, and dropped at its end. No model is asked for
 //! outside of the range of values. eps is that of the first value along the whole curve.
 
 use super::gauge::motion;
-use super::over::{Over, Place};
+use super::over::{Over, Place, Use};
 use super::several::Several;
 use super::trace::Course;
 use crate::dlft::accuracy::{Level, Refinement};
@@ -125,7 +128,18 @@ pub fn follow_over(
     Some(range.curve(response))
 }
 
+/// Place between the first and the last value at which a key that takes whole numbers alone has none.
+const INSIDE: f64 = 0.381_966;
+
 impl ValueRange {
+    /// First value, one between, and last value.
+    pub fn ends_and_inside(&self) -> Vec<f64> {
+        match (self.values.first(), self.values.last()) {
+            (Some(from), Some(to)) => vec![*from, from + INSIDE * (to - from), *to],
+            _ => Vec::new(),
+        }
+    }
+
     /// Abscissa of a value.
     pub fn abscissa(&self, value: f64) -> f64 {
         if self.logarithmic { value.ln() } else { value }
@@ -202,8 +216,13 @@ impl<'b> Values<'b> {
         }
     }
 
-    /// Acts with the models of these values, which are dropped afterwards.
-    pub fn within<T>(&self, act: impl for<'x> FnOnce(&'x dyn Over<'x>) -> T) -> T {
+    /// Acts with the models of these values, which are dropped afterwards. `near` is the abscissa of
+    /// a point of the curve from which a step begins.
+    pub fn within<T>(
+        &self,
+        near: Option<f64>,
+        act: impl for<'x> FnOnce(&'x dyn Over<'x>) -> T,
+    ) -> T {
         let (models, parts, solvers) = (Shelf::new(), Shelf::new(), Shelf::new());
         act(&OverValue {
             values: self,
@@ -211,6 +230,7 @@ impl<'b> Values<'b> {
             models: &models,
             parts: &parts,
             solvers: &solvers,
+            near,
             known: RefCell::default(),
         })
     }
@@ -249,7 +269,8 @@ struct Parts<'m> {
     model: &'m ModelAt,
     system: ContactSystem<'m>,
     linear: Problem,
-    holding: Holding<'m>,
+    /// What holds the bodies; `None` where it is that of the first value.
+    holding: Option<Holding<'m>>,
     /// Model of the inner linear solves; `None` where that of the first value serves.
     inexact: Option<InexactModel<'m>>,
     free_slips_m: Vec<f64>,
@@ -262,6 +283,8 @@ struct OverValue<'m, 'p, 's> {
     models: &'m Shelf<Arc<ModelAt>>,
     parts: &'p Shelf<Parts<'m>>,
     solvers: &'s Shelf<Refinement<'p>>,
+    /// Abscissa of the point from which a step begins.
+    near: Option<f64>,
     known: RefCell<Vec<(f64, Option<Known<'m, 'p, 's>>)>>,
 }
 
@@ -301,6 +324,8 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         let lowest = values.run.refinement.lowest();
         let levels: &'m [Level] = values.run.levels;
         let is_as_first = has_matrices_of(problem, &values.first.problem);
+        let is_held_as_first =
+            is_as_first && problem.excitations == values.first.problem.excitations;
         let inexact = (!is_as_first).then(|| match lowest.solver {
             Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
             Solver::Powell => InexactModel::unprepared(&problem.reduced),
@@ -311,7 +336,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         let free_slips_m = free_slips_m(&values.setting(state, (&system, of_first), &[]), omega);
         let parts: &'p Parts<'m> = self.parts.put(Parts {
             linear: state.linear.problem(problem, *damping),
-            holding: Holding::of(problem),
+            holding: (!is_held_as_first).then(|| Holding::of(problem)),
             model,
             system,
             inexact,
@@ -324,7 +349,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
             values.resolution,
             lowest.newton,
             lowest.solver,
-            &parts.holding,
+            parts.holding.as_ref().unwrap_or(lowest.holding),
             values.run.tell,
         ));
         Some(Known { parts, refinement })
@@ -343,10 +368,10 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         (above.0 > below.0).then_some([above, below])
     }
 
-    /// Balances of a place beside it, with their abscissae.
-    fn balances_beside(&self, place: Place<'_>) -> Option<[(f64, Balance<'s>); 2]> {
+    /// Balances of a place beside an abscissa, with their own ones.
+    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[(f64, Balance<'s>); 2]> {
         let mean = place.balance.mean();
-        let [above, below] = self.beside(place.abscissa)?.map(|(at, known)| {
+        let [above, below] = self.beside(abscissa)?.map(|(at, known)| {
             let solver = known.refinement.level(place.level);
             Some((at, solver.balance(self.values.range.frequency_hz, mean)?))
         });
@@ -404,10 +429,14 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
         (end != abscissa).then_some(end)
     }
 
-    fn column(&self, place: Place<'_>, jacobian: &Jacobian) -> Option<Vec<f64>> {
-        let [above, below] = self.beside(place.abscissa)?;
+    fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>> {
+        let near = match purpose {
+            Use::Correction => self.near.unwrap_or(place.abscissa),
+            Use::Direction => place.abscissa,
+        };
+        let [above, below] = self.beside(near)?;
         let alike = rest_alike(above.1.parts.model, below.1.parts.model);
-        let [above, below] = self.balances_beside(place)?;
+        let [above, below] = self.balances_beside(place, near)?;
         if alike {
             let left = |balance: &Balance<'_>| {
                 let mut left = vec![0.0; place.u.len()];
@@ -435,7 +464,7 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
     }
 
     fn motion_slope(&self, place: Place<'_>) -> Option<Vec<f64>> {
-        let [above, below] = self.balances_beside(place)?;
+        let [above, below] = self.balances_beside(place, place.abscissa)?;
         let of = |balance| motion(balance, place.u, self.values.range.frequency_hz);
         Some(quotient((above.0, &of(&above.1)), (below.0, &of(&below.1))))
     }
@@ -445,7 +474,7 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
         let of = |balance: &Balance<'_>, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
         let mut amplitudes = of(place.balance, u);
         if by != 0.0 {
-            let [above, below] = self.balances_beside(place)?;
+            let [above, below] = self.balances_beside(place, place.abscissa)?;
             let slope = quotient(
                 (above.0, &of(&above.1, place.u)),
                 (below.0, &of(&below.1, place.u)),

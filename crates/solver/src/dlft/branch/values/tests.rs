@@ -318,7 +318,7 @@ fn the_column_of_a_value_is_that_by_differences() {
                 resolution: settings.resolution,
                 slip_threshold_m: None,
             };
-            values.within(|over| {
+            values.within(None, |over| {
                 let balance = |at: f64| {
                     let solver = over.refinement(at).unwrap().level(0);
                     solver.balance(frequency_hz, Mean::Free).unwrap()
@@ -337,7 +337,7 @@ fn the_column_of_a_value_is_that_by_differences() {
                     u: &u,
                     abscissa: value,
                 };
-                let column = over.column(place, &jacobian).unwrap();
+                let column = over.column(place, &jacobian, Use::Direction).unwrap();
                 let step = 1e-5 * (to - from);
                 let [above, below] =
                     [value + step, value - step].map(|at| balance(at).evaluate(&u).residual);
