@@ -5,8 +5,8 @@
 //! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
 //! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
-//! titles, `peaks` the pictures of `dovetail peaks`, `curve`, `backbone` and `wear` those of `dovetail
-//! backbone` and `dovetail wear`, and `summary` the content of summary.json.
+//! titles, `peaks`, `curve`, `backbone` and `wear` the pictures of the commands of these names, and
+//! `summary` the content of summary.json.
 //!
 //! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.

@@ -1,5 +1,5 @@
-//! `dovetail curve`: the motions at one frequency over values of a key, beside runs at these values,
-//! and its files.
+//! `dovetail curve`: the motions at one frequency over values of a key, beside runs at these
+//! values, and its files.
 
 use std::path::Path;
 use std::process::Command;
@@ -110,7 +110,6 @@ fn over_the_speed_the_motions_are_those_of_runs() {
     }
 }
 
-/// A clearance of a meshed contact keeps the reduction, a bonded one leaves nothing to follow.
 #[test]
 fn a_scene_without_a_contact_that_slips_has_no_curve() {
     let out = Folder::new("curve_bonded");
@@ -146,7 +145,7 @@ fn what_no_curve_can_be_followed_over_is_refused_with_a_remedy() {
             "--over static.load_steps=1:3 --frequency 450",
             "dovetail study",
         ),
-        ("--over reduced_model.force_n=1:2 --frequency 0", "positive"),
+        ("--over reduced_model.force_n=1:2 --frequency 0", "above 0"),
         (
             "--over reduced_model.force_n=1:2 --frequency -3",
             "--frequency",

@@ -2,8 +2,9 @@
 //!
 //! Along a curve the abscissa, such as the frequency, turns back where a real Floquet multiplier
 //! passes 1. From a stable end, motions are therefore stable where the abscissa runs on in the
-//! direction of the branch, and unstable where it runs back. Two further multipliers beyond 1 read as stable; branch points,
-//! Neimark-Sacker bifurcations and period doubling leave no trace in the curve, and are not seen.
+//! direction of the branch, and unstable where it runs back. Two further multipliers beyond 1 read
+//! as stable; branch points, Neimark-Sacker bifurcations and period doubling leave no trace in the
+//! curve, and are not seen.
 
 use crate::dlft::Response;
 use std::ops::Range;

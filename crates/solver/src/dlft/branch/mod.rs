@@ -3,7 +3,8 @@
 //!
 //! A step goes from a point of the curve along its direction (`trace`). Abscissa and motion of the
 //! next point are solved for together (`bordered`), which is possible where the curve turns back
-//! and no motion lies farther on. What the abscissa is, `over` says: the frequency, or a value. The length of a step is measured on what is observed
+//! and no motion lies farther on. What the abscissa is, `over` says: the frequency, or a value of the
+//! model, of which `values` has the models. The length of a step is measured on what is observed
 //! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
 //! branches, one from each end of the range, are followed to where they meet (`follow`). Near a
 //! motion that is known, the curve is followed to its peak alone (`peak`).

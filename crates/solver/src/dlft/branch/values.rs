@@ -7,8 +7,9 @@
 //! depends linearly. Else the residuals of both are subtracted: the law, the clearances and the
 //! static state, from which the memory of friction is counted, then depend on the value, too.
 //!
-//! Newton's method takes the derivative by the value of the point from which a step begins, so that
-//! each of its iterations takes one model, and each point two more.
+//! Where the matrices differ from those of the first value, Newton's method takes the derivative of
+//! the point from which a step begins: each of its iterations then takes one model, and each point
+//! two more.
 //!
 //! Models are made where a step asks for them, and dropped at its end. No model is asked for
 //! outside of the range of values. eps is that of the first value along the whole curve.
@@ -430,9 +431,11 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
     }
 
     fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>> {
+        // A model with other matrices than the first one is dear.
+        let is_dear = self.known(place.abscissa)?.parts.inexact.is_some();
         let near = match purpose {
-            Use::Correction => self.near.unwrap_or(place.abscissa),
-            Use::Direction => place.abscissa,
+            Use::Correction if is_dear => self.near.unwrap_or(place.abscissa),
+            Use::Correction | Use::Direction => place.abscissa,
         };
         let [above, below] = self.beside(near)?;
         let alike = rest_alike(above.1.parts.model, below.1.parts.model);
