@@ -432,8 +432,8 @@ pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
 
-    /// Key with its range, and N values at which motions are asked for [default: 20]
-    #[arg(long, value_name = "KEY=FROM:TO[:N]")]
+    /// Key with its range; KEY=FROM:TO:N asks for motions at N values [default: 20]
+    #[arg(long, value_name = "KEY=FROM:TO")]
     over: KeyRange,
 
     /// Frequency of the motions
