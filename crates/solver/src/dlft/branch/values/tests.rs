@@ -186,10 +186,7 @@ fn a_curve_passes_the_motions_of_single_values() {
     };
     let of_friction = |friction: f64| {
         let mut problem = dovetail72(1.0);
-        let own = |law: &PairLaw| PairLaw {
-            friction,
-            ..law.clone()
-        };
+        let own = |law: &PairLaw| PairLaw { friction, ..*law };
         problem.laws = problem.laws.iter().map(own).collect();
         Some(model(problem, damping))
     };
