@@ -58,6 +58,16 @@ pub enum RunError {
     )]
     NoPeaks { missing: usize, values: usize },
 
+    /// `dovetail curve` found no motion at some values.
+    #[error("{missing} of {values} values have no motion")]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "the warnings say why: other values (--over), more response.max_newton_iterations or another number of response.harmonics may help"
+        )
+    )]
+    NoMotions { missing: usize, values: usize },
+
     /// `dovetail backbone` ended before its last amplitude.
     #[error("{missing} of {amplitudes} amplitudes were not reached")]
     #[diagnostic(
@@ -230,6 +240,14 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
         run::Error::NotInMode { .. } => {
             "give another mode (--mode), or another displacement (--observe NAME, of an [[observe]])"
         }
+        run::Error::OtherPairs { .. } => {
+            "give a key that leaves the pairs as they are: a force, a coefficient of friction, a clearance, a speed; \
+             `dovetail study` runs a scene at values that change its pairs"
+        }
+        run::Error::NoMotion => {
+            "other values (--over) or another frequency (--frequency) may have motions; more \
+             response.max_newton_iterations may help"
+        }
         run::Error::NoBackbone => {
             "begin at a smaller amplitude (--amplitude FROM:TO), or allow more response.max_newton_iterations"
         }
@@ -318,9 +336,10 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
-            Self::NoPeaks { .. } | Self::BackboneEnds { .. } | Self::WearEnds { .. } => {
-                ExitStatus::NotConverged
-            }
+            Self::NoPeaks { .. }
+            | Self::NoMotions { .. }
+            | Self::BackboneEnds { .. }
+            | Self::WearEnds { .. } => ExitStatus::NotConverged,
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
@@ -348,6 +367,8 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::TooManySteps { .. }
         | Error::NoObservation { .. }
         | Error::AlongEngineOrder { .. }
+        | Error::OtherPairs { .. }
+        | Error::NoScene
         | Error::NoSuchMode { .. }
         | Error::NoModeInRange { .. }
         | Error::NotInMode { .. }

@@ -14,7 +14,8 @@ use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
 use dovetail_solver::run::{
-    KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, RunUpInputs, Store,
+    CurveInputs, KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, RunUpInputs,
+    Store,
 };
 
 /// Store of a run: its cache and its files.
@@ -144,6 +145,33 @@ impl Store for RunStore<'_, '_> {
         };
         self.reporter
             .unless_failed(files.locked().keep_peak(key, peak))
+    }
+
+    fn curve_key(&mut self, inputs: &CurveInputs<'_>) -> Option<Key> {
+        self.files.as_ref()?;
+        let CurveInputs {
+            last, key, range, ..
+        } = inputs;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&hash_of(&inputs.response));
+        let of_last = (&last.laws, &last.excitations, &last.reduced.omega2);
+        hasher.update(format!("{of_last:?}{key}{range:?}").as_bytes());
+        Some(*hasher.finalize().as_bytes())
+    }
+
+    fn curve_points(&mut self, key: &Key) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(Vec::new());
+        };
+        self.reporter.unless_failed(files.locked().kept_points(key))
+    }
+
+    fn keep_curve_point(&mut self, key: &Key, point: &SolvedFrequency) -> ControlFlow<()> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(());
+        };
+        self.reporter
+            .unless_failed(files.locked().keep_point(key, point))
     }
 }
 

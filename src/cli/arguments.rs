@@ -10,8 +10,8 @@ use super::error::Error;
 use super::new::Template;
 use crate::cache::{CacheSettings, gibibytes};
 use crate::commands::{
-    AMPLITUDES, AmplitudeRange, AskedBackbone, AskedWear, KeyRange, MOST_AMPLITUDES, PeakQuestion,
-    SpeedRange, TOLERANCE, TOLERANCES,
+    AMPLITUDES, AmplitudeRange, AskedBackbone, AskedCurve, AskedWear, KeyRange, MOST_AMPLITUDES,
+    PeakQuestion, SpeedRange, TOLERANCE, TOLERANCES,
 };
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
@@ -26,7 +26,7 @@ Exit codes:
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
   3  done, but some frequencies or cases of a study did not converge
-  130  ended by Ctrl-C or SIGTERM; `run`, `peaks` and `wear` go on with --resume";
+  130  ended by Ctrl-C or SIGTERM; `run`, `peaks`, `curve` and `wear` go on with --resume";
 
 const RUN_HELP: &str = "\
 Keys of the scene are set with --set KEY=VALUE, as if the file said so:
@@ -49,6 +49,16 @@ Examples:
   dovetail peaks scene.toml --over 'contact.*.friction=0.01:1' \\
       --over 'excitation.*.force_n=0.5:20:5'
   dovetail peaks scene.toml --over rotation.speed_rpm=2000:8000 --amplitude 1e-3";
+
+const CURVE_HELP: &str = "\
+All motions at one frequency, from the first value to the last and back, round
+folds: between two folds they are unstable. Points are solved where the curve
+bends, and at each of the N values. A key that changes the bodies, such as the
+speed, takes a reduction for each value that is tried.
+
+Examples:
+  dovetail curve scene.toml --over 'excitation.*.force_n=0.1:20' --frequency 450
+  dovetail curve scene.toml --over 'contact.*.gap_m=0:1e-4' --frequency 450";
 
 const BACKBONE_HELP: &str = "\
 No force excites the motion: a damping ratio keeps it up, which is that of the
@@ -156,6 +166,9 @@ pub(super) enum Command {
     /// Follow the peak over values of a key, or of two: the design curve
     #[command(after_help = PEAKS_HELP)]
     Peaks(PeaksArguments),
+    /// Follow the motions at one frequency over values of a key, round folds
+    #[command(after_help = CURVE_HELP)]
+    Curve(CurveArguments),
     /// Frequency and damping of a mode over its amplitude
     #[command(after_help = BACKBONE_HELP)]
     Backbone(BackboneArguments),
@@ -415,6 +428,39 @@ impl PeaksArguments {
             amplitude_m: self.amplitude,
             resume: self.resume,
         })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CurveArguments {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Key with its range; KEY=FROM:TO:N asks for motions at N values [default: 20]
+    #[arg(long, value_name = "KEY=FROM:TO")]
+    over: KeyRange,
+
+    /// Frequency of the motions
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    frequency: f64,
+
+    /// Name of the observed displacement [default: the first one]
+    #[arg(long, value_name = "NAME")]
+    observe: Option<String>,
+
+    /// Go on with a curve that was broken off: its motions are not solved for again
+    #[arg(long)]
+    resume: bool,
+}
+
+impl CurveArguments {
+    pub(super) fn asked(&self) -> AskedCurve {
+        AskedCurve {
+            over: self.over.clone(),
+            frequency_hz: self.frequency,
+            observation: self.observe.clone(),
+            resume: self.resume,
+        }
     }
 }
 

@@ -101,13 +101,14 @@ impl Command {
     /// File of the scene of the command.
     pub(super) fn scene(&self) -> Option<&Path> {
         use super::arguments::{
-            BackboneArguments, Modes, PeaksArguments, Reduce, Run, Static, VerifyArguments,
-            WearArguments,
+            BackboneArguments, CurveArguments, Modes, PeaksArguments, Reduce, Run, Static,
+            VerifyArguments, WearArguments,
         };
         match self {
             Self::Run(Run { file, .. })
             | Self::Modes(Modes { file, .. })
             | Self::Peaks(PeaksArguments { file, .. })
+            | Self::Curve(CurveArguments { file, .. })
             | Self::Backbone(BackboneArguments { file, .. })
             | Self::Wear(WearArguments { file, .. })
             | Self::Verify(VerifyArguments { file, .. })

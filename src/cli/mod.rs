@@ -111,6 +111,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         | Command::Reduce(_)
         | Command::Static(_)
         | Command::Peaks(_)
+        | Command::Curve(_)
         | Command::Backbone(_)
         | Command::Wear(_)
         | Command::Verify(_)
@@ -261,6 +262,10 @@ fn with_files(
         reporter: Reporter::new(console, Some(Arc::clone(files))),
     };
     let finish = |verdict: &Result<(), RunError>| finish(files, verdict, &work.reporter);
+    let scene_with = |set: &[String]| {
+        let both: Vec<String> = overrides.iter().chain(set).cloned().collect();
+        scene::load(&output.scene_file, &both).map_err(Error::from)
+    };
     match command {
         Command::Run(_) | Command::Static(_) => {
             let options = Options {
@@ -317,11 +322,13 @@ fn with_files(
             finish(&Ok(()))
         }
         Command::Peaks(arguments) => {
-            let scene_with = |set: &[String]| {
-                let both: Vec<String> = overrides.iter().chain(set).cloned().collect();
-                scene::load(&output.scene_file, &both).map_err(Error::from)
-            };
             let (table, verdict) = work.peaks(&arguments.question()?, &scene_with)?;
+            finish(&verdict)?;
+            print(&table)?;
+            Ok(verdict?)
+        }
+        Command::Curve(arguments) => {
+            let (table, verdict) = work.curve(&arguments.asked(), &scene_with)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)

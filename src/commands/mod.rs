@@ -1,7 +1,8 @@
 //! Commands about a scene. Each but [`check`] is a method of [`Work`], which gets the meshes
 //! (`meshing`), computes with the library and hands the results to [`crate::files`].
 //!
-//! `campbell`, `peaks`, `backbone`, `wear` and `verify` have the ranges and tables of five commands.
+//! `campbell`, `peaks`, `curve`, `backbone`, `wear` and `verify` have the ranges and tables of six
+//! commands, `key_range` the range of a key that two of them go through.
 //! `pieces` is no command: it tells the workflow of a study which meshes and reduced models its cases share. Its
 //! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
 //!
@@ -12,6 +13,8 @@
 
 mod backbone;
 mod campbell;
+mod curve;
+mod key_range;
 mod meshing;
 mod peaks;
 pub mod pieces;
@@ -26,8 +29,10 @@ pub use self::backbone::{
 };
 use self::campbell::Diagram;
 pub use self::campbell::{SpeedRange, SpeedRangeError, table_of_nodal_diameters};
+pub use self::curve::AskedCurve;
+pub use self::key_range::{KeyRange, KeyRangeError};
 use self::meshing::MadeIn;
-pub use self::peaks::{KeyRange, KeyRangeError, PeakQuestion};
+pub use self::peaks::PeakQuestion;
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::cache::{Cache, RunStore};
 use crate::error::RunError;

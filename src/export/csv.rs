@@ -1,5 +1,5 @@
 //! Writes the tables: response.csv, tractions.csv, static.csv, static_forces.csv,
-//! static_observed.csv, contact.csv, forces.csv, stress.csv, modes.csv, peaks.csv, backbone.csv,
+//! static_observed.csv, contact.csv, forces.csv, stress.csv, modes.csv, peaks.csv, curve.csv, backbone.csv,
 //! wear.csv, wear_pairs.csv, verify.csv. Each table is one list of columns ([`super::table`]).
 
 use std::path::Path;
@@ -25,7 +25,7 @@ use dovetail_solver::results::quantities::{
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{
-    Crossing, CrossingPeak, Family, NodalDiameters, Observed, PeakAt, Peaks, TractionPeak,
+    Crossing, CrossingPeak, Curve, Family, NodalDiameters, Observed, PeakAt, Peaks, TractionPeak,
     TractionRange, WearBlock, WearCourse,
 };
 use dovetail_solver::spectrum::{cosine, sine};
@@ -575,19 +575,19 @@ impl<'a> PeakRow<'a> {
     pub fn amplitude_m(&self) -> f64 {
         self.peak.amplitude_m(self.observation)
     }
+}
 
-    /// Area of the pairs that open in the period, m2; `None` where an area is unknown.
-    fn opening_area_m2(&self) -> Option<f64> {
-        let cycles = self.peak.orbit.cycles.iter().zip(&self.pairs.rows);
-        let opening = cycles.filter(|(cycle, _)| cycle.status == CycleStatus::Opening);
-        opening.map(|(_, pair)| pair.area_m2).sum()
-    }
+/// Area of the pairs that open in the period, m2; `None` where an area is unknown.
+fn opening_area_m2(orbit: &Orbit, pairs: &PairTable) -> Option<f64> {
+    let cycles = orbit.cycles.iter().zip(&pairs.rows);
+    let opening = cycles.filter(|(cycle, _)| cycle.status == CycleStatus::Opening);
+    opening.map(|(_, pair)| pair.area_m2).sum()
+}
 
-    /// Largest distance slid by a pair in a period, m.
-    fn slid_m(&self) -> Option<f64> {
-        let slid = self.peak.orbit.cycles.iter().map(|cycle| cycle.slid_m);
-        slid.reduce(f64::max)
-    }
+/// Largest distance slid by a pair in a period, m.
+fn largest_slid_m(orbit: &Orbit) -> Option<f64> {
+    let slid = orbit.cycles.iter().map(|cycle| cycle.slid_m);
+    slid.reduce(f64::max)
 }
 
 /// Writes peaks.csv: one row for each peak. `keys` are the key of the value of each line of peaks,
@@ -616,12 +616,116 @@ pub fn write_peaks(path: &Path, keys: &[&str], rows: &[PeakRow<'_>]) -> Result<(
     table.add("viscous_power_w", |row| row.peak.orbit.viscous_power_w);
     table.add("slipping_pairs", |row| row.peak.orbit.counts().slipping);
     table.add("opening_pairs", |row| row.peak.orbit.counts().opening);
-    table.add("opening_area_m2", PeakRow::opening_area_m2);
-    table.add("largest_slid_m", PeakRow::slid_m);
+    table.add("opening_area_m2", |row| {
+        opening_area_m2(&row.peak.orbit, row.pairs)
+    });
+    table.add("largest_slid_m", |row| largest_slid_m(&row.peak.orbit));
     table.add("retention_n", |row| row.peak.orbit.retention_n);
     table.add("harmonics", |row| row.peak.orbit.harmonics);
     table.add("estimated_error", |row| {
         row.peak.orbit.amplitude_error(row.observation)
+    });
+    table.write(path, rows)
+}
+
+/// Row of curve.csv.
+#[derive(Debug, Clone, Copy)]
+pub struct CurveRow<'a> {
+    /// Number of the motion in the order of the branches.
+    index: usize,
+    /// Number of its branch, counted from 1.
+    branch: usize,
+    /// True if the motion is stable.
+    is_stable: bool,
+    /// Length of the branch up to it.
+    length: f64,
+    /// Number of the observed displacement.
+    observation: usize,
+    /// Pairs of the model.
+    pairs: &'a PairTable,
+    /// Value of the key.
+    pub value: f64,
+    /// Amplitude of the linear reference, m; `None` where it does not move.
+    pub linear_m: Option<f64>,
+    /// Motion.
+    pub orbit: &'a Orbit,
+}
+
+impl<'a> CurveRow<'a> {
+    /// Rows of a curve over a key.
+    pub fn of(found: &'a Curve) -> Vec<Self> {
+        let (curve, response) = (&found.curve, &found.curve.response);
+        let (stable, observation) = (stable(response), found.observation);
+        let row = |index: usize| {
+            let branch = response.branch_of(index);
+            let of_branch = &response.branches[branch];
+            let linear_m = response.linear[index].observed_amplitude.get(observation);
+            Self {
+                index,
+                branch: branch + 1,
+                is_stable: stable[index],
+                length: of_branch.lengths[index - of_branch.points.start],
+                observation,
+                pairs: &found.reduced.pairs,
+                value: curve.values[index],
+                linear_m: linear_m.copied().filter(|linear_m| *linear_m > 0.0),
+                orbit: &response.orbits[index],
+            }
+        };
+        (0..response.orbits.len()).map(row).collect()
+    }
+
+    /// Amplitude, m.
+    pub fn amplitude_m(&self) -> f64 {
+        self.orbit.observed_amplitude[self.observation]
+    }
+
+    /// What `of` has of a motion; `None` where there is none.
+    fn of_motion<T>(&self, of: impl FnOnce(&Orbit) -> T) -> Option<T> {
+        self.orbit.outcome.has_motion().then(|| of(self.orbit))
+    }
+}
+
+/// Writes curve.csv: one row for each motion at one frequency, in the order of the branches. `key` is
+/// the key of its values.
+pub fn write_curve(path: &Path, key: &str, rows: &[CurveRow<'_>]) -> Result<(), ExportError> {
+    let mut table: Columns<'_, CurveRow<'_>> = Columns::default();
+    table.add("point", |row| row.index);
+    table.add("branch", |row| row.branch);
+    table.add("stable", |row| row.of_motion(|_| row.is_stable.to_string()));
+    table.add("length", |row| row.length);
+    table.add(key, |row| row.value);
+    table.add("amplitude_m", |row| row.of_motion(|_| row.amplitude_m()));
+    table.add("frequency_hz", |row| row.orbit.frequency_hz);
+    table.add("outcome", |row| row.orbit.outcome.to_string());
+    table.add("linear_amplitude_m", |row| row.linear_m);
+    table.add("ratio", |row| {
+        let linear_m = row.linear_m?;
+        row.of_motion(|_| row.amplitude_m() / linear_m)
+    });
+    table.add("loss_factor", |row| row.of_motion(loss_factor)?);
+    table.add("friction_power_w", |row| {
+        row.of_motion(|orbit| orbit.friction_power_w)
+    });
+    table.add("viscous_power_w", |row| {
+        row.of_motion(|orbit| orbit.viscous_power_w)
+    });
+    table.add("slipping_pairs", |row| {
+        row.of_motion(|orbit| orbit.counts().slipping)
+    });
+    table.add("opening_pairs", |row| {
+        row.of_motion(|orbit| orbit.counts().opening)
+    });
+    table.add("opening_area_m2", |row| {
+        row.of_motion(|orbit| opening_area_m2(orbit, row.pairs))?
+    });
+    table.add("largest_slid_m", |row| row.of_motion(largest_slid_m)?);
+    table.add("retention_n", |row| {
+        row.of_motion(|orbit| orbit.retention_n)
+    });
+    table.add("harmonics", |row| row.orbit.harmonics);
+    table.add("estimated_error", |row| {
+        row.of_motion(|orbit| orbit.amplitude_error(row.observation))?
     });
     table.write(path, rows)
 }

@@ -19,10 +19,12 @@ pub const JOURNAL: &str = "response.journal";
 
 /// Name of the journal of `dovetail peaks`, whose frequencies are those of peaks.
 pub const PEAKS_JOURNAL: &str = "peaks.journal";
+/// Name of the journal of `dovetail curve`.
+pub const CURVE_JOURNAL: &str = "curve.journal";
 /// File name of the vibrations that `dovetail wear` has found so far.
 pub const WEAR_JOURNAL: &str = "wear.journal";
 
-const MARK: &[u8; 18] = b"dovetail journal 3";
+const MARK: &[u8; 18] = b"dovetail journal 4";
 const HASH: usize = 32;
 
 /// Hash of all inputs of a response.

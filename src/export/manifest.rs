@@ -2,6 +2,7 @@
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
+mod curve;
 mod mesh;
 mod response;
 mod static_state;
@@ -9,6 +10,7 @@ mod stress;
 mod verification;
 mod wear;
 
+pub use self::curve::{CurveSummary, curve_summary};
 pub(super) use self::mesh::BodySummary;
 pub use self::mesh::{
     MeshOrigin, MeshSummary, ObservationSummary, mesh_summary, observation_summaries,
@@ -96,6 +98,9 @@ pub struct Summary {
     /// Figures of `dovetail wear`; `None` for other commands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<WearSummary>,
+    /// Figures of `dovetail curve`; `None` for other commands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<CurveSummary>,
     pub observations: Vec<ObservationSummary>,
     /// Fields at points in space that were mapped to surfaces; empty if no excitation has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -115,6 +120,7 @@ impl Summary {
             blade_frequency_hz: beside.blade_frequency_hz.or(own.blade_frequency_hz),
             verification: beside.verification.or(own.verification),
             wear: beside.wear.or(own.wear),
+            curve: beside.curve.or(own.curve),
             ..own
         }
     }

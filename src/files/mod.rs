@@ -5,14 +5,15 @@
 //! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
 //! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
-//! titles, `peaks` the pictures of `dovetail peaks`, `backbone` and `wear` those of `dovetail
-//! backbone` and `dovetail wear`, and `summary` the content of summary.json.
+//! titles, `peaks`, `curve`, `backbone` and `wear` the pictures of the commands of these names, and
+//! `summary` the content of summary.json.
 //!
 //! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.
 
 mod backbone;
 mod conditions;
+mod curve;
 mod drawn;
 mod peaks;
 mod shared;
@@ -27,6 +28,7 @@ use std::time::{Duration, Instant};
 
 pub use self::backbone::BackboneFiles;
 use self::conditions::{at_rest, in_motion};
+pub use self::curve::CurveFiles;
 pub use self::peaks::PeakLine;
 pub use self::shared::SharedFiles;
 use self::solving::Solving;
@@ -38,7 +40,9 @@ use crate::export::curves::Sweep;
 use crate::export::flank::{FlankSeries, WornFlanks};
 pub use crate::export::folder::Beginning;
 use crate::export::folder::{OtherScene, OutputFolder};
-use crate::export::journal::{Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
+use crate::export::journal::{
+    CURVE_JOURNAL, Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL,
+};
 use crate::export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
 use crate::export::plots::{
     CampbellFamily, EngineOrders, Heading, Operation, write_campbell, write_nodal_diameters,
@@ -322,6 +326,15 @@ impl Files {
         self.begin_search((WEAR_JOURNAL, "vibrations"), resume)
     }
 
+    /// Begins a curve over a key. Returns the number of motions that are not solved for again, which
+    /// is 0 unless an interrupted curve is to be resumed.
+    ///
+    /// # Errors
+    /// Those of [`Files::begin_peaks`].
+    pub fn begin_curve(&mut self, resume: bool) -> Result<usize, RunError> {
+        self.begin_search((CURVE_JOURNAL, "motions"), resume)
+    }
+
     fn begin_search(
         &mut self,
         (file, motions): (&str, &'static str),
@@ -356,6 +369,43 @@ impl Files {
         };
         journal.append(inputs, &SolvedFrequency::alone(peak.clone()))?;
         Ok(journal.sync()?)
+    }
+
+    /// Points of a curve with these inputs that were solved before it was interrupted.
+    ///
+    /// # Errors
+    /// A journal that cannot be read.
+    pub fn kept_points(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, RunError> {
+        match &mut self.search {
+            Some((journal, _)) => Ok(journal.solved(inputs)?),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Records a point of a curve.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep_point(&mut self, inputs: &Inputs, point: &SolvedFrequency) -> Result<(), RunError> {
+        let Some((journal, _)) = &mut self.search else {
+            return Ok(());
+        };
+        journal.append(inputs, point)?;
+        Ok(journal.sync()?)
+    }
+
+    /// Writes curve.csv, and draws the amplitude of the motions at one frequency over a key.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn curve(&mut self, curve: &CurveFiles<'_>) -> Result<(), RunError> {
+        csv::write_curve(&self.out.file("curve.csv")?, curve.key, &curve.rows)?;
+        self.summary.curve = Some(manifest::curve_summary(
+            curve.key,
+            curve.frequency_hz,
+            curve.found,
+        ));
+        curve::draw(curve, |file| self.out.file(&format!("plots/{file}.svg")))
     }
 
     /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the

@@ -188,6 +188,34 @@ fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
     assert!(!journal.exists());
 }
 
+/// A motion of one harmonic takes some 30 kB of the journal.
+#[test]
+fn a_curve_over_a_key_goes_on_to_the_table_of_an_unbroken_one() {
+    let curve = |out: &Path, words: &[&str]| {
+        let set = ["response.harmonics=1"];
+        let mut program = on_scene("curve", "benches/peers/scene.toml", out, &set);
+        program.args(["--over", "reduced_model.force_n=0.1:3:60"]);
+        program.args(["--frequency", "450.2"]);
+        program.args(words);
+        program
+    };
+    let whole = Folder::new("curve-unbroken");
+    ended(curve(&whole, &[]), 0);
+    let out = Folder::new("curve-broken");
+    let journal = out.join("curve.journal");
+    let broken = started(curve(&out, &[]), &journal, 1_200_000);
+    send("-INT", &broken);
+    let output = broken.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
+    assert_eq!(manifest(&out).state, RunState::Interrupted);
+    assert!(!out.join("curve.csv").exists() && journal.exists());
+    let resumed = told(curve(&out, &["--resume"]), 0);
+    has(&resumed, "motions were solved before");
+    assert_eq!(out.text("curve.csv"), whole.text("curve.csv"));
+    assert!(!journal.exists());
+}
+
 /// A vibration of one harmonic takes some 5 kB of the journal.
 #[test]
 fn wear_goes_on_to_the_bytes_of_an_unbroken_one() {

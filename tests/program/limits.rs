@@ -31,7 +31,7 @@ fn what_a_scene_cannot_ask_for_is_refused() {
         on linear springs between them => contact.left.normal_stiffness_n_m3=1e14
         => tangential_stiffness_n_m3
         There are no subharmonics => excitation.0.harmonic=0.5 => expected a whole number
-        the peak alone is followed => response.force_n=[1,2] => unknown key `response.force_n`
+        one number at a time => response.force_n=[1,2] => unknown key `response.force_n`
         ";
     for [sentence, setting, message] in cases(table) {
         readme_says(&sentence);

@@ -23,6 +23,7 @@ mod body_meshes;
 mod cache;
 mod closed_forms;
 mod command_line;
+mod curve;
 mod dashpots;
 mod dovetail_script;
 mod excitation;

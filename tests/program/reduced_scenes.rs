@@ -172,6 +172,57 @@ fn stop_scene(folder: &Folder) -> PathBuf {
     folder.write("scene.toml", STOP)
 }
 
+/// Over the force and over the clearance the mass has the same three motions at 0.1 N and 1 m. The
+/// largest of them is the one that its response over the frequency comes to first, and the least is
+/// that without the stop.
+#[test]
+fn curves_over_force_and_clearance_have_the_motions_of_the_response_between_its_folds() {
+    let folder = Folder::new("stop-curve");
+    let scene = stop_scene(&folder);
+    // The response is followed to the middle of its range from both ends.
+    let run = folder.join("run");
+    let set = ["response.frequency_hz=[0.12, 0.26]"];
+    ended(on_scene("run", &scene, &run, &set), 0);
+    let of_run = rows(&run.join("response.csv")).into_iter();
+    let middle = of_run.filter(|row| (number(row, "frequency_hz") - 0.19).abs() < 1e-12);
+    let followed: Vec<f64> = middle.map(|row| number(&row, "tip_amplitude_m")).collect();
+    let w = std::f64::consts::TAU * 0.19;
+    let linear_m = 0.1 / (1.0 - w * w).hypot(0.03 * w);
+    let expected = [linear_m, followed[0]];
+    for (key, range, word, at) in [
+        ("reduced_model.force_n", "0.01:1:3", "force", 0.1),
+        ("reduced_model.gap_m", "0.25:4:3", "gap", 1.0),
+    ] {
+        let out = folder.join(word);
+        let mut command = on_scene("curve", &scene, &out, &[]);
+        command.args(["--over", &format!("{key}={range}"), "--frequency", "0.19"]);
+        let said = printed(&ended(command, 0));
+        assert_eq!(
+            said.matches(&format!("fold at {word}")).count(),
+            2,
+            "{said}"
+        );
+        has(&said, &format!("several motions from {word}"));
+        let table = rows(&out.join("curve.csv")).into_iter();
+        let mut three: Vec<(f64, String)> = table
+            .filter(|row| (number(row, key) / at - 1.0).abs() < 1e-12)
+            .map(|row| (number(&row, "amplitude_m"), row["stable"].clone()))
+            .collect();
+        three.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let stable: Vec<&str> = three.iter().map(|motion| &motion.1[..]).collect();
+        assert_eq!(stable, ["true", "false", "true"], "{key}");
+        for (found, expected) in [three[0].0, three[2].0].iter().zip(&expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        }
+        let found = summary(&out);
+        assert_eq!(found["curve"]["folds"].as_array().unwrap().len(), 2);
+        let several = &found["curve"]["several"][0];
+        assert!(several["from"].as_f64().unwrap() < at && several["to"].as_f64().unwrap() > at);
+        let picture = std::fs::read_to_string(out.join("plots/curve_amplitude.svg")).unwrap();
+        has(&picture, "unstable");
+    }
+}
+
 /// From 5 % more than the motion between both folds, steps in time go over to one of the others,
 /// and from 5 % more than those they come back. The stop has no mass, and is the spring of the
 /// contact here.

@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
+use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
 use super::chart::{Chart, SIZE, Stroke};
 use super::legend::{Legend, Mark};
-use super::{Axis, Canvas, Drawn, Heading, TEXT_PX, at_px, rgb, width_of, write_svg};
+use super::{Axis, Canvas, Drawn, Heading, TEXT_PX, at_px, px, rgb, width_of, write_svg};
 use crate::export::ExportError;
 use crate::export::colours::of_series;
 
@@ -26,6 +27,10 @@ pub struct Series {
     pub points: Vec<(f64, Option<f64>)>,
     /// Text beside each point; empty for no texts.
     pub names: Vec<String>,
+    /// True for a dashed line in the colour of the series before it.
+    pub dashed: bool,
+    /// True for a dot at each point.
+    pub dots: bool,
 }
 
 impl Series {
@@ -35,6 +40,8 @@ impl Series {
             label,
             points: points.collect(),
             names: Vec::new(),
+            dashed: false,
+            dots: true,
         }
     }
 }
@@ -53,11 +60,21 @@ pub fn write_series(
 }
 
 fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Drawn {
-    let colour = |i: usize| rgb(of_series(i, series.len()));
+    let colours = series.iter().filter(|one| !one.dashed).count().max(1);
+    let colour = |i: usize| {
+        let before = series[..i].iter().filter(|one| !one.dashed).count();
+        let own = before.saturating_sub(usize::from(series[i].dashed));
+        rgb(of_series(own, colours))
+    };
     let every = series.len().div_ceil(MOST_ENTRIES).max(1);
     let mut legend = Legend::default();
     for (i, one) in series.iter().enumerate().step_by(every) {
-        legend.add(Mark::Dot(colour(i)), one.label.clone());
+        let mark = match (one.dashed, one.dots) {
+            (true, _) => Mark::Dashes(colour(i).stroke_width(px(3))),
+            (false, false) => Mark::Line(colour(i).stroke_width(px(3))),
+            (false, true) => Mark::Dot(colour(i)),
+        };
+        legend.add(mark, one.label.clone());
     }
     let heading = Heading {
         title,
@@ -87,12 +104,12 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         let stroke = Stroke {
             colour: colour(i),
             width: 3 + extra[i],
-            dashed: false,
+            dashed: one.dashed,
         };
         for run in runs(places) {
             chart.line(&run, stroke)?;
         }
-        for at in places.iter().flatten() {
+        for at in places.iter().flatten().filter(|_| one.dots) {
             chart.dot(*at, 6 + extra[i] / 2, stroke.colour)?;
         }
         for (at, name) in places.iter().zip(&one.names) {
@@ -130,7 +147,6 @@ fn extra_widths(series: &[Series]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::px;
     use super::*;
 
     fn svg(axes: &[Axis; 2], series: &[Series]) -> String {
@@ -147,6 +163,8 @@ mod tests {
             label: "peak".into(),
             names: points.iter().map(|p| format!("at{}", p.0)).collect(),
             points: points.to_vec(),
+            dashed: false,
+            dots: true,
         }
     }
 

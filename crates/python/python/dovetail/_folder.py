@@ -84,6 +84,11 @@ class Folder:
         """Peaks of `dovetail peaks`, one entry for each value."""
         return self.table("peaks.csv")
 
+    @property
+    def curve(self):
+        """Motions of `dovetail curve`, one entry for each, in the order of the branches."""
+        return self.table("curve.csv")
+
     def observed_m(self, name):
         """Complex amplitudes of an observed displacement, m, (points, H+1).
 

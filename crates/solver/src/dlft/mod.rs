@@ -363,12 +363,14 @@ pub enum Part {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Along {
-    /// True for the branch that begins at the last frequency of the range.
+    /// True for the branch that begins at the last abscissa of the range.
     pub from_last: bool,
     /// Step of the follower, counted from 0, in which the frequency was solved.
     pub step: usize,
     /// Part of the branch that it belongs to.
     pub part: Part,
+    /// Abscissa of the branch: the frequency, Hz, or what else the branch is followed over.
+    pub abscissa: f64,
     /// Length of the branch up to it.
     pub length: f64,
     /// Direction of the branch; `None` where it could not be followed on, and for those passed and
@@ -383,8 +385,8 @@ pub struct Heading {
     /// Change of the observed first harmonics in a length of 1, m: cosine and sine part of each
     /// observed displacement.
     pub motion_m: Vec<f64>,
-    /// Change of the frequency in a length of 1, Hz.
-    pub frequency_hz: f64,
+    /// Change of the abscissa in a length of 1.
+    pub abscissa: f64,
     /// Size of the observed motion that a change is measured against, m.
     pub scale_m: f64,
     /// Largest size of the observed motion so far, m.
@@ -409,6 +411,12 @@ impl SolvedFrequency {
         }
     }
 
+    /// Abscissa of the curve: the frequency, Hz, unless it is followed over something else.
+    pub fn abscissa(&self) -> f64 {
+        let along = self.along.as_ref();
+        along.map_or(self.orbit.frequency_hz, |along| along.abscissa)
+    }
+
     /// Key of this frequency in its response: its number, and whether it comes from the second
     /// attempt. A curve may have several solutions at one frequency.
     pub fn place(&self) -> (usize, bool) {
@@ -417,6 +425,13 @@ impl SolvedFrequency {
 }
 
 impl Response {
+    /// Abscissa of an orbit: the frequency, Hz, unless its branch is followed over something else.
+    pub fn abscissa(&self, index: usize) -> f64 {
+        let branch = self.branches.get(self.branch_of(index));
+        let own = branch.and_then(|b| b.abscissae.get(index.checked_sub(b.points.start)?));
+        own.copied().unwrap_or(self.orbits[index].frequency_hz)
+    }
+
     /// Number of the branch that has an orbit, counted from 0.
     pub fn branch_of(&self, index: usize) -> usize {
         let before = |branch: &Branch| branch.points.end <= index;
@@ -443,8 +458,8 @@ impl Response {
     }
 }
 
-/// Branch of a response: a curve of motions over the frequency, in the order in which it runs. Its
-/// frequency may turn back.
+/// Branch of a response: a curve of motions over the frequency, or over a value of the model, in the
+/// order in which it runs. It may turn back.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Branch {
@@ -454,6 +469,9 @@ pub struct Branch {
     pub gaps: Vec<usize>,
     /// Length of the branch up to each of its points; empty where the frequencies were swept.
     pub lengths: Vec<f64>,
+    /// Abscissa of each of its points: the frequency, Hz, or what else the branch is followed over.
+    /// Empty where the frequencies were swept.
+    pub abscissae: Vec<f64>,
 }
 
 impl Branch {

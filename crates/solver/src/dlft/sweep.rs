@@ -6,7 +6,7 @@
 //! an interrupted sweep continues there, with nothing but the frequencies that it has solved, to
 //! the same bits.
 
-use super::accuracy::{Refinement, Resolved, levels};
+use super::accuracy::{Level, Refinement, Resolved, levels};
 use super::balance::Setting;
 use super::eps::Eps;
 use super::gross_slip::free_slips_m;
@@ -169,6 +169,7 @@ pub(super) fn in_run<T>(
             &holding,
             tell,
         ),
+        levels: &levels,
         earlier: earlier
             .iter()
             .map(|solved| (solved.place(), solved))
@@ -225,6 +226,8 @@ pub(super) struct Run<'a> {
     pub(super) linear: ContactSystem<'a>,
     /// Solvers of a frequency, by the number of harmonics.
     pub(super) refinement: Refinement<'a>,
+    /// Harmonics, samples and eps of the levels of the solvers.
+    pub(super) levels: &'a [Level],
     /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].
@@ -238,29 +241,29 @@ pub(super) struct Run<'a> {
     pub(super) slip_threshold_m: f64,
 }
 
-impl<'s> Run<'s> {
-    /// Solves one frequency by `solve`, beginning at level `from`, and judges the solution.
-    pub(super) fn resolve<'b>(
-        &'b self,
-        frequency_hz: f64,
-        from: usize,
+impl Run<'_> {
+    /// Solves one frequency by `solve`, beginning at level `from` of solvers, and judges the solution.
+    pub(super) fn resolve<'b, 'r>(
+        &self,
+        refinement: &'b Refinement<'r>,
+        (frequency_hz, from): (f64, usize),
         work: &mut Work,
-        solve: impl Fn(&'b FrequencySolver<'s>, &mut Work) -> Solution<'b>,
+        solve: impl Fn(&'b FrequencySolver<'r>, &mut Work) -> Solution<'b>,
     ) -> Resolved<'b> {
-        let (level, solved) = self.refinement.solve(from, work, solve);
-        self.judged(frequency_hz, level, solved, work)
+        let (level, solved) = refinement.solve(from, work, solve);
+        self.judged(refinement, (frequency_hz, level), solved, work)
     }
 
-    /// Judges a solution of a level by its estimated error, where errors are estimated.
+    /// Judges a solution of a level of solvers by its estimated error, where errors are estimated.
     pub(super) fn judged<'b>(
-        &'b self,
-        frequency_hz: f64,
-        level: usize,
+        &self,
+        refinement: &'b Refinement<'_>,
+        (frequency_hz, level): (f64, usize),
         solved: Solution<'b>,
         work: &mut Work,
     ) -> Resolved<'b> {
         if self.estimates {
-            (self.refinement).refined(frequency_hz, level, solved, work)
+            refinement.refined(frequency_hz, level, solved, work)
         } else {
             Resolved::without_estimate(level, solved)
         }
@@ -349,13 +352,14 @@ impl Run<'_> {
         work: &mut Work,
     ) -> SolvedFrequency {
         work.start_counting(self.most_seconds);
-        let resolved = self.resolve(frequency_hz, last.level, work, |level, work| {
+        let place = (frequency_hz, last.level);
+        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
             level.solve(frequency_hz, last.neighbour.as_ref(), work)
         });
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
-            orbit: self.orbit_of(resolved, (point, frequency_hz), work),
+            orbit: self.orbit_of(&self.refinement, resolved, (point, frequency_hz), work),
             linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
             again: false,
             along: None,
@@ -430,10 +434,11 @@ impl Run<'_> {
         };
         let neighbour = Neighbour::of(neighbour, None);
         work.start_counting(self.most_seconds);
-        let resolved = self.resolve(frequency_hz, from, work, |level, work| {
+        let place = (frequency_hz, from);
+        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
             level.solve_from(frequency_hz, &neighbour, work)
         });
-        let mut again = self.orbit_of(resolved, (point, frequency_hz), work);
+        let mut again = self.orbit_of(&self.refinement, resolved, (point, frequency_hz), work);
         if is_better(&again, orbit) {
             std::mem::swap(orbit, &mut again);
         }
@@ -445,6 +450,7 @@ impl Run<'_> {
 
     pub(super) fn orbit_of(
         &self,
+        refinement: &Refinement<'_>,
         resolved: Resolved<'_>,
         (point, frequency_hz): (usize, f64),
         work: &Work,
@@ -459,10 +465,7 @@ impl Run<'_> {
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
         } else if !outcome.is_converged()
-            && self
-                .refinement
-                .lowest()
-                .excitation_exceeds_preload(frequency_hz)
+            && refinement.lowest().excitation_exceeds_preload(frequency_hz)
         {
             outcome = Outcome::LeavesSlot;
         } else if outcome.is_converged() && !resolved.is_accurate {

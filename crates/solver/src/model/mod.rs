@@ -61,7 +61,7 @@ pub use matrices::{Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrice
 pub use mesh_source::{MeshKind, MeshSource};
 
 /// Input of the finite elements and of the contact, with every name resolved.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Model {
     /// Bodies in the order of the scene.
     pub bodies: Vec<Body>,
@@ -121,7 +121,7 @@ impl Model {
 }
 
 /// One body: its own node numbering, elements, and degrees of freedom.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Body {
     /// Name in the description.
     pub name: String,
@@ -159,7 +159,7 @@ pub struct Body {
 }
 
 /// Source of the stiffness and mass of a body.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Matrices {
     /// Finite elements of this material.
     Elements(Material),

@@ -144,14 +144,13 @@ impl At {
 
     /// Reduced model of another scene that differs in nothing but the law and the force of a reduced
     /// model that is read; `None` for others.
-    fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
+    pub(super) fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
         let (Subject::ReducedModel(own), Subject::ReducedModel(other)) =
             (&self.scene.subject, &scene.subject)
         else {
             return None;
         };
         let same = own.folder == other.folder
-            && own.law.gap_m == other.law.gap_m
             && self.scene.response.stuck_modes == scene.response.stuck_modes;
         if !same {
             return None;
@@ -161,7 +160,7 @@ impl At {
         let problem = Problem::of_excitations(model, other.law, excitations, other.force_n);
         let mut pairs = self.reduced.pairs.clone();
         for row in &mut pairs.rows {
-            row.friction = other.law.friction;
+            (row.friction, row.gap_m) = (other.law.friction, other.law.gap_m);
         }
         Some(Reduced {
             pairs,

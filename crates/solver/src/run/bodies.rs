@@ -1,7 +1,7 @@
 //! Bodies of a run: their meshes, their model, and their modes after a reduction.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use faer::Mat;
 
@@ -72,13 +72,13 @@ pub struct Bodies {
     /// Estimates and frequencies of the modes of the reduction.
     pub modes: ReductionModes,
     pub(super) wanted: StuckModes,
-    pub(super) structure: OnceCell<Structure>,
+    pub(super) structure: OnceLock<Structure>,
     /// Displacement of each body that its prestress comes from.
     pub(super) prestressed: Prestressed,
-    pub(super) recovery: OnceCell<Recovery>,
+    pub(super) recovery: OnceLock<Recovery>,
     /// Recovery for the waves of each nodal diameter that a harmonic has, where it has been made, and
     /// the key that it is kept under.
-    pub(super) wave_recoveries: BTreeMap<usize, (OnceCell<Recovery>, Option<Key>)>,
+    pub(super) wave_recoveries: BTreeMap<usize, (OnceLock<Recovery>, Option<Key>)>,
     pub(super) key: Option<Key>,
 }
 

@@ -98,6 +98,25 @@ pub enum Error {
         /// Task that needs one.
         why: &'static str,
     },
+    /// The value of a key changes the pairs, and a curve has one set of them.
+    #[error(
+        "at the value {value} there are {own} pairs, and {first} at the first value: a curve is followed over values \
+         with the same pairs"
+    )]
+    OtherPairs {
+        /// Value with other pairs.
+        value: f64,
+        /// Number of its pairs.
+        own: usize,
+        /// Number of pairs at the first value.
+        first: usize,
+    },
+    /// The scene of a value cannot be read.
+    #[error("the scene is none with this value")]
+    NoScene,
+    /// No motion was found at any value of a curve.
+    #[error("there is no motion at any value of the range")]
+    NoMotion,
     /// The static state was not found, so that nothing can vibrate about it.
     #[error(
         "the static state under the steady load was not found: {outcome} after {iterations} Newton iterations, residual {residual:.1e} of the load"

@@ -65,7 +65,7 @@ pub struct KeptReduction {
 
 /// Inputs of a reduction: the model without what only the contact laws and the size of the
 /// excitation use. Where the prestress is that of the static state, the laws count, too.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ReductionInputs {
     model: Model,

@@ -18,6 +18,7 @@ mod backbone;
 mod bodies;
 mod campbell;
 mod crossing_peaks;
+mod curve;
 mod error;
 mod free_motion;
 mod kept;
@@ -42,12 +43,13 @@ pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
 pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
+pub use curve::{Curve, CurveQuestion, SceneAt, curve};
 pub use error::Error;
 pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
-    Compared, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp, RunUpInputs,
-    StaticResult, TractionPeak, TractionRange,
+    Compared, CurveInputs, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp,
+    RunUpInputs, StaticResult, TractionPeak, TractionRange,
 };
 pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};

@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::error::Error;
 use super::reduced::Reduced;
 use crate::description::{EngineOrder, Scene};
-use crate::dlft::branch::Guess;
+use crate::dlft::branch::{Guess, ValueRange};
 use crate::dlft::starting_traction::StartingTraction;
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{CycleCounts, Outcome, Response, StaticState};
@@ -224,6 +224,20 @@ pub struct RunUpInputs<'a> {
     pub model: &'a Model,
     /// Scene, whose damping, static state and response count besides the model.
     pub scene: &'a Scene,
+}
+
+/// Inputs of a curve over a value.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct CurveInputs<'a> {
+    /// Model, static state and settings at the first value.
+    pub response: ResponseInputs<'a>,
+    /// Problem at the last value.
+    pub last: &'a Problem,
+    /// Key of the scene whose values they are.
+    pub key: &'a str,
+    /// Values and frequency.
+    pub range: &'a ValueRange,
 }
 
 /// Inputs of a peak that is looked for.

@@ -1,8 +1,8 @@
 //! Reduction of a scene from its meshes to its reduced model. Data that only fields and modes of
 //! single bodies need are computed, or taken from the store, when first asked for.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::bodies::{Bodies, Bound, Meshes};
@@ -109,7 +109,7 @@ impl Bound {
 
 /// Fills the place of a recovery, from the store where it is kept.
 fn recovered(
-    place: &OnceCell<Recovery>,
+    place: &OnceLock<Recovery>,
     key: Option<Key>,
     session: &Session<'_>,
     make: impl FnOnce() -> Result<Recovery, Error>,
@@ -155,7 +155,7 @@ impl Bodies {
     ) -> Result<(Self, Problem), Error> {
         let model = &bound.model;
         let key = session.store().key(&inputs(model, wanted, scene));
-        let (structure, recovery) = (OnceCell::new(), OnceCell::new());
+        let (structure, recovery) = (OnceLock::new(), OnceLock::new());
         let begin = Instant::now();
         let kept = key.and_then(|key| session.store().reduction(&key));
         let kept = match kept {
@@ -209,7 +209,7 @@ impl Bodies {
             let key = self.key_of_waves(scene, nodal_diameter, session);
             let kept = key.and_then(|key| session.store().reduction(&key));
             // What the store keeps is not held in memory, too.
-            let mut recovery = OnceCell::new();
+            let mut recovery = OnceLock::new();
             let kept = match kept {
                 Some(kept) => kept,
                 None => {
@@ -228,7 +228,7 @@ impl Bodies {
                         store.keep_reduction(key, &kept, &reduction.recovery);
                     }
                     if key.is_none() {
-                        recovery = OnceCell::from(reduction.recovery);
+                        recovery = OnceLock::from(reduction.recovery);
                     }
                     kept
                 }

@@ -362,6 +362,7 @@ mod tests {
                 from_last,
                 step: 0,
                 part: Part::Reached,
+                abscissa: frequency_hz,
                 length: 0.0,
                 heading: None,
             }),

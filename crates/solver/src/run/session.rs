@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::Bound;
 use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
-use super::outcome::{PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
+use super::outcome::{CurveInputs, PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
 use super::reduced::Reduced;
 use super::worn::WearCourse;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
@@ -68,6 +68,8 @@ pub enum Stage {
     Peaks,
     /// Frequency and damping of a mode over its amplitude.
     Backbone,
+    /// Motions at one frequency over a value of the scene.
+    Curve,
     /// Wear of the contacts over the cycles.
     Wear,
 }
@@ -108,6 +110,7 @@ impl Stage {
             Self::TimeIntegration => "time integration",
             Self::Peaks => "peaks",
             Self::Backbone => "backbone",
+            Self::Curve => "curve",
             Self::Wear => "wear",
         }
     }
@@ -272,6 +275,19 @@ pub trait Store: Send {
     }
     /// Stores a peak. [`ControlFlow::Break`] ends the run.
     fn keep_peak(&mut self, _key: &Key, _peak: &Orbit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+    /// Key of a curve over a value; `None` where nothing is kept.
+    fn curve_key(&mut self, _inputs: &CurveInputs<'_>) -> Option<Key> {
+        None
+    }
+    /// Points of a curve that an earlier run solved before it was interrupted.
+    /// [`ControlFlow::Break`] ends the run.
+    fn curve_points(&mut self, _key: &Key) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        ControlFlow::Continue(Vec::new())
+    }
+    /// Stores a point of a curve, unless it is stored. [`ControlFlow::Break`] ends the run.
+    fn keep_curve_point(&mut self, _key: &Key, _point: &SolvedFrequency) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }

@@ -1,8 +1,8 @@
 //! Equations of a backbone at one amplitude of the tracked mode: the balance of the pairs, and the
 //! equation of the tracked mode for the frequency and the damping ratio.
 
-use crate::dlft::balance::{Balance, add_harmonic};
-use crate::dlft::branch::bordered::Family;
+use crate::dlft::balance::{Balance, Jacobian, add_harmonic};
+use crate::dlft::branch::bordered::{Family, columns};
 use crate::dlft::orbit::complex_block;
 use crate::dlft::point::FrequencySolver;
 use crate::dlft::retention::Mean;
@@ -42,6 +42,26 @@ impl<'b> OfAmplitude<'b> {
         }
     }
 
+    /// Derivative of Lambda U - F with respect to each further unknown, at constant U.
+    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
+        let motion = self.motion(further);
+        let (n, harmonics) = (balance.unknowns_per_block(), balance.stiffness.harmonics());
+        let both = motion.stiffness_slopes(harmonics).into_iter();
+        let slopes = both
+            .zip(motion.drive_slopes(self.q))
+            .map(|(stiffness, drive)| {
+                let mut slope = vec![0.0; blocks(harmonics) * n];
+                stiffness.apply(u, &mut slope);
+                slope[..n].fill(0.0);
+                let less: Vec<c64> = drive.iter().map(|f| -f).collect();
+                add_harmonic(&mut slope, 1, &less);
+                slope
+            });
+        let mut slopes: Vec<Vec<f64>> = slopes.collect();
+        slopes[0].iter_mut().for_each(|v| *v *= self.linear_omega);
+        slopes
+    }
+
     fn first_harmonic(&self, u: &[f64]) -> Vec<c64> {
         complex_block(u, self.solver.setting.system.unknowns(), 1)
     }
@@ -60,23 +80,15 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
         })
     }
 
-    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
-        let motion = self.motion(further);
-        let (n, harmonics) = (balance.unknowns_per_block(), balance.stiffness.harmonics());
-        let both = motion.stiffness_slopes(harmonics).into_iter();
-        let slopes = both
-            .zip(motion.drive_slopes(self.q))
-            .map(|(stiffness, drive)| {
-                let mut slope = vec![0.0; blocks(harmonics) * n];
-                stiffness.apply(u, &mut slope);
-                slope[..n].fill(0.0);
-                let less: Vec<c64> = drive.iter().map(|f| -f).collect();
-                add_harmonic(&mut slope, 1, &less);
-                slope
-            });
-        let mut slopes: Vec<Vec<f64>> = slopes.collect();
-        slopes[0].iter_mut().for_each(|v| *v *= self.linear_omega);
-        slopes
+    fn columns(
+        &self,
+        balance: &Balance<'_>,
+        jacobian: &Jacobian,
+        u: &[f64],
+        further: &[f64],
+    ) -> Option<Vec<Vec<f64>>> {
+        let slopes = self.slopes(balance, u, further);
+        Some(columns(balance, jacobian, &slopes))
     }
 
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {

@@ -1,14 +1,17 @@
 //! Balance with further unknowns, and as many further equations.
 //!
-//! Along a curve the unknowns are U and the frequency f. With the residual R and the plane `row . U
-//! + corner f = value` across the curve, Newton's correction solves
+//! Along a curve the unknowns are U and the abscissa p, such as the frequency. With the residual R
+//! and the plane `row . U + corner p = value` across the curve, Newton's correction solves
 //!
-//! `| J    R_f    | | dU |     | R                             |`
-//! `| row  corner | | df | = - | row . U + corner f - value    |`,
+//! `| J    R_p    | | dU |     | R                             |`
+//! `| row  corner | | dp | = - | row . U + corner p - value    |`,
 //!
-//! `R_f = (I - D) (Lambda_f U - F_f)`. The matrix is regular at a fold, where J is not. A
-//! [`Family`] says which balances, further unknowns and further equations there are.
+//! `R_p = (I - D) (Lambda_p U - F_p)` where p is the frequency or a force. The matrix is regular at
+//! a fold, where J is not. A [`Family`] says which balances, further unknowns and further equations
+//! there are.
 
+use super::gauge::Direction;
+use super::over::{Solvers, Use};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
 use crate::dlft::linear_system::LinearSystem;
@@ -23,15 +26,21 @@ use dovetail_numerics::dense::Lu;
 use dovetail_numerics::nonlinear::{Damping, NewtonOptions, NonlinearSystem, newton};
 use dovetail_numerics::vector::dot;
 use faer::Mat;
-use std::f64::consts::TAU;
 
 /// Balances over further unknowns, with as many further equations.
 pub trait Family<'b> {
     /// Balance where the further unknowns have these values; `None` where there is none.
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>>;
 
-    /// Derivative of Lambda U - F with respect to each further unknown, at constant U.
-    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>>;
+    /// Derivative of the residual with respect to each further unknown, at constant U. `None` where
+    /// it is not known.
+    fn columns(
+        &self,
+        balance: &Balance<'_>,
+        jacobian: &Jacobian,
+        u: &[f64],
+        further: &[f64],
+    ) -> Option<Vec<Vec<f64>>>;
 
     /// Further equations: their left sides, which are to vanish.
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64>;
@@ -46,12 +55,12 @@ pub trait Family<'b> {
     fn length_n(&self, change: &[f64], load_n: f64) -> f64;
 }
 
-/// Plane across a curve: `row . U + corner f = value`, in units of the step that it ends.
+/// Plane across a curve: `row . U + corner p = value`, in units of the step that it ends.
 #[derive(Debug, Clone)]
 pub struct Plane {
     /// Coefficients of U, 1/m.
     pub row: Vec<f64>,
-    /// Coefficient of the frequency, 1/Hz.
+    /// Coefficient of the abscissa.
     pub corner: f64,
     /// Value of the plane.
     pub value: f64,
@@ -65,38 +74,43 @@ const TANGENT_TOLERANCE: f64 = 1e-5;
 
 impl Plane {
     /// Plane through a point across a direction that has these coefficients, in units of the step h.
-    pub fn across((row, corner): (&[f64], f64), h: f64, (u, frequency_hz): (&[f64], f64)) -> Self {
+    pub fn across((row, corner): (&[f64], f64), h: f64, (u, abscissa): (&[f64], f64)) -> Self {
         let row: Vec<f64> = row.iter().map(|v| v / h).collect();
         let corner = corner / h;
         Self {
-            value: dot(&row, u) + corner * frequency_hz,
+            value: dot(&row, u) + corner * abscissa,
             row,
             corner,
         }
     }
 
     /// Distance of a point from the plane, in steps.
-    fn off(&self, u: &[f64], frequency_hz: f64) -> f64 {
-        dot(&self.row, u) + self.corner * frequency_hz - self.value
+    fn off(&self, u: &[f64], abscissa: f64) -> f64 {
+        dot(&self.row, u) + self.corner * abscissa - self.value
     }
 }
 
-/// Balances of a response over its frequency, Hz, the one further unknown, in a plane.
+/// Balances of a curve over its abscissa, the one further unknown, in a plane.
 struct AcrossCurve<'p, 'b> {
-    solver: &'b FrequencySolver<'b>,
+    solvers: Solvers<'b>,
     plane: &'p Plane,
 }
 
 impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>> {
-        let frequency_hz = further[0];
-        (frequency_hz > 0.0 && frequency_hz.is_finite())
-            .then(|| self.solver.balance(frequency_hz, mean))
-            .flatten()
+        self.solvers.balance(further[0], mean)
     }
 
-    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
-        vec![slope_per_hz(balance, u, further[0])]
+    fn columns(
+        &self,
+        balance: &Balance<'_>,
+        jacobian: &Jacobian,
+        u: &[f64],
+        further: &[f64],
+    ) -> Option<Vec<Vec<f64>>> {
+        let place = self.solvers.place(balance, u, further[0]);
+        let column = (self.solvers.over).column(place, jacobian, Use::Correction)?;
+        Some(vec![column])
     }
 
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {
@@ -112,32 +126,23 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
     }
 
     fn length_n(&self, change: &[f64], load_n: f64) -> f64 {
-        // A step of the plane's size in the frequency counts as much as the load.
+        // A step of the plane's size in the abscissa counts as much as the load.
         load_n * self.plane.corner * change[0]
     }
 }
 
-/// Direction of a curve: derivatives by the length of the curve.
-#[derive(Debug, Clone)]
-pub struct Direction {
-    /// Derivative of U, m.
-    pub u: Vec<f64>,
-    /// Derivative of the frequency, Hz.
-    pub frequency_hz: f64,
-}
-
-/// Solves for the point of the curve in a plane, from `u` and `frequency_hz`. Returns the solution
-/// and its frequency, `None` where there is no mean to retain.
+/// Solves for the point of the curve in a plane, from `u` and `abscissa`. Returns the solution and
+/// its abscissa, `None` where there is no model, or no mean to retain.
 pub fn correct<'b>(
-    solver: &'b FrequencySolver<'_>,
+    solvers: Solvers<'b>,
     plane: &Plane,
-    (u, frequency_hz): (&[f64], f64),
+    (u, abscissa): (&[f64], f64),
     mean: Mean,
     options: NewtonOptions,
     work: &mut Work,
 ) -> Option<(Solution<'b>, f64)> {
-    let family = AcrossCurve { solver, plane };
-    let start = (u, &[frequency_hz][..]);
+    let family = AcrossCurve { solvers, plane };
+    let (solver, start) = (solvers.at(abscissa)?, (u, &[abscissa][..]));
     let (solution, further) = corrected(solver, &family, start, mean, options, work)?;
     Some((solution, further[0]))
 }
@@ -184,11 +189,11 @@ pub fn corrected<'b, F: Family<'b>>(
     Some((solution, further))
 }
 
-/// Direction of the curve at a solution, with `row . dU + corner df = 1`; `None` where it is not
+/// Direction of the curve at a solution, with `row . dU + corner dp = 1`; `None` where it is not
 /// found.
 pub fn direction(
-    solver: &FrequencySolver<'_>,
-    (solution, frequency_hz): (&Solution<'_>, f64),
+    solvers: Solvers<'_>,
+    (solution, abscissa): (&Solution<'_>, f64),
     (row, corner): (&[f64], f64),
     work: &mut Work,
 ) -> Option<Direction> {
@@ -199,10 +204,11 @@ pub fn direction(
         ..
     } = solution;
     let own = u.len();
+    let solver = solvers.at(abscissa)?;
     let jacobian = balance.linearise(&evaluation.lambda_u);
-    let slope = slope_per_hz(balance, u, frequency_hz);
+    let place = solvers.place(balance, u, abscissa);
     let border = Border {
-        columns: columns(balance, &jacobian, &[slope]),
+        columns: vec![solvers.over.column(place, &jacobian, Use::Direction)?],
         rows: vec![row.to_vec()],
         corner: vec![vec![corner]],
     };
@@ -228,20 +234,14 @@ pub fn direction(
             &mut x,
         );
     }
-    let frequency_hz = x.pop()?;
-    let is_finite = frequency_hz.is_finite() && x.iter().all(|v| v.is_finite());
-    is_finite.then_some(Direction { u: x, frequency_hz })
+    let abscissa = x.pop()?;
+    let is_finite = abscissa.is_finite() && x.iter().all(|v| v.is_finite());
+    is_finite.then_some(Direction { u: x, abscissa })
 }
 
-/// Derivative of Lambda U - F with respect to the frequency, N/Hz.
-fn slope_per_hz(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
-    let mut slope = balance.frequency_slope(u, TAU * frequency_hz);
-    slope.iter_mut().for_each(|s| *s *= TAU);
-    slope
-}
-
-/// Derivatives of the residual, from those of Lambda U - F at constant U.
-fn columns(balance: &Balance<'_>, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+/// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
+/// on the further unknowns.
+pub fn columns(balance: &Balance<'_>, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = balance.unknowns_per_block();
     let slopes = slopes.iter();
     slopes
@@ -369,20 +369,21 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
         of_balance.max(of_equations)
     }
 
-    fn linearised(&mut self, x: &[f64]) -> (Jacobian, Border) {
+    /// Jacobian with its border; `None` where a derivative is not known.
+    fn linearised(&mut self, x: &[f64]) -> Option<(Jacobian, Border)> {
         let (u, further) = x.split_at(self.own);
         self.go_to(further);
         self.at(u);
         let (_, evaluation) = self.last.as_ref().expect("just evaluated");
         let jacobian = self.balance.linearise(&evaluation.lambda_u);
-        let slopes = self.family.slopes(&self.balance, u, further);
         let [rows, corner] = self.family.derivatives(u, further);
+        let columns = (self.family).columns(&self.balance, &jacobian, u, further)?;
         let border = Border {
-            columns: columns(&self.balance, &jacobian, &slopes),
+            columns,
             rows,
             corner,
         };
-        (jacobian, border)
+        Some((jacobian, border))
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
@@ -415,9 +416,11 @@ impl<'b, F: Family<'b>> NonlinearSystem for Exact<'_, 'b, F> {
         self.state.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        let (jacobian, border) = self.state.linearised(x);
-        let matrix = bordered(&formed(&self.state.balance, &jacobian), &border);
-        self.factor = Some(Lu::new(matrix));
+        let linearised = self.state.linearised(x);
+        self.factor = linearised.map(|(jacobian, border)| {
+            let matrix = bordered(&formed(&self.state.balance, &jacobian), &border);
+            Lu::new(matrix)
+        });
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         exactly_corrected(self.factor.as_ref(), f, dx)
@@ -468,10 +471,12 @@ impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
         self.state.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        let (jacobian, border) = self.state.linearised(x);
+        let linearised = self.state.linearised(x);
         let State { balance, scale, .. } = &self.state;
-        let linear = self.preconditioner.linear_system(balance, &jacobian);
-        self.linear = Some((linear, in_forces(border, scale[0])));
+        self.linear = linearised.map(|(jacobian, border)| {
+            let linear = self.preconditioner.linear_system(balance, &jacobian);
+            (linear, in_forces(border, scale[0]))
+        });
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         self.solve(f, KRYLOV_TOLERANCE, dx)
@@ -487,37 +492,5 @@ impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
     }
     fn is_late(&self) -> bool {
         self.state.is_late()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
-
-    #[test]
-    fn the_column_of_the_frequency_is_that_by_differences() {
-        at_sample_points_of_waves_too(|what, balance, u| {
-            let at = |omega: f64| {
-                let mut moved = Balance::new(balance.setting, omega);
-                let given = Balance::new(balance.setting, OMEGA_RAD_S);
-                // The samples have loads of their own.
-                for (i, f) in moved.force.iter_mut().enumerate() {
-                    *f += balance.force[i] - given.force[i];
-                }
-                moved.evaluate(u).residual
-            };
-            let step = 1e-7;
-            let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
-            let jacobian = balance.linearise(&balance.evaluate(u).lambda_u);
-            let slope = slope_per_hz(balance, u, OMEGA_RAD_S / TAU);
-            let column = columns(balance, &jacobian, &[slope]).remove(0);
-            let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            for ((a, b), column) in above.iter().zip(&below).zip(&column) {
-                let by_differences = TAU * (a - b) / (2.0 * step);
-                let off = (by_differences - column).abs();
-                assert!(off < 1e-5 * largest, "{what}: {by_differences} {column}");
-            }
-        });
     }
 }

@@ -1,14 +1,15 @@
 //! Folds of curves, and the motions between them that are unstable.
 //!
-//! Along a curve the frequency turns back where a real Floquet multiplier passes 1. From a stable
-//! end, motions are therefore stable where the frequency runs on in the direction of the branch, and
-//! unstable where it runs back. Two further multipliers beyond 1 read as stable; branch points,
-//! Neimark-Sacker bifurcations and period doubling leave no trace in the curve, and are not seen.
+//! Along a curve the abscissa, such as the frequency, turns back where a real Floquet multiplier
+//! passes 1. From a stable end, motions are therefore stable where the abscissa runs on in the
+//! direction of the branch, and unstable where it runs back. Two further multipliers beyond 1 read
+//! as stable; branch points, Neimark-Sacker bifurcations and period doubling leave no trace in the
+//! curve, and are not seen.
 
 use crate::dlft::Response;
 use std::ops::Range;
 
-/// A curve folds where its frequency goes back by more than this fraction of the range: at the
+/// A curve folds where its abscissa goes back by more than this fraction of the range: at the
 /// corners of a contact law that is sampled it may go back a little.
 const BACK: f64 = 1e-3;
 
@@ -24,21 +25,21 @@ pub struct Section {
 
 /// Sections of all curves of a response, in the order of its orbits.
 pub fn sections(response: &Response) -> Vec<Section> {
-    let hz = |at: usize| response.orbits[at].frequency_hz;
-    let all = response.orbits.iter().map(|orbit| orbit.frequency_hz);
-    let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], hz| {
-        [low.min(hz), high.max(hz)]
+    let abscissa = |at: usize| response.abscissa(at);
+    let all = (0..response.orbits.len()).map(abscissa);
+    let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+        [low.min(at), high.max(at)]
     });
     let back = BACK * (high - low);
     let mut sections = Vec::new();
     for curve in response.curves() {
         let Range { start, end } = response.branches[response.branch_of(curve.start)].points;
         let runs_up = (start..end)
-            .find(|at| (hz(*at) - hz(start)).abs() > back)
-            .is_none_or(|at| hz(at) > hz(start));
+            .find(|at| (abscissa(*at) - abscissa(start)).abs() > back)
+            .is_none_or(|at| abscissa(at) > abscissa(start));
         let (mut from, mut extreme, mut rises) = (curve.start, curve.start, None);
         for at in curve.clone() {
-            let moved = hz(at) - hz(extreme);
+            let moved = abscissa(at) - abscissa(extreme);
             match rises {
                 Some(up) if (moved > 0.0) == up => extreme = at,
                 _ if moved.abs() <= back => {}

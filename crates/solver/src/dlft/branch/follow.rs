@@ -1,15 +1,16 @@
-//! Branches from both ends of a range of frequencies.
+//! Branches from both ends of a range of the abscissa, such as the frequency.
 
+use super::over::{Over, OverFrequency, Solvers};
 use super::peak::Guess;
 use super::several::several_motions;
 use super::trace::{Course, FoldStart, Found, Height, MOST_SHORT_STEPS, Point, SHORT_STEP, Tracer};
+use super::values::Values;
 use crate::dlft::accuracy::Resolved;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
-use crate::dlft::orbit::linear_point;
 use crate::dlft::peaks::{inside, vertex};
-use crate::dlft::point::{Neighbour, Work};
+use crate::dlft::point::{Neighbour, Solution, Work};
 use crate::dlft::sweep::Run;
 use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
@@ -60,9 +61,9 @@ struct Followed {
 }
 
 impl Followed {
-    /// The branch up to its first point at a frequency; empty where there is none.
-    fn until(&self, frequency_hz: f64) -> Self {
-        let at = |p: &SolvedFrequency| p.orbit.frequency_hz == frequency_hz;
+    /// The branch up to its first point at an abscissa; empty where there is none.
+    fn until(&self, abscissa: f64) -> Self {
+        let at = |p: &SolvedFrequency| p.abscissa() == abscissa;
         let count = self.points.iter().position(at).map_or(0, |i| i + 1);
         Self {
             points: self.points[..count].to_vec(),
@@ -108,15 +109,17 @@ impl Followed {
 }
 
 /// Follower of a branch, which can be stopped on the way.
-struct Follower<'b, 's> {
-    run: &'b Run<'s>,
+struct Follower<'b> {
+    run: &'b Run<'b>,
+    /// Values that the curve is followed over; `None` for the frequency.
+    values: Option<&'b Values<'b>>,
     course: Course,
-    /// Frequencies at which motions are asked for, Hz.
-    asked_hz: &'b [f64],
-    /// `true` for the branch that begins at the last frequency of the range.
+    /// Abscissae at which motions are asked for.
+    asked: &'b [f64],
+    /// `true` for the branch that begins at the last abscissa of the range.
     from_last: bool,
     branch: Followed,
-    tracer: Option<Tracer<'b, 's>>,
+    tracer: Option<Tracer>,
     /// Last points of the curve, added ones included: three between two steps.
     recent: Vec<Point>,
     /// Length of the curve up to which the slopes of its points told of its peaks.
@@ -127,8 +130,8 @@ struct Follower<'b, 's> {
     /// Number of points solved, and at the end of the last stretch.
     solved: usize,
     stretch_from: usize,
-    /// Frequency at which the next motion is looked for where no curve is followed, Hz.
-    next_hz: f64,
+    /// Abscissa at which the next motion is looked for where no curve is followed.
+    next: f64,
     /// Motion from which the first point is solved for, where one is known.
     guess: Option<Neighbour>,
     /// `true` once the branch has left the range.
@@ -136,14 +139,20 @@ struct Follower<'b, 's> {
     work: Work,
 }
 
-impl<'b, 's> Follower<'b, 's> {
+impl<'b> Follower<'b> {
     /// Follower of the branch that begins where the course does, with the points of it that an
     /// earlier run solved.
-    fn new(run: &'b Run<'s>, course: Course, asked_hz: &'b [f64], from_last: bool) -> Self {
+    fn new(
+        (run, values): (&'b Run<'b>, Option<&'b Values<'b>>),
+        course: Course,
+        asked: &'b [f64],
+        from_last: bool,
+    ) -> Self {
         let mut new = Self {
             run,
+            values,
             course,
-            asked_hz,
+            asked,
             from_last,
             recent: Vec::new(),
             searched: 0.0,
@@ -153,7 +162,7 @@ impl<'b, 's> Follower<'b, 's> {
             step: 0,
             solved: 0,
             stretch_from: 0,
-            next_hz: course.from_hz,
+            next: course.from,
             guess: None,
             has_left: false,
             work: Work::default(),
@@ -162,32 +171,61 @@ impl<'b, 's> Follower<'b, 's> {
         new
     }
 
-    /// Follows the branch until it leaves the range, or until a step passes `stop_hz`.
-    fn advance(&mut self, stop_hz: Option<f64>) {
-        let Course { from_hz, to_hz } = self.course;
-        let toward = (to_hz - from_hz).signum();
-        let is_at = |hz: f64| (self.branch.points.iter()).any(|p| p.orbit.frequency_hz == hz);
-        if stop_hz.is_some_and(is_at) {
+    /// Acts with the quantity that the curve is followed over.
+    fn within<T>(&mut self, act: impl for<'x> FnOnce(&mut Self, &'x dyn Over<'x>) -> T) -> T {
+        match self.values {
+            None => act(self, &OverFrequency::of(self.run)),
+            Some(values) => {
+                let near = self.tracer.as_ref().map(|tracer| tracer.last().abscissa);
+                values.within(near, |over| act(self, over))
+            }
+        }
+    }
+
+    /// Follows the branch until it leaves the range, or until a step passes `stop`.
+    fn advance(&mut self, stop: Option<f64>) {
+        let Course { from, to } = self.course;
+        let toward = (to - from).signum();
+        let is_at = |at: f64| (self.branch.points.iter()).any(|p| p.abscissa() == at);
+        if stop.is_some_and(is_at) {
             return;
         }
         while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.goes_on() {
             let stops = if self.tracer.is_some() {
-                self.step(stop_hz)
+                self.within(|this, over| this.step(over, stop))
             } else {
-                self.begin();
-                let begun_hz = self.next_hz;
-                self.has_left = begun_hz == to_hz;
-                self.look_beyond_begin();
-                stop_hz.is_some_and(|stop| toward * (begun_hz - stop) >= 0.0)
+                let known = self.branch.points.len();
+                self.within(Self::begin);
+                let begun = self.next;
+                self.has_left = begun == to;
+                if self.branch.points.len() > known {
+                    self.look_beyond_begin();
+                } else {
+                    self.look_beyond_missing(begun);
+                }
+                stop.is_some_and(|stop| toward * (begun - stop) >= 0.0)
             };
             self.step += 1;
             if self.tracer.is_some() && self.solved >= self.stretch_from + STRETCH {
-                self.begin_stretch();
+                self.within(Self::begin_stretch);
             }
             if stops {
                 return;
             }
         }
+    }
+
+    /// Returns `true` if the branch has come to the other end of its range without a gap.
+    fn has_crossed(&self) -> bool {
+        let last = self.branch.points.last();
+        let is_at_end = last.is_some_and(|last| last.abscissa() == self.course.to);
+        self.has_left && is_at_end && self.branch.gaps.is_empty()
+    }
+
+    /// Returns `true` if there is a motion at the beginning of the branch.
+    fn has_begun(&self) -> bool {
+        let first = self.branch.points.first();
+        first.is_some_and(|first| first.orbit.outcome.has_motion())
     }
 
     /// Takes over the stretches of the branch that an earlier run completed.
@@ -213,12 +251,12 @@ impl<'b, 's> Follower<'b, 's> {
         let last = self.branch.points.iter().filter_map(|p| p.along.as_ref());
         if let Some(last) = last.map(|a| a.step).max() {
             self.step = last + 1;
-            self.begin_stretch();
+            self.within(Self::begin_stretch);
         }
     }
 
     /// Goes on from what is recorded of the last points alone.
-    fn begin_stretch(&mut self) {
+    fn begin_stretch<'x>(&mut self, over: &'x dyn Over<'x>) {
         self.stretch_from = self.solved;
         self.work = Work::default();
         self.tracer = None;
@@ -241,10 +279,11 @@ impl<'b, 's> Follower<'b, 's> {
         let passed = self.branch.lengths.last().copied().unwrap_or(0.0);
         self.searched = passed;
         for point in last {
-            let solver = self.run.refinement.level(point.next_level);
+            let level = point.next_level;
             let before = self.tracer.take().map(|tracer| tracer.last().clone());
             let (course, work) = (self.course, &mut self.work);
-            self.tracer = Tracer::resumed(solver, course, point, (before, passed), work);
+            let solvers = Solvers { over, level };
+            self.tracer = Tracer::resumed(solvers, course, point, (before, passed), work);
             let Some(tracer) = &self.tracer else {
                 break;
             };
@@ -253,9 +292,9 @@ impl<'b, 's> Follower<'b, 's> {
         self.look_beyond_begin();
         // No direction was found: the branch is lost where it came to, not where it began.
         if self.tracer.is_none()
-            && let Some(last_hz) = self.branch.points.last().map(|p| p.orbit.frequency_hz)
+            && let Some(last) = self.branch.points.last().map(SolvedFrequency::abscissa)
         {
-            self.look_beyond(last_hz);
+            self.look_beyond(last);
         }
     }
 
@@ -267,11 +306,11 @@ impl<'b, 's> Follower<'b, 's> {
         (near, level): (&Neighbour, usize),
         observation: usize,
     ) -> Option<(Orbit, usize)> {
-        let Course { from_hz, to_hz } = self.course;
-        self.next_hz = near.frequency_hz.clamp(from_hz, to_hz);
+        let Course { from, to } = self.course;
+        self.next = near.frequency_hz.clamp(from, to);
         self.level = level;
         self.guess = Some(near.clone());
-        self.begin();
+        self.within(Self::begin);
         self.tracer.as_mut()?.climb(observation)?;
         self.recent.clear();
         self.remember();
@@ -280,7 +319,7 @@ impl<'b, 's> Follower<'b, 's> {
             && self.solved < MOST_CLIMBED
             && self.run.goes_on()
         {
-            self.step(None);
+            self.within(|this, over| this.step(over, None));
             let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude[observation];
             let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
             let (highest, most) =
@@ -294,54 +333,61 @@ impl<'b, 's> Follower<'b, 's> {
     }
 
     /// Looks for a motion to follow, on from where the branch was lost.
-    fn begin(&mut self) {
+    fn begin<'x>(&mut self, over: &'x dyn Over<'x>) {
         let run = self.run;
         let last = self.branch.points.last();
         let last = last.filter(|p| p.orbit.outcome.holds());
         let last = last.map(|p| Neighbour::of(&p.orbit, None));
         let neighbour = last.or_else(|| self.guess.take());
-        let at_hz = self.next_hz;
+        let at = self.next;
+        let Some(refinement) = over.refinement(at) else {
+            return;
+        };
+        let frequency_hz = over.frequency_hz(at);
         self.work.start_counting(run.most_seconds);
-        let found = run.resolve(at_hz, self.level, &mut self.work, |level, work| {
-            level.solve(at_hz, neighbour.as_ref(), work)
+        let place = (frequency_hz, self.level);
+        let found = run.resolve(refinement, place, &mut self.work, |level, work| {
+            level.solve(frequency_hz, neighbour.as_ref(), work)
         });
         self.level = found.level;
-        if found.solved.is_converged() && self.course.range_hz() > 0.0 {
-            let solver = run.refinement.level(found.level);
-            let at = (&found.solved, at_hz);
-            self.tracer = Tracer::from(solver, self.course, at, &mut self.work);
+        if found.solved.is_converged() && self.course.range() > 0.0 {
+            let level = found.level;
+            let solvers = Solvers { over, level };
+            self.tracer = Tracer::from(solvers, self.course, (&found.solved, at), &mut self.work);
         }
         let length = self.branch.lengths.last().copied().unwrap_or(0.0);
         self.recent.clear();
         if let Some(tracer) = &mut self.tracer {
             tracer.begin_at(length);
         }
-        self.record(found, at_hz, length, Part::Begun);
+        self.record(over, found, at, length, Part::Begun);
         self.remember();
     }
 
-    /// Takes a step along the curve. Returns `true` where it passes `stop_hz`.
-    fn step(&mut self, stop_hz: Option<f64>) -> bool {
+    /// Takes a step along the curve. Returns `true` where it passes `stop`.
+    fn step<'x>(&mut self, over: &'x dyn Over<'x>, stop: Option<f64>) -> bool {
         let run = self.run;
         let Some(mut tracer) = self.tracer.take() else {
             return false;
         };
         self.work.start_counting(run.most_seconds);
-        let mut asked_hz = self.asked_hz.to_vec();
-        asked_hz.extend(stop_hz);
-        let step = tracer.step(&asked_hz, self.branch.creeps(), &mut self.work);
-        let stops = stop_hz.is_some_and(|stop| step.passed.iter().any(|p| p.frequency_hz == stop));
-        let solver = run.refinement.level(self.level);
+        let mut asked = self.asked.to_vec();
+        asked.extend(stop);
+        let step = tracer.step(over, &asked, self.branch.creeps(), &mut self.work);
+        let stops = stop.is_some_and(|stop| step.passed.iter().any(|p| p.abscissa == stop));
+        let level = self.level;
+        let solvers = Solvers { over, level };
         for found in step.passed {
             let Found {
                 solution,
-                frequency_hz,
+                abscissa,
                 length,
             } = found;
             let work = &mut self.work;
-            if let Some(solution) = solver.on_curve(frequency_hz, solution, work) {
-                let resolved = run.judged(frequency_hz, self.level, solution, work);
-                self.record(resolved, frequency_hz, length, Part::Passed);
+            if let Some(solution) = solvers.on_curve(abscissa, solution, work)
+                && let Some(resolved) = run.judged_at(solvers, abscissa, solution, work)
+            {
+                self.record(over, resolved, abscissa, length, Part::Passed);
             }
             self.work.start_counting(run.most_seconds);
         }
@@ -350,32 +396,36 @@ impl<'b, 's> Follower<'b, 's> {
             return stops;
         }
         let Some(found) = step.reached else {
-            self.look_beyond(tracer.last().frequency_hz);
+            self.look_beyond(tracer.last().abscissa);
             return false;
         };
-        let (at_hz, length) = (found.frequency_hz, found.length);
+        let (at, length) = (found.abscissa, found.length);
         let mean = found.solution.balance.mean();
-        let Some(solved) = solver.on_curve(at_hz, found.solution, &mut self.work) else {
+        let Some(solved) = solvers.on_curve(at, found.solution, &mut self.work) else {
             tracer.step_back();
-            self.look_beyond(tracer.last().frequency_hz);
+            self.look_beyond(tracer.last().abscissa);
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
-        let resolved = run.judged(at_hz, self.level, solved, &mut self.work);
+        let Some(resolved) = run.judged_at(solvers, at, solved, &mut self.work) else {
+            self.look_beyond(at);
+            return false;
+        };
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
             self.level = resolved.level;
-            let solver = run.refinement.level(self.level);
-            self.tracer = tracer.again(solver, &resolved.solved, &mut self.work);
+            let level = self.level;
+            let solvers = Solvers { over, level };
+            self.tracer = tracer.again(solvers, &resolved.solved, &mut self.work);
             if self.tracer.is_none() {
-                self.look_beyond(at_hz);
+                self.look_beyond(at);
             }
         }
-        self.record(resolved, at_hz, length, Part::Reached);
+        self.record(over, resolved, at, length, Part::Reached);
         self.remember();
-        self.refine_fold();
-        self.refine_peaks();
+        self.refine_fold(over);
+        self.refine_peaks(over);
         stops
     }
 
@@ -390,7 +440,7 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Adds points where an observed amplitude has a peak between the last points, until nothing
     /// tells of a top above the highest of them.
-    fn refine_peaks(&mut self) {
+    fn refine_peaks<'x>(&mut self, over: &'x dyn Over<'x>) {
         let observed = self.recent.first().map_or(0, |p| p.heights.len());
         for observation in 0..observed {
             for _ in 0..MOST_ADDED {
@@ -400,7 +450,10 @@ impl<'b, 's> Follower<'b, 's> {
                     break;
                 };
                 let ends = [after, after + 1].map(|i| self.recent[i].clone());
-                let Some(added) = self.add(Tracer::inside, ends.each_ref(), length) else {
+                let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
+                    tracer.inside(over, ends, length, work)
+                };
+                let Some(added) = self.add(over, solve, ends.each_ref(), length) else {
                     break;
                 };
                 self.recent.insert(after + 1, added);
@@ -413,22 +466,22 @@ impl<'b, 's> Follower<'b, 's> {
 
     /// Adds points where the curve folds between the last two points, until the tangents of those
     /// on both sides of the fold meet little beyond them.
-    fn refine_fold(&mut self) {
+    fn refine_fold<'x>(&mut self, over: &'x dyn Over<'x>) {
         let [.., before, after] = &self.recent[..] else {
             return;
         };
         let mut beside = [before.clone(), after.clone()];
-        let rises = before.direction.frequency_hz;
+        let rises = before.direction.abscissa;
         for _ in 0..MOST_ADDED {
-            let error_hz = FOLD_ERROR * self.course.range_hz();
+            let error = FOLD_ERROR * self.course.range();
             let [first, second] = beside.each_ref();
             let ways = first.ways_to_meeting(second);
-            let places = [first, second].map(|p| (p.frequency_hz, p.direction.frequency_hz));
-            let Some(start) = fold_between(places, ways, error_hz) else {
+            let places = [first, second].map(|p| (p.abscissa, p.direction.abscissa));
+            let Some(start) = fold_between(places, ways, error) else {
                 return;
             };
-            let solve = |tracer: &Tracer<'b, 's>, ends: [&Point; 2], length, work: &mut Work| {
-                tracer.beside_fold(ends, start, length, work)
+            let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
+                tracer.beside_fold(over, ends, start, length, work)
             };
             let all = ways[0].max(0.0) + ways[1].max(0.0);
             let per_way = (second.length - first.length) / all;
@@ -436,20 +489,21 @@ impl<'b, 's> Follower<'b, 's> {
                 FoldStart::AheadOfFirst(way) => first.length + way * per_way,
                 FoldStart::BehindSecond(way) => second.length - way * per_way,
             };
-            let Some(added) = self.add(solve, [first, second], length) else {
+            let Some(added) = self.add(over, solve, [first, second], length) else {
                 return;
             };
             let place = self.recent.partition_point(|p| p.length < added.length);
             self.recent.insert(place, added.clone());
-            let is_after = added.direction.frequency_hz * rises < 0.0;
+            let is_after = added.direction.abscissa * rises < 0.0;
             beside[usize::from(is_after)] = added;
         }
     }
 
     /// Solves for the point of the curve at a length between two points.
-    fn add(
+    fn add<'x>(
         &mut self,
-        solve: impl Fn(&Tracer<'b, 's>, [&Point; 2], f64, &mut Work) -> Option<Found<'b>>,
+        over: &'x dyn Over<'x>,
+        solve: impl Fn(&Tracer, [&Point; 2], f64, &mut Work) -> Option<Found<'x>>,
         ends: [&Point; 2],
         length: f64,
     ) -> Option<Point> {
@@ -458,43 +512,65 @@ impl<'b, 's> Follower<'b, 's> {
         self.work.start_counting(run.most_seconds);
         let work = &mut self.work;
         let mut found = solve(tracer, ends, length, work)?;
-        let solver = run.refinement.level(self.level);
-        let (at_hz, length) = (found.frequency_hz, found.length);
-        found.solution = solver.on_curve(at_hz, found.solution, work)?;
-        let point = tracer.point_at(&found, ends, work)?;
-        let resolved = run.judged(at_hz, self.level, found.solution, work);
-        self.record(resolved, at_hz, length, Part::Added);
+        let level = self.level;
+        let solvers = Solvers { over, level };
+        let (at, length) = (found.abscissa, found.length);
+        found.solution = solvers.on_curve(at, found.solution, work)?;
+        let point = tracer.point_at(over, &found, ends, work)?;
+        let resolved = run.judged_at(solvers, at, found.solution, work)?;
+        self.record(over, resolved, at, length, Part::Added);
         Some(point)
     }
 
-    /// Looks for the next motion behind a gap after a frequency.
-    fn look_beyond(&mut self, frequency_hz: f64) {
-        self.next_hz = beyond(self.course, frequency_hz, self.gap_hz(), self.next_hz);
+    /// Looks for the next motion behind a gap after an abscissa.
+    fn look_beyond(&mut self, abscissa: f64) {
+        self.next = beyond(self.course, abscissa, self.gap(), self.next);
     }
 
-    /// Width of a gap, Hz.
-    fn gap_hz(&self) -> f64 {
-        GAP * self.course.range_hz()
+    /// Width of a gap.
+    fn gap(&self) -> f64 {
+        GAP * self.course.range()
     }
 
-    /// Looks for the next motion behind the frequency at which one was looked for last: the farther,
+    /// Looks for the next motion behind the abscissa at which one was looked for last: the farther,
     /// the longer none was found.
     fn look_beyond_begin(&mut self) {
         let is_begun = |p: &SolvedFrequency| part_of(p) == Some(Part::Begun);
         let Some(last) = self.branch.points.iter().rposition(is_begun) else {
             return;
         };
-        let begun_hz = self.branch.points[last].orbit.frequency_hz;
-        let mut before = self.branch.points[..=last].iter().rev();
+        let begun = self.branch.points[last].abscissa();
+        self.look_farther(begun, last + 1);
+    }
+
+    /// Looks for the next motion behind an abscissa without a model.
+    fn look_beyond_missing(&mut self, abscissa: f64) {
+        self.look_farther(abscissa, self.branch.points.len());
+    }
+
+    /// Looks for the next motion behind an abscissa at which none was found, the farther, the longer
+    /// none of the first `known` points has one.
+    fn look_farther(&mut self, abscissa: f64, known: usize) {
+        let mut before = self.branch.points[..known].iter().rev();
         let found = before.find(|p| p.orbit.outcome.holds());
-        let found_hz = found.map_or(self.course.from_hz, |p| p.orbit.frequency_hz);
-        let gap_hz = (self.gap_hz()).max(GROWTH * (begun_hz - found_hz).abs());
-        self.next_hz = beyond(self.course, begun_hz, gap_hz, begun_hz);
+        let found = found.map_or(self.course.from, SolvedFrequency::abscissa);
+        let gap = (self.gap()).max(GROWTH * (abscissa - found).abs());
+        self.next = beyond(self.course, abscissa, gap, abscissa);
     }
 
     /// Records a point that is solved.
-    fn record(&mut self, resolved: Resolved<'_>, frequency_hz: f64, length: f64, part: Part) {
-        let run = self.run;
+    fn record<'x>(
+        &mut self,
+        over: &'x dyn Over<'x>,
+        resolved: Resolved<'_>,
+        abscissa: f64,
+        length: f64,
+        part: Part,
+    ) {
+        let (run, frequency_hz) = (self.run, over.frequency_hz(abscissa));
+        let Some(refinement) = over.refinement(abscissa) else {
+            return;
+        };
         // Both branches number their points by turns.
         let place = (2 * self.solved + usize::from(self.from_last), frequency_hz);
         self.solved += 1;
@@ -503,13 +579,14 @@ impl<'b, 's> Follower<'b, 's> {
         let solved = SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.level,
-            orbit: run.orbit_of(resolved, place, &self.work),
-            linear: linear_point(&run.linear, run.harmonics(), frequency_hz),
+            orbit: run.orbit_of(refinement, resolved, place, &self.work),
+            linear: over.linear_point(abscissa),
             again: false,
             along: Some(Along {
                 from_last: self.from_last,
                 step: self.step,
                 part,
+                abscissa,
                 length,
                 heading: followed.map(Tracer::heading),
             }),
@@ -558,20 +635,20 @@ fn part_of(solved: &SolvedFrequency) -> Option<Part> {
     solved.along.as_ref().map(|along| along.part)
 }
 
-/// Frequency behind a gap after another one, within the course, and not behind the one at which a
+/// Abscissa behind a gap after another one, within the course, and not behind the one at which a
 /// motion was looked for last: a branch that turned back may be lost on its way back.
-fn beyond(course: Course, frequency_hz: f64, gap_hz: f64, looked_for_hz: f64) -> f64 {
-    let Course { from_hz, to_hz } = course;
-    let left_hz = |from: f64| (to_hz - from).abs();
-    let next_hz = if left_hz(frequency_hz) > gap_hz {
-        frequency_hz + (to_hz - from_hz).signum() * gap_hz
+fn beyond(course: Course, abscissa: f64, gap: f64, looked_for: f64) -> f64 {
+    let Course { from, to } = course;
+    let left = |from: f64| (to - from).abs();
+    let next = if left(abscissa) > gap {
+        abscissa + (to - from).signum() * gap
     } else {
-        to_hz
+        to
     };
-    if left_hz(next_hz) < left_hz(looked_for_hz) {
-        next_hz
+    if left(next) < left(looked_for) {
+        next
     } else {
-        looked_for_hz
+        looked_for
     }
 }
 
@@ -656,14 +733,14 @@ fn top_of([[a, rises], [b, falls]]: [[f64; 2]; 2]) -> Option<(f64, f64)> {
 }
 
 /// Start for a further point at a fold between two points; `None` where the curve does not fold
-/// between them, or its fold is known to the error. A point has a frequency, Hz, and its slope, and
+/// between them, or its fold is known to the error. A point has an abscissa and its slope, and
 /// `ways` are the lengths to where its tangents meet, from the first and back from the second. The
 /// fold may be a corner, at which no parabola comes near it. Where the tangents meet far from one of
 /// the points the curve may bend on the way, and the meeting says little.
 fn fold_between(
-    [(first_hz, rises), (second_hz, falls)]: [(f64, f64); 2],
+    [(first, rises), (second, falls)]: [(f64, f64); 2],
     ways: [f64; 2],
-    error_hz: f64,
+    error: f64,
 ) -> Option<FoldStart> {
     let turns = rises * falls < 0.0;
     if !turns {
@@ -671,10 +748,10 @@ fn fold_between(
     }
     let [ahead, behind] = ways;
     let sign = rises.signum();
-    let extreme_hz = (sign * first_hz).max(sign * second_hz);
-    let meets_hz = sign * (first_hz + rises * ahead);
+    let extreme = (sign * first).max(sign * second);
+    let meets = sign * (first + rises * ahead);
     let is_long = |way: f64, other: f64| way > LONG_WAY && way >= other && other > -0.25 * way;
-    if ahead > 0.0 && behind > 0.0 && meets_hz - extreme_hz > error_hz {
+    if ahead > 0.0 && behind > 0.0 && meets - extreme > error {
         Some(FoldStart::AheadOfFirst(ahead))
     } else if is_long(behind, ahead) {
         Some(FoldStart::BehindSecond(0.5 * behind))
@@ -690,6 +767,8 @@ fn assembled(branches: Vec<Followed>) -> Response {
     let mut response = Response::default();
     for branch in branches {
         let first = response.orbits.len();
+        let abscissae = branch.points.iter().map(SolvedFrequency::abscissa);
+        let abscissae = abscissae.collect();
         let points = branch.points.into_iter();
         let (orbits, linear): (Vec<_>, Vec<_>) = points.map(|s| (s.orbit, s.linear)).unzip();
         response.orbits.extend(orbits);
@@ -698,6 +777,7 @@ fn assembled(branches: Vec<Followed>) -> Response {
             points: first..response.orbits.len(),
             gaps: branch.gaps.iter().map(|gap| first + gap).collect(),
             lengths: branch.lengths,
+            abscissae,
         });
     }
     response
@@ -715,15 +795,28 @@ pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
     assembled(vec![rising, falling.reversed()])
 }
 
-impl Run<'_> {
+impl<'s> Run<'s> {
+    /// Judges a solution of a level at an abscissa; `None` where there is no model.
+    fn judged_at<'x>(
+        &self,
+        solvers: Solvers<'x>,
+        abscissa: f64,
+        solved: Solution<'x>,
+        work: &mut Work,
+    ) -> Option<Resolved<'x>> {
+        let refinement = solvers.over.refinement(abscissa)?;
+        let place = (solvers.over.frequency_hz(abscissa), solvers.level);
+        Some(self.judged(refinement, place, solved, work))
+    }
+
     /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
     /// Where they do not meet there, both are followed to where they leave the range: a curve that
     /// folds is then the same from both ends, and two branches that are not remain two.
     pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
         let course = Course::over(asked_hz);
-        let mut response = assembled(self.branches(course, asked_hz));
+        let mut response = assembled(self.branches(None, course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
-        let Course { from_hz, to_hz } = course;
+        let (from_hz, to_hz) = (course.from, course.to);
         let even = (0..=LINEAR_PARTS)
             .map(|i| from_hz + (to_hz - from_hz) * i as f64 / LINEAR_PARTS as f64);
         let own = response.linear.iter().map(|p| p.frequency_hz);
@@ -735,34 +828,78 @@ impl Run<'_> {
         response
     }
 
-    fn branches(&self, course: Course, asked_hz: &[f64]) -> Vec<Followed> {
-        if asked_hz.is_empty() {
+    /// Follows the branches that begin at the two ends of a range of values, as
+    /// [`Run::followed`] does.
+    pub(super) fn followed_over(&self, values: &Values<'_>) -> Response {
+        let asked = values.abscissae();
+        let branches = self.branches(Some(values), Course::over(&asked), &asked);
+        let mut response = assembled(branches);
+        response.slip_threshold_m = self.slip_threshold_m;
+        response
+    }
+
+    fn branches(
+        &self,
+        values: Option<&Values<'_>>,
+        course: Course,
+        asked: &[f64],
+    ) -> Vec<Followed> {
+        if asked.is_empty() {
             return Vec::new();
         }
-        let middle_hz = 0.5 * (course.from_hz + course.to_hz);
+        let middle = 0.5 * (course.from + course.to);
         let back = Course {
-            from_hz: course.to_hz,
-            to_hz: course.from_hz,
+            from: course.to,
+            to: course.from,
         };
         let [mut rising, mut falling] = [(course, false), (back, true)]
-            .map(|(course, from_last)| Follower::new(self, course, asked_hz, from_last));
-        if course.range_hz() == 0.0 {
+            .map(|(course, from_last)| Follower::new((self, values), course, asked, from_last));
+        if course.range() == 0.0 {
             rising.advance(None);
             return vec![rising.branch];
         }
-        let stop = Some(middle_hz);
+        let stop = Some(middle);
         rayon::join(|| rising.advance(stop), || falling.advance(stop));
         let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {
-            a.zip(b)
-                .is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+            let at_one = a.zip(b).filter(|(a, b)| a.abscissa() == b.abscissa());
+            at_one.is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
         };
-        let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle_hz));
+        let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle));
         if same(first.points.last(), second.points.last()) {
+            // A half that finds no motion at its end is better reached from the other one.
+            let goes_on = match [&first, &second].map(|half| half.gaps.is_empty()) {
+                [true, false] if values.is_some() => Some(&mut rising),
+                [false, true] if values.is_some() => Some(&mut falling),
+                _ => None,
+            };
+            if let Some(half) = goes_on {
+                half.advance(None);
+                if half.has_crossed() {
+                    let Follower {
+                        branch, from_last, ..
+                    } = half;
+                    let branch = std::mem::take(branch);
+                    return vec![if *from_last {
+                        branch.reversed()
+                    } else {
+                        branch
+                    }];
+                }
+            }
             let mut whole = first;
             whole.extend(second.reversed());
             return vec![whole];
         }
         rayon::join(|| rising.advance(None), || falling.advance(None));
+        if values.is_some() {
+            // The other half may have met nothing at the end from which it began.
+            if rising.has_crossed() && !falling.has_begun() {
+                return vec![rising.branch];
+            }
+            if falling.has_crossed() && !rising.has_begun() {
+                return vec![falling.branch.reversed()];
+            }
+        }
         let [rising, falling] = [rising, falling].map(|half| half.branch);
         if same(rising.points.last(), falling.points.first()) {
             return vec![rising];
@@ -790,7 +927,7 @@ impl Run<'_> {
         let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
         let mut near = neighbour.clone();
         loop {
-            let mut follower = Follower::new(self, course, &[], false);
+            let mut follower = Follower::new((self, None), course, &[], false);
             let (peak, of_peak) = follower.climb((&near, level), observation)?;
             let estimated = self.estimated(&peak, of_peak);
             if estimated.1 == of_peak {
@@ -810,13 +947,16 @@ impl Run<'_> {
         let solved = (self.refinement.level(level)).solve_from(at_hz, &from, &mut work);
         let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
         let level = resolved.level;
-        (self.orbit_of(resolved, (orbit.point, at_hz), &work), level)
+        (
+            self.orbit_of(&self.refinement, resolved, (orbit.point, at_hz), &work),
+            level,
+        )
     }
 
-    /// Returns `true` if two motions at one frequency have the same vibration: that of what is
+    /// Returns `true` if two motions at one abscissa have the same vibration: that of what is
     /// observed, or that of the pairs where nothing is. Pairs that stick leave their means open.
     fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
-        if a.frequency_hz != b.frequency_hz || !a.outcome.has_motion() || !b.outcome.has_motion() {
+        if !a.outcome.has_motion() || !b.outcome.has_motion() {
             return false;
         }
         let error = if a.harmonics == b.harmonics {
@@ -878,7 +1018,7 @@ mod tests {
         // A corner at 6 Hz, and the same one down.
         for sign in [1.0, -1.0] {
             let places = [(sign * 2.0, sign * 2.0), (sign * 2.0, sign * -4.0)];
-            for (ways, error_hz, start) in [
+            for (ways, error, start) in [
                 ([2.0, 1.0], 3.9, Some(FoldStart::AheadOfFirst(2.0))),
                 ([0.02, 0.01], 4.1, None),
                 ([2.0, 1.0], 4.1, Some(FoldStart::AheadOfFirst(1.0))),
@@ -887,7 +1027,7 @@ mod tests {
                 ([1.0, -1.0], 1.0, None),
                 ([f64::NAN, 1.0], 0.0, None),
             ] {
-                assert_eq!(fold_between(places, ways, error_hz), start, "{ways:?}");
+                assert_eq!(fold_between(places, ways, error), start, "{ways:?}");
             }
         }
         for falls in [2.0, f64::NAN] {
@@ -947,18 +1087,18 @@ mod tests {
 
     #[test]
     fn a_motion_is_looked_for_ever_further_on_and_last_at_the_end() {
-        for (from_hz, to_hz) in [(100.0, 200.0), (200.0, 100.0)] {
-            let course = Course { from_hz, to_hz };
-            let at = |share: f64| from_hz + share * (to_hz - from_hz);
+        for (from, to) in [(100.0, 200.0), (200.0, 100.0)] {
+            let course = Course { from, to };
+            let at = |share: f64| from + share * (to - from);
             let next = |share: f64, looked_for: f64| {
-                beyond(course, at(share), GAP * course.range_hz(), at(looked_for))
+                beyond(course, at(share), GAP * course.range(), at(looked_for))
             };
             assert_eq!(next(0.0, 0.0), at(GAP));
             assert_eq!(next(0.5, 0.2), at(0.5 + GAP));
             // Lost on the way back from a fold.
             assert_eq!(next(0.2, 0.5), at(0.5));
-            assert_eq!(next(0.999, 0.5), to_hz);
-            assert_eq!(next(0.2, 1.0), to_hz);
+            assert_eq!(next(0.999, 0.5), to);
+            assert_eq!(next(0.2, 1.0), to);
         }
     }
 }

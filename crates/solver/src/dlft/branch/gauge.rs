@@ -1,10 +1,10 @@
 //! Length along a curve, by which steps are measured.
 //!
-//! `dl^2 = |dT|^2 / |T|^2 + (df / range)^2`, with T the complex first harmonics of what is observed.
+//! `dl^2 = |dT|^2 / |T|^2 + (dp / range)^2`, with T the complex first harmonics of what is observed
+//! and p the abscissa.
 //! The mean and the pairs are left out: pairs that shake down move the mean at corners, where the
 //! direction of the whole U turns and that of what is observed does not.
 
-use super::bordered::Direction;
 use crate::dlft::balance::Balance;
 use crate::dlft::orbit::{first_harmonic_slopes, first_harmonics};
 use dovetail_numerics::spectrum::{cosine, sine};
@@ -28,6 +28,15 @@ pub fn motion(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
     observed.iter().flat_map(|t| [t.re, -t.im]).collect()
 }
 
+/// Direction of a curve: derivatives by the length of the curve.
+#[derive(Debug, Clone)]
+pub struct Direction {
+    /// Derivative of U, m.
+    pub u: Vec<f64>,
+    /// Derivative of the abscissa.
+    pub abscissa: f64,
+}
+
 /// Derivatives of the motion T of a point.
 pub struct Gauge {
     /// Number of unknowns of U.
@@ -38,25 +47,34 @@ pub struct Gauge {
     slopes: Vec<Vec<c64>>,
     /// eps of a block, N/m.
     eps: Vec<f64>,
-    /// Derivative with respect to the frequency at constant U, per Hz.
-    over_frequency: Vec<f64>,
+    /// Derivative with respect to the abscissa at constant U.
+    over_abscissa: Vec<f64>,
 }
 
 impl Gauge {
-    /// Gauge at a point.
-    pub fn at(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Self {
-        let step = DIFFERENCE * frequency_hz;
-        let [above, below] = [step, -step].map(|by| motion(balance, u, frequency_hz + by));
+    /// Gauge at a point, where T has this derivative with respect to the abscissa at constant U.
+    pub fn at(
+        balance: &Balance<'_>,
+        u: &[f64],
+        frequency_hz: f64,
+        over_abscissa: Vec<f64>,
+    ) -> Self {
         let n = balance.unknowns_per_block();
         Self {
             unknowns: u.len(),
             n,
             slopes: first_harmonic_slopes(balance.setting.system, TAU * frequency_hz),
             eps: (0..n).map(|i| balance.eps_at(i)).collect(),
-            over_frequency: (above.iter().zip(&below))
-                .map(|(a, b)| (a - b) / (2.0 * step))
-                .collect(),
+            over_abscissa,
         }
+    }
+
+    /// Derivative of the motion T of a point with respect to the frequency at constant U, per Hz.
+    pub fn motion_per_hz(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+        let step = DIFFERENCE * frequency_hz;
+        let [above, below] = [step, -step].map(|by| motion(balance, u, frequency_hz + by));
+        let differences = above.iter().zip(&below);
+        differences.map(|(a, b)| (a - b) / (2.0 * step)).collect()
     }
 
     /// Change of T along a direction.
@@ -74,13 +92,13 @@ impl Gauge {
             };
             self.slopes.iter().flat_map(parts).collect()
         };
-        for (out, slope) in out.iter_mut().zip(&self.over_frequency) {
-            *out += slope * direction.frequency_hz;
+        for (out, slope) in out.iter_mut().zip(&self.over_abscissa) {
+            *out += slope * direction.abscissa;
         }
         out
     }
 
-    /// Coefficients of dU and df in `weights . dT`.
+    /// Coefficients of dU and dp in `weights . dT`.
     pub fn coefficients(&self, weights: &[f64]) -> (Vec<f64>, f64) {
         let n = self.n;
         let mut row = vec![0.0; self.unknowns];
@@ -97,37 +115,37 @@ impl Gauge {
                 row[s + i] += of[0] * v.im + of[1] * v.re;
             }
         }
-        (row, dot(weights, &self.over_frequency))
+        (row, dot(weights, &self.over_abscissa))
     }
 }
 
-/// Scales of a length: that of T, and the range of frequencies, Hz.
+/// Scales of a length: that of T, and the range of the abscissa.
 #[derive(Debug, Clone, Copy)]
 pub struct Scales {
     /// |T| that a change is measured against.
     pub motion: f64,
-    /// Range of the frequencies, Hz.
-    pub range_hz: f64,
+    /// Range of the abscissa.
+    pub range: f64,
 }
 
 impl Scales {
-    /// Length of a change of T and of the frequency.
-    pub fn length(self, motion: &[f64], frequency_hz: f64) -> f64 {
-        (norm(motion) / self.motion).hypot(frequency_hz / self.range_hz)
+    /// Length of a change of T and of the abscissa.
+    pub fn length(self, motion: &[f64], abscissa: f64) -> f64 {
+        (norm(motion) / self.motion).hypot(abscissa / self.range)
     }
 
-    /// Coefficients of dU and df in the product of a change of T and the frequency with any other.
-    pub fn across(self, gauge: &Gauge, motion: &[f64], frequency_hz: f64) -> (Vec<f64>, f64) {
+    /// Coefficients of dU and dp in the product of a change of T and the abscissa with any other.
+    pub fn across(self, gauge: &Gauge, motion: &[f64], abscissa: f64) -> (Vec<f64>, f64) {
         let by = (self.motion * self.motion).recip();
         let weights: Vec<f64> = motion.iter().map(|t| t * by).collect();
         let (row, of_motion) = gauge.coefficients(&weights);
-        let own = frequency_hz / (self.range_hz * self.range_hz);
+        let own = abscissa / (self.range * self.range);
         (row, of_motion + own)
     }
 
     /// Product of two changes.
     pub fn product(self, a: (&[f64], f64), b: (&[f64], f64)) -> f64 {
-        dot(a.0, b.0) / (self.motion * self.motion) + a.1 * b.1 / (self.range_hz * self.range_hz)
+        dot(a.0, b.0) / (self.motion * self.motion) + a.1 * b.1 / (self.range * self.range)
     }
 }
 
@@ -160,13 +178,14 @@ mod tests {
                 let balance = Balance::new(&setting, OMEGA_RAD_S);
                 let direction = Direction {
                     u: (0..u.len()).map(|i| (i as f64 * 0.37).sin()).collect(),
-                    frequency_hz: 0.01,
+                    abscissa: 0.01,
                 };
-                let gauge = Gauge::at(&balance, u, frequency_hz);
+                let per_hz = Gauge::motion_per_hz(&balance, u, frequency_hz);
+                let gauge = Gauge::at(&balance, u, frequency_hz, per_hz);
                 let moved = |by: f64| {
                     let along = u.iter().zip(&direction.u);
                     let u: Vec<f64> = along.map(|(u, d)| u + by * d).collect();
-                    motion(&balance, &u, frequency_hz + by * direction.frequency_hz)
+                    motion(&balance, &u, frequency_hz + by * direction.abscissa)
                 };
                 let [above, below] = [1e-5, -1e-5].map(moved);
                 let along = gauge.along(&direction);
@@ -179,7 +198,7 @@ mod tests {
                 }
                 let weights: Vec<f64> = (0..along.len()).map(|i| 1.0 - 0.3 * i as f64).collect();
                 let (row, corner) = gauge.coefficients(&weights);
-                let by_row = dot(&row, &direction.u) + corner * direction.frequency_hz;
+                let by_row = dot(&row, &direction.u) + corner * direction.abscissa;
                 let directly = dot(&weights, &along);
                 assert!((by_row - directly).abs() < 1e-9 * size, "{what}");
             }

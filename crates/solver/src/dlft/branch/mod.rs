@@ -1,9 +1,10 @@
-//! Branches of a response: curves of periodic motions over the frequency, followed along their
-//! length, round folds.
+//! Branches: curves of periodic motions over the frequency, or over a value of the model at one
+//! frequency, followed along their length, round folds.
 //!
-//! A step goes from a point of the curve along its direction (`trace`). Frequency and motion of the
+//! A step goes from a point of the curve along its direction (`trace`). Abscissa and motion of the
 //! next point are solved for together (`bordered`), which is possible where the curve turns back
-//! and no motion lies at a higher frequency. The length of a step is measured on what is observed
+//! and no motion lies farther on. What the abscissa is, `over` says: the frequency, or a value of the
+//! model, of which `values` has the models. The length of a step is measured on what is observed
 //! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
 //! branches, one from each end of the range, are followed to where they meet (`follow`). Near a
 //! motion that is known, the curve is followed to its peak alone (`peak`).
@@ -23,13 +24,16 @@ pub(in crate::dlft) mod bordered;
 mod folds;
 mod follow;
 mod gauge;
+mod over;
 mod peak;
 mod several;
 mod trace;
+mod values;
 
 pub use folds::{Section, folds, sections, stable};
 pub use follow::so_far;
 pub use peak::{Guess, estimated, peak_near};
+pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 
 use super::sweep::{Run, SweepSettings, in_run};
 use super::{Response, SolvedFrequency, StaticState, Told};

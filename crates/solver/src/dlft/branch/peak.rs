@@ -61,7 +61,7 @@ pub fn peak_near(
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Option<Orbit> {
     let course = Course::over(&settings.frequencies_hz);
-    if course.from_hz >= course.to_hz {
+    if course.from >= course.to {
         return None;
     }
     let settings = SweepSettings {

@@ -1,5 +1,5 @@
-//! Ranges of frequencies in which branches have several motions: where one folds, and where two lie
-//! side by side.
+//! Ranges of the abscissa, such as the frequency, in which branches have several motions: where one
+//! folds, and where two lie side by side.
 
 use crate::dlft::{Response, SecondMotion};
 use std::ops::Range;
@@ -8,7 +8,7 @@ use std::ops::Range;
 /// the largest.
 const DIFFERENT: f64 = 0.05;
 
-/// Part of a branch along which the frequency only rises, or only falls: frequency, Hz, and
+/// Part of a branch along which the abscissa only rises, or only falls: abscissa and
 /// observed amplitudes, m, of each point, ascending.
 struct Pass<'a>(Vec<(f64, &'a [f64])>);
 
@@ -17,25 +17,53 @@ impl Pass<'_> {
         Some([self.0.first()?.0, self.0.last()?.0])
     }
 
-    /// Amplitude of an observation at a frequency, on the line between two points, and the
+    /// Amplitude of an observation at an abscissa, on the line between two points, and the
     /// amplitudes of these; `None` outside.
-    fn amplitude_m(&self, frequency_hz: f64, observation: usize) -> Option<(f64, [f64; 2])> {
-        let above = self.0.partition_point(|p| p.0 < frequency_hz);
-        let (to_hz, to) = *self.0.get(above)?;
+    fn amplitude_m(&self, abscissa: f64, observation: usize) -> Option<(f64, [f64; 2])> {
+        let above = self.0.partition_point(|p| p.0 < abscissa);
+        let (to_at, to) = *self.0.get(above)?;
         let to = *to.get(observation)?;
-        if to_hz == frequency_hz {
+        if to_at == abscissa {
             return Some((to, [to; 2]));
         }
-        let (from_hz, from) = *self.0.get(above.checked_sub(1)?)?;
+        let (from_at, from) = *self.0.get(above.checked_sub(1)?)?;
         let from = *from.get(observation)?;
-        let share = (frequency_hz - from_hz) / (to_hz - from_hz);
+        let share = (abscissa - from_at) / (to_at - from_at);
         Some((from + (to - from) * share, [from, to]))
     }
 }
 
-/// Ranges in which several motions were found, ascending, each with the frequency at which the
-/// largest and the smallest amplitude differ most.
+/// Range of the abscissa in which several motions were found, and the place in it at which the largest
+/// and the smallest amplitude differ most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Several {
+    pub from: f64,
+    pub to: f64,
+    pub at: f64,
+    /// Number of the observed displacement whose amplitude differs most.
+    pub observation: usize,
+    /// Largest amplitude of that displacement, m.
+    pub amplitude_m: f64,
+    /// Smallest amplitude of that displacement, m.
+    pub other_amplitude_m: f64,
+}
+
+/// Ranges of frequencies in which several motions were found, ascending.
 pub fn several_motions(response: &Response) -> Vec<SecondMotion> {
+    let found = several(response).into_iter();
+    let motions = found.map(|several| SecondMotion {
+        from_hz: several.from,
+        to_hz: several.to,
+        frequency_hz: several.at,
+        observation: several.observation,
+        amplitude_m: several.amplitude_m,
+        other_amplitude_m: several.other_amplitude_m,
+    });
+    motions.collect()
+}
+
+/// Ranges of the abscissa in which several motions were found, ascending.
+pub fn several(response: &Response) -> Vec<Several> {
     let passes: Vec<Pass<'_>> = (response.curves().into_iter())
         .flat_map(|curve| passes(response, curve))
         .collect();
@@ -54,12 +82,12 @@ pub fn several_motions(response: &Response) -> Vec<SecondMotion> {
     found.filter_map(|range| widest(&passes, range)).collect()
 }
 
-/// Passes of a curve. A fold, where the frequency turns back, belongs to both passes beside it.
+/// Passes of a curve. A fold, where the abscissa turns back, belongs to both passes beside it.
 fn passes(response: &Response, curve: Range<usize>) -> Vec<Pass<'_>> {
-    let orbits = response.orbits[curve].iter();
+    let orbits = curve.map(|at| (response.abscissa(at), &response.orbits[at]));
     let points: Vec<(f64, &[f64])> = orbits
-        .filter(|o| o.outcome.has_motion())
-        .map(|o| (o.frequency_hz, &o.observed_amplitude[..]))
+        .filter(|(_, o)| o.outcome.has_motion())
+        .map(|(abscissa, o)| (abscissa, &o.observed_amplitude[..]))
         .collect();
     let mut passes = Vec::new();
     let mut from = 0;
@@ -92,26 +120,26 @@ fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// Place in a range at which the amplitudes of two motions differ most; `None` where they are alike
-/// everywhere. A point is compared with both points of another pass that its frequency lies
+/// everywhere. A point is compared with both points of another pass that its abscissa lies
 /// between: what the curve does between two points is known by a cubic alone.
-fn widest(passes: &[Pass<'_>], [from_hz, to_hz]: [f64; 2]) -> Option<SecondMotion> {
-    let mut widest: Option<SecondMotion> = None;
+fn widest(passes: &[Pass<'_>], [from, to]: [f64; 2]) -> Option<Several> {
+    let mut widest: Option<Several> = None;
     for (i, pass) in passes.iter().enumerate() {
-        let inside = pass.0.iter().filter(|p| (from_hz..=to_hz).contains(&p.0));
+        let inside = pass.0.iter().filter(|p| (from..=to).contains(&p.0));
         let places = inside.flat_map(|p| p.1.iter().enumerate().map(|(k, a)| (p.0, k, *a)));
-        for (frequency_hz, observation, own) in places {
+        for (at, observation, own) in places {
             let others = passes.iter().enumerate().filter(|(j, _)| *j != i);
             for (_, other) in others {
-                let Some((between, ends)) = other.amplitude_m(frequency_hz, observation) else {
+                let Some((between, ends)) = other.amplitude_m(at, observation) else {
                     continue;
                 };
                 let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
                 let alike = low - DIFFERENT * low.max(own)..=high + DIFFERENT * high.max(own);
-                let share = |m: &SecondMotion| m.other_amplitude_m / m.amplitude_m;
-                let found = SecondMotion {
-                    from_hz,
-                    to_hz,
-                    frequency_hz,
+                let share = |m: &Several| m.other_amplitude_m / m.amplitude_m;
+                let found = Several {
+                    from,
+                    to,
+                    at,
                     observation,
                     amplitude_m: own.max(between),
                     other_amplitude_m: own.min(between),

@@ -1,9 +1,10 @@
 //! Steps along a curve: prediction, correction, and the length of the next step.
 
-use super::bordered::{Direction, Plane, correct, direction};
-use super::gauge::{Gauge, Scales, motion};
-use crate::dlft::orbit::observed_amplitudes_m;
-use crate::dlft::point::{FrequencySolver, Neighbour, Solution, Work, resized};
+use super::bordered::{Plane, correct, direction};
+use super::gauge::{Direction, Gauge, Scales, motion};
+use super::over::{Over, Solvers};
+use crate::dlft::balance::Balance;
+use crate::dlft::point::{Neighbour, Solution, Work, resized};
 use crate::dlft::retention::Mean;
 use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
@@ -28,8 +29,8 @@ pub const SHORT_STEP: f64 = 1e-4;
 pub const MOST_SHORT_STEPS: usize = 40;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
-/// A step that has been halved so many times is tried at its frequency, too, once.
-const BEFORE_FREQUENCY: usize = 1;
+/// A step that has been halved so many times is tried at its abscissa, too, once.
+const BEFORE_ABSCISSA: usize = 1;
 /// Least cosine of the angle by which a step may turn.
 const LEAST_COSINE: f64 = 0.7;
 /// A step has left the curve where its end lies so many steps from its beginning.
@@ -40,7 +41,7 @@ const FAR: f64 = 2.0;
 const INTERPOLATED: f64 = 1.0 / 64.0;
 /// A step is taken again where the cubic is off by so many times what is allowed.
 const TOO_FAR_OFF: f64 = 30.0;
-/// Parts of a step in which it is looked for where the curve crosses a frequency.
+/// Parts of a step in which it is looked for where the curve crosses an abscissa.
 const PARTS: u32 = 16;
 const BISECTIONS: usize = 50;
 /// Two places of a curve are one where they lie closer together than this.
@@ -55,8 +56,8 @@ const NO_MOTION_M: f64 = 1e-150;
 /// Point of a curve, from which the next one is found.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// Frequency of the first harmonic, Hz.
-    pub frequency_hz: f64,
+    /// Abscissa of the curve, such as the frequency, Hz.
+    pub abscissa: f64,
     /// Coefficients, m.
     pub u: Vec<f64>,
     /// Treatment of the mean along the motions that only friction holds.
@@ -71,7 +72,7 @@ pub struct Point {
     pub heights: Vec<Height>,
     /// Scales of the length at the point.
     scales: Scales,
-    /// Coefficients of dU and df in the length of a change along the direction.
+    /// Coefficients of dU and dp in the length of a change along the direction.
     across: (Vec<f64>, f64),
     /// Length of the curve up to the point.
     pub length: f64,
@@ -88,59 +89,60 @@ pub struct Height {
 
 /// Changes in which the length of a curve is to grow at a point.
 enum Ahead<'a> {
-    /// Those of the frequency, with this sign.
-    Frequency(f64),
+    /// Those of the abscissa, with this sign.
+    Abscissa(f64),
     /// Those along the direction of a point nearby.
     As(&'a Point),
-    /// Those along a direction of the motion T and the frequency.
+    /// Those along a direction of the motion T and the abscissa.
     Along(&'a [f64], f64),
 }
 
-/// Range through which a curve is followed.
+/// Range of the abscissa through which a curve is followed.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
-    /// Frequency at which the curve begins, Hz.
-    pub from_hz: f64,
-    /// Frequency at which it ends, Hz.
-    pub to_hz: f64,
+    /// Abscissa at which the curve begins.
+    pub from: f64,
+    /// Abscissa at which it ends.
+    pub to: f64,
 }
 
 impl Course {
-    /// Range from the first to the last of these frequencies; at 0 where there is none.
-    pub fn over(frequencies_hz: &[f64]) -> Self {
-        let [from_hz, to_hz] = [frequencies_hz.first(), frequencies_hz.last()]
-            .map(|end| end.copied().unwrap_or_default());
-        Self { from_hz, to_hz }
+    /// Range from the first to the last of these abscissae; at 0 where there is none.
+    pub fn over(abscissae: &[f64]) -> Self {
+        let [from, to] =
+            [abscissae.first(), abscissae.last()].map(|end| end.copied().unwrap_or_default());
+        Self { from, to }
     }
 
-    /// Length of the range, Hz.
-    pub fn range_hz(self) -> f64 {
-        (self.to_hz - self.from_hz).abs()
+    /// Length of the range.
+    pub fn range(self) -> f64 {
+        (self.to - self.from).abs()
     }
 }
 
 /// Follower of one curve.
 #[derive(Clone)]
-pub struct Tracer<'b, 's> {
-    solver: &'b FrequencySolver<'s>,
+pub struct Tracer {
+    /// Level of the harmonics.
+    level: usize,
     course: Course,
     /// Last two points.
     before: Option<Point>,
     last: Point,
     step: f64,
     largest_motion: f64,
-    /// Length of the curve up to which frequencies asked for have been passed.
+    /// Length of the curve up to which abscissae asked for have been passed.
     passed_length: f64,
-    /// Frequency ahead at which no solution was found, Hz: a fold may lie before it.
-    failed_hz: Option<f64>,
+    /// Abscissa ahead at which no solution was found: a fold may lie before it.
+    failed: Option<f64>,
 }
 
-/// Solution on the curve, with its frequency, Hz, and the length of the curve up to it.
+/// Solution on the curve, with its abscissa, and the length of the curve up to it.
 pub struct Found<'b> {
     /// The solution.
     pub solution: Solution<'b>,
-    /// Its frequency, Hz.
-    pub frequency_hz: f64,
+    /// Its abscissa.
+    pub abscissa: f64,
     /// Length of the curve up to it.
     pub length: f64,
 }
@@ -156,7 +158,7 @@ pub enum FoldStart {
 
 /// Points of the curve that a step came to.
 pub struct Step<'b> {
-    /// Points at the frequencies asked for that the step passed, in their order.
+    /// Points at the abscissae asked for that the step passed, in their order.
     pub passed: Vec<Found<'b>>,
     /// Point at the end of the step; `None` where the curve left the range within it, or could not
     /// be followed at all.
@@ -165,64 +167,64 @@ pub struct Step<'b> {
     pub leaves: bool,
 }
 
-impl<'b, 's> Tracer<'b, 's> {
-    /// Follower that begins at a solution, and goes towards the second frequency of the course.
+impl Tracer {
+    /// Follower that begins at a solution, and goes towards the second abscissa of the course.
     /// `None` where no direction is found.
     pub fn from(
-        solver: &'b FrequencySolver<'s>,
+        solvers: Solvers<'_>,
         course: Course,
-        (solution, frequency_hz): (&Solution<'_>, f64),
+        (solution, abscissa): (&Solution<'_>, f64),
         work: &mut Work,
     ) -> Option<Self> {
-        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let motion = motion_of(solvers, solution, abscissa);
         let scales = Scales {
             motion: norm(&motion).max(NO_MOTION_M),
-            range_hz: course.range_hz(),
+            range: course.range(),
         };
-        let ahead = Ahead::Frequency((course.to_hz - course.from_hz).signum());
-        let at = (solution, frequency_hz);
+        let ahead = Ahead::Abscissa((course.to - course.from).signum());
+        let at = (solution, abscissa);
         Some(Self {
-            last: Point::at(solver, at, motion, &ahead, (scales, 0.0), work)?,
+            last: Point::at(solvers, at, motion, &ahead, (scales, 0.0), work)?,
             largest_motion: scales.motion,
-            solver,
+            level: solvers.level,
             course,
             before: None,
             step: FIRST_STEP,
             passed_length: 0.0,
-            failed_hz: None,
+            failed: None,
         })
     }
 
-    /// Follower that goes on in the same direction from another solution at the last frequency, of
+    /// Follower that goes on in the same direction from another solution at the last abscissa, of
     /// another balance: with another mean, or other harmonics.
     pub fn again(
         self,
-        solver: &'b FrequencySolver<'s>,
+        solvers: Solvers<'_>,
         solution: &Solution<'_>,
         work: &mut Work,
     ) -> Option<Self> {
-        let frequency_hz = self.last.frequency_hz;
-        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let abscissa = self.last.abscissa;
+        let motion = motion_of(solvers, solution, abscissa);
         let scales = self.scales(&motion);
-        let at = (solution, frequency_hz);
+        let at = (solution, abscissa);
         let ahead = Ahead::As(&self.last);
         let passed_length = self.last.length;
         Some(Self {
-            last: Point::at(solver, at, motion, &ahead, (scales, passed_length), work)?,
+            last: Point::at(solvers, at, motion, &ahead, (scales, passed_length), work)?,
             largest_motion: self.largest_motion.max(scales.motion),
-            solver,
+            level: solvers.level,
             course: self.course,
             before: None,
             step: self.step.min(FIRST_STEP),
             passed_length,
-            failed_hz: None,
+            failed: None,
         })
     }
 
     /// Follower that goes on from a solution that is recorded with its heading, behind another
     /// point. `passed_length` is the length of the curve up to which it is known.
     pub fn resumed(
-        solver: &'b FrequencySolver<'s>,
+        solvers: Solvers<'_>,
         course: Course,
         solved: &SolvedFrequency,
         (before, passed_length): (Option<Point>, f64),
@@ -230,24 +232,25 @@ impl<'b, 's> Tracer<'b, 's> {
     ) -> Option<Self> {
         let along = solved.along.as_ref()?;
         let heading = along.heading.as_ref()?;
-        let frequency_hz = solved.orbit.frequency_hz;
+        let abscissa = along.abscissa;
+        let (solver, frequency_hz) = (solvers.at(abscissa)?, solvers.over.frequency_hz(abscissa));
         let solution = solver.evaluated(frequency_hz, &solved.orbit.x, solved.mean)?;
-        let motion = motion(&solution.balance, &solution.u, frequency_hz);
+        let motion = motion_of(solvers, &solution, abscissa);
         let scales = Scales {
             motion: heading.scale_m,
-            range_hz: course.range_hz(),
+            range: course.range(),
         };
-        let ahead = Ahead::Along(&heading.motion_m, heading.frequency_hz);
-        let (at, place) = ((&solution, frequency_hz), (scales, along.length));
+        let ahead = Ahead::Along(&heading.motion_m, heading.abscissa);
+        let (at, place) = ((&solution, abscissa), (scales, along.length));
         Some(Self {
-            last: Point::at(solver, at, motion, &ahead, place, work)?,
+            last: Point::at(solvers, at, motion, &ahead, place, work)?,
             largest_motion: heading.largest_m,
-            solver,
+            level: solvers.level,
             course,
             before,
             step: heading.next_step,
             passed_length,
-            failed_hz: None,
+            failed: None,
         })
     }
 
@@ -255,11 +258,24 @@ impl<'b, 's> Tracer<'b, 's> {
     pub fn heading(&self) -> Heading {
         Heading {
             motion_m: self.last.motion_along.clone(),
-            frequency_hz: self.last.direction.frequency_hz,
+            abscissa: self.last.direction.abscissa,
             scale_m: self.last.scales.motion,
             largest_m: self.largest_motion,
             next_step: self.step,
         }
+    }
+
+    /// Solvers of the points of the curve.
+    fn solvers<'b>(&self, over: &'b dyn Over<'b>) -> Solvers<'b> {
+        Solvers {
+            over,
+            level: self.level,
+        }
+    }
+
+    /// Criteria that end the iterations at an abscissa; `None` where there is no model.
+    fn newton<'b>(&self, over: &'b dyn Over<'b>, abscissa: f64) -> Option<NewtonOptions> {
+        Some(self.solvers(over).at(abscissa)?.newton)
     }
 
     /// Last point.
@@ -302,15 +318,21 @@ impl<'b, 's> Tracer<'b, 's> {
         }
     }
 
-    /// Takes a step along the curve, shortened until it succeeds. `asked_hz` are frequencies at which
+    /// Takes a step along the curve, shortened until it succeeds. `asked` are abscissae at which
     /// solutions are asked for. `creeps`: many short steps lie behind it, and no shorter one than
     /// [`SHORT_STEP`] is taken.
-    pub fn step(&mut self, asked_hz: &[f64], creeps: bool, work: &mut Work) -> Step<'b> {
+    pub fn step<'b>(
+        &mut self,
+        over: &'b dyn Over<'b>,
+        asked: &[f64],
+        creeps: bool,
+        work: &mut Work,
+    ) -> Step<'b> {
         let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
         while self.step >= shortest {
-            match self.attempt(asked_hz, failures == BEFORE_FREQUENCY, work) {
+            match self.attempt(over, asked, failures == BEFORE_ABSCISSA, work) {
                 Some(step) => return step,
                 None => self.step *= 0.5,
             }
@@ -324,21 +346,22 @@ impl<'b, 's> Tracer<'b, 's> {
     }
 
     /// Solution at a length of the curve between two points.
-    pub fn inside(
+    pub fn inside<'b>(
         &self,
+        over: &'b dyn Over<'b>,
         [first, second]: [&Point; 2],
         length: f64,
         work: &mut Work,
     ) -> Option<Found<'b>> {
         let span = second.length - first.length;
-        let (u, frequency_hz) = between(first, second, (length - first.length) / span);
-        let plane = first.plane(span, (&u, frequency_hz));
-        let start = (&u[..], frequency_hz);
-        let newton = self.solver.newton;
-        let (solution, frequency_hz) = self.corrected(&plane, start, first.mean, newton, work)?;
+        let (u, abscissa) = between(first, second, (length - first.length) / span);
+        let plane = first.plane(span, (&u, abscissa));
+        let start = (&u[..], abscissa);
+        let newton = self.newton(over, abscissa)?;
+        let (solution, abscissa) = self.corrected(over, &plane, start, first.mean, newton, work)?;
         Some(Found {
             solution,
-            frequency_hz,
+            abscissa,
             length,
         })
     }
@@ -346,50 +369,50 @@ impl<'b, 's> Tracer<'b, 's> {
     /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
     /// is looked for in the plane across the line that joins both points: a curve from one to the
     /// other crosses it however sharply it turns.
-    pub fn beside_fold(
+    pub fn beside_fold<'b>(
         &self,
+        over: &'b dyn Over<'b>,
         [first, second]: [&Point; 2],
         start: FoldStart,
         length: f64,
         work: &mut Work,
     ) -> Option<Found<'b>> {
-        let (u, frequency_hz) = match start {
+        let (u, abscissa) = match start {
             FoldStart::AheadOfFirst(way) => first.ahead(way),
             FoldStart::BehindSecond(way) => second.ahead(-way),
         };
-        let (joins, joins_hz) = first.to(second);
+        let (joins, joins_along) = first.to(second);
         let scales = first.scales;
-        let squared = scales.length(&joins, joins_hz).powi(2);
-        let balance = self.solver.balance(frequency_hz, first.mean)?;
-        let gauge = Gauge::at(&balance, &u, frequency_hz);
-        let (row, corner) = scales.across(&gauge, &joins, joins_hz);
-        let plane = Plane::across((&row, corner), squared, (&u, frequency_hz));
-        let newton = self.solver.newton;
-        let start = (&u[..], frequency_hz);
-        let (solution, frequency_hz) = self.corrected(&plane, start, first.mean, newton, work)?;
+        let squared = scales.length(&joins, joins_along).powi(2);
+        let solvers = self.solvers(over);
+        let balance = solvers.balance(abscissa, first.mean)?;
+        let gauge = gauge(solvers, &balance, (&u, abscissa))?;
+        let (row, corner) = scales.across(&gauge, &joins, joins_along);
+        let plane = Plane::across((&row, corner), squared, (&u, abscissa));
+        let newton = self.newton(over, abscissa)?;
+        let start = (&u[..], abscissa);
+        let (solution, abscissa) = self.corrected(over, &plane, start, first.mean, newton, work)?;
         Some(Found {
             solution,
-            frequency_hz,
+            abscissa,
             length,
         })
     }
 
     /// Point at a solution between two points, with the direction of the curve: that of the point
     /// to whose direction it is nearer. Behind a corner the curve may run back.
-    pub fn point_at(
+    pub fn point_at<'b>(
         &self,
+        over: &'b dyn Over<'b>,
         found: &Found<'_>,
         [first, second]: [&Point; 2],
         work: &mut Work,
     ) -> Option<Point> {
-        let motion = motion(
-            &found.solution.balance,
-            &found.solution.u,
-            found.frequency_hz,
-        );
+        let solvers = self.solvers(over);
+        let motion = motion_of(solvers, &found.solution, found.abscissa);
         let place = (self.scales(&motion), found.length);
-        let at = (&found.solution, found.frequency_hz);
-        let mut point = Point::at(self.solver, at, motion, &Ahead::As(first), place, work)?;
+        let at = (&found.solution, found.abscissa);
+        let mut point = Point::at(solvers, at, motion, &Ahead::As(first), place, work)?;
         let [like_first, like_second] = [first, second].map(|p| p.cosine(&point));
         if like_second.abs() > like_first.abs() && like_second < 0.0 {
             point.turn();
@@ -403,69 +426,75 @@ impl<'b, 's> Tracer<'b, 's> {
         let least = LEAST_MOTION * self.largest_motion.max(size);
         Scales {
             motion: size.max(least).max(NO_MOTION_M),
-            range_hz: self.course.range_hz(),
+            range: self.course.range(),
         }
     }
 
     /// Tries a step; `None` where a shorter one is to be tried.
-    fn attempt(
+    fn attempt<'b>(
         &mut self,
-        asked_hz: &[f64],
-        by_frequency: bool,
+        over: &'b dyn Over<'b>,
+        asked: &[f64],
+        by_abscissa: bool,
         work: &mut Work,
     ) -> Option<Step<'b>> {
-        let (h, solver) = (self.step, self.solver);
+        let (h, solvers) = (self.step, self.solvers(over));
         let Point { scales, mean, .. } = self.last;
-        let (u, frequency_hz) = self.last.ahead(h);
-        let plane = self.last.plane(h, (&u, frequency_hz));
-        let (predicted, predicted_hz) = self.predicted(h);
+        let (u, abscissa) = self.last.ahead(h);
+        let plane = self.last.plane(h, (&u, abscissa));
+        let (predicted, predicted_at) = self.predicted(h);
+        if let Some(end) = over.end_before(predicted_at) {
+            return self.attempt_end(over, (end, h), asked, work);
+        }
+        let newton = self.newton(over, self.last.abscissa)?;
         let options = NewtonOptions {
-            max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
-            ..solver.newton
+            max_iterations: MOST_ITERATIONS.min(newton.max_iterations),
+            ..newton
         };
-        let start = (&predicted[..], predicted_hz);
-        let found = self.corrected(&plane, start, mean, options, work);
-        let (found, frequency_hz) = match found {
+        let start = (&predicted[..], predicted_at);
+        let found = self.corrected(over, &plane, start, mean, options, work);
+        let (found, abscissa) = match found {
             Some(found) => found,
-            None if by_frequency => self.at_frequency_ahead(predicted_hz, work)?,
+            None if by_abscissa => self.at_abscissa_ahead(over, predicted_at, work)?,
             None => return None,
         };
-        let reached = motion(&found.balance, &found.u, frequency_hz);
+        let reached = motion_of(solvers, &found, abscissa);
         let from = |other: &[f64]| -> Vec<f64> {
             let both = reached.iter().zip(other);
             both.map(|(a, b)| a - b).collect()
         };
-        let moved_hz = frequency_hz - self.last.frequency_hz;
-        let distance = scales.length(&from(&self.last.motion), moved_hz);
+        let moved_by = abscissa - self.last.abscissa;
+        let distance = scales.length(&from(&self.last.motion), moved_by);
         if distance > FAR * h {
             return None;
         }
-        let next = self.point((&found, frequency_hz), reached.clone(), work)?;
+        let next = self.point(over, (&found, abscissa), reached.clone(), work)?;
         let may_shorten = h > 4.0 * SHORTEST_STEP;
         if self.last.cosine(&next) < LEAST_COSINE && may_shorten {
             return None;
         }
-        let along = (&next.motion_along[..], next.direction.frequency_hz);
+        let along = (&next.motion_along[..], next.direction.abscissa);
         let length = scales.length(along.0, along.1);
         // Distance of the prediction from the curve: what it is off along the curve is no error.
-        let expected = motion(&found.balance, &predicted, predicted_hz);
-        let (off, off_hz) = (from(&expected), frequency_hz - predicted_hz);
-        let along_curve = scales.product((&off, off_hz), along) / length;
-        let off = scales.length(&off, off_hz).powi(2) - along_curve * along_curve;
+        let of_found = solvers.place(&found.balance, &predicted, abscissa);
+        let expected = over.motion_at(of_found, predicted_at)?;
+        let (off, off_by) = (from(&expected), abscissa - predicted_at);
+        let along_curve = scales.product((&off, off_by), along) / length;
+        let off = scales.length(&off, off_by).powi(2) - along_curve * along_curve;
         let error = INTERPOLATED * off.max(0.0).sqrt() / CURVE_ERROR;
         if error > TOO_FAR_OFF && may_shorten {
             return None;
         }
-        let Course { from_hz, to_hz } = self.course;
-        let leaves = !(from_hz.min(to_hz)..=from_hz.max(to_hz)).contains(&frequency_hz);
-        let passed = self.passed_before(&next, leaves, asked_hz, work)?;
+        let Course { from, to } = self.course;
+        let leaves = !(from.min(to)..=from.max(to)).contains(&abscissa);
+        let passed = self.passed_before(over, &next, leaves, asked, work)?;
         self.passed_length = passed.last().map_or(self.passed_length, |p| p.length);
         let by_error = 0.9 * error.max(1e-9).powf(-0.25);
         let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
         self.step = (h * by_error.clamp(0.3, most)).min(LONGEST_STEP);
         self.largest_motion = self.largest_motion.max(norm(&next.motion));
         let reached = Found {
-            frequency_hz,
+            abscissa,
             length: next.length,
             solution: found,
         };
@@ -479,31 +508,95 @@ impl<'b, 's> Tracer<'b, 's> {
         })
     }
 
-    /// Solutions at the frequencies asked for that the curve crosses before `next`, in their order.
+    /// Tries a step to the end of a range that a step of this length would leave, and beyond which
+    /// there are no models; `None` where a shorter one is to be tried.
+    fn attempt_end<'b>(
+        &mut self,
+        over: &'b dyn Over<'b>,
+        (end, step): (f64, f64),
+        asked: &[f64],
+        work: &mut Work,
+    ) -> Option<Step<'b>> {
+        let (solvers, last) = (self.solvers(over), &self.last);
+        let is_before = |h: f64| {
+            let (_, at) = self.predicted(h);
+            (at - end) * (last.abscissa - end) > 0.0
+        };
+        let (mut low, mut high) = (0.0, step);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if is_before(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        if low == 0.0 {
+            return None;
+        }
+        let (predicted, _) = self.predicted(low);
+        let plane = self.at_one(end, predicted.len());
+        let newton = self.newton(over, end)?;
+        let start = (&predicted[..], end);
+        let (found, _) = self.corrected(over, &plane, start, last.mean, newton, work)?;
+        let reached = motion_of(solvers, &found, end);
+        let next = self.point(over, (&found, end), reached, work)?;
+        let distance = next.length - last.length;
+        if step > 4.0 * SHORTEST_STEP && (distance > FAR * low || last.cosine(&next) < LEAST_COSINE)
+        {
+            return None;
+        }
+        let asked: Vec<f64> = asked.iter().copied().filter(|at| *at != end).collect();
+        let mut passed = self.passed_before(over, &next, false, &asked, work)?;
+        passed.push(Found {
+            solution: found,
+            abscissa: end,
+            length: next.length,
+        });
+        self.passed_length = next.length;
+        Some(Step {
+            passed,
+            reached: None,
+            leaves: true,
+        })
+    }
+
+    /// Plane of all points at an abscissa, for so many unknowns.
+    fn at_one(&self, abscissa: f64, unknowns: usize) -> Plane {
+        let corner = self.course.range().recip();
+        Plane {
+            row: vec![0.0; unknowns],
+            corner,
+            value: corner * abscissa,
+        }
+    }
+
+    /// Solutions at the abscissae asked for that the curve crosses before `next`, in their order.
     /// Where it leaves the range the end of the range is the last of them. `None` where one of them
     /// is not found.
-    fn passed_before(
+    fn passed_before<'b>(
         &self,
+        over: &'b dyn Over<'b>,
         next: &Point,
         leaves: bool,
-        asked_hz: &[f64],
+        asked: &[f64],
         work: &mut Work,
     ) -> Option<Vec<Found<'b>>> {
-        let ends = [self.course.from_hz, self.course.to_hz];
+        let ends = [self.course.from, self.course.to];
         let ends = if leaves { &ends[..] } else { &[] };
-        let mut crossed: Vec<(f64, f64)> = (asked_hz.iter().chain(ends))
-            .flat_map(|hz| self.crossings(*hz, next).into_iter().map(|t| (t, *hz)))
+        let mut crossed: Vec<(f64, f64)> = (asked.iter().chain(ends))
+            .flat_map(|at| self.crossings(*at, next).into_iter().map(|t| (t, *at)))
             .collect();
         crossed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(end) = crossed.iter().position(|(_, hz)| ends.contains(hz)) {
+        if let Some(end) = crossed.iter().position(|(_, at)| ends.contains(at)) {
             crossed.truncate(end + 1);
         }
         let mut passed: Vec<Found<'b>> = Vec::new();
-        for (fraction, hz) in crossed {
+        for (fraction, at) in crossed {
             let before = passed.last().map_or(self.passed_length, |p| p.length);
             let length = self.last.length + fraction * (next.length - self.last.length);
             if length > before + SAME_LENGTH {
-                passed.push(self.at_frequency(hz, fraction, next, work)?);
+                passed.push(self.at_abscissa(over, at, (fraction, next), work)?);
             }
         }
         Some(passed)
@@ -511,58 +604,68 @@ impl<'b, 's> Tracer<'b, 's> {
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
     /// friction does not hold the bodies any more; `None` where none is found.
-    fn corrected(
+    fn corrected<'b>(
         &self,
+        over: &'b dyn Over<'b>,
         plane: &Plane,
         start: (&[f64], f64),
         mean: Mean,
         options: NewtonOptions,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
-        let solver = self.solver;
-        let (found, frequency_hz) = correct(solver, plane, start, mean, options, work)?;
+        let solvers = self.solvers(over);
+        let (found, abscissa) = correct(solvers, plane, start, mean, options, work)?;
         if found.is_converged() {
-            return Some((found, frequency_hz));
+            return Some((found, abscissa));
         }
         if mean == Mean::Retained {
             return None;
         }
-        let (found, frequency_hz) = correct(solver, plane, start, Mean::Retained, options, work)?;
+        let (found, abscissa) = correct(solvers, plane, start, Mean::Retained, options, work)?;
         if !found.is_converged() {
             return None;
         }
-        let found = solver.on_curve(frequency_hz, found, work)?;
+        let found = solvers.on_curve(abscissa, found, work)?;
         let is_retained = found.balance.mean() == Mean::Retained;
-        (is_retained && found.is_converged()).then_some((found, frequency_hz))
+        (is_retained && found.is_converged()).then_some((found, abscissa))
     }
 
-    /// Solution at a frequency ahead, found in all the ways that a frequency is solved in. `None`
+    /// Solution at an abscissa ahead, found in all the ways that a frequency is solved in. `None`
     /// where a fold may lie before it.
-    fn at_frequency_ahead(
+    fn at_abscissa_ahead<'b>(
         &mut self,
-        frequency_hz: f64,
+        over: &'b dyn Over<'b>,
+        abscissa: f64,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
         let Point { direction, .. } = &self.last;
-        let moved_hz = frequency_hz - self.last.frequency_hz;
-        let is_before = |failed_hz: f64| (failed_hz - frequency_hz) * moved_hz >= 0.0;
-        if moved_hz / direction.frequency_hz < 0.5 * self.step
-            || self.failed_hz.is_some_and(is_before)
-        {
+        let moved_by = abscissa - self.last.abscissa;
+        let is_before = |failed: f64| (failed - abscissa) * moved_by >= 0.0;
+        if moved_by / direction.abscissa < 0.5 * self.step || self.failed.is_some_and(is_before) {
             return None;
         }
+        let [from_hz, frequency_hz] =
+            [self.last.abscissa, abscissa].map(|at| over.frequency_hz(at));
+        let slope = direction.u.iter().map(|u| u / direction.abscissa);
+        let (u, slope) = if from_hz == frequency_hz {
+            let both = self.last.u.iter().zip(slope);
+            (both.map(|(u, slope)| u + moved_by * slope).collect(), None)
+        } else {
+            (self.last.u.clone(), Some(slope.collect()))
+        };
         let neighbour = Neighbour {
-            frequency_hz: self.last.frequency_hz,
-            u: self.last.u.clone(),
-            slope: Some((direction.u.iter().map(|u| u / direction.frequency_hz)).collect()),
+            frequency_hz: from_hz,
+            u,
+            slope,
             mean: self.last.mean,
         };
-        let found = self.solver.solve(frequency_hz, Some(&neighbour), work);
-        self.failed_hz = (!found.is_converged()).then_some(frequency_hz);
-        found.is_converged().then_some((found, frequency_hz))
+        let solver = self.solvers(over).at(abscissa)?;
+        let found = solver.solve(frequency_hz, Some(&neighbour), work);
+        self.failed = (!found.is_converged()).then_some(abscissa);
+        found.is_converged().then_some((found, abscissa))
     }
 
-    /// U and the frequency a step ahead: on the cubic through the last two points, or along the
+    /// U and the abscissa a step ahead: on the cubic through the last two points, or along the
     /// direction of the last one.
     fn predicted(&self, h: f64) -> (Vec<f64>, f64) {
         let last = &self.last;
@@ -575,7 +678,13 @@ impl<'b, 's> Tracer<'b, 's> {
     }
 
     /// Point at a solution, the one after the last.
-    fn point(&self, at: (&Solution<'_>, f64), reached: Vec<f64>, work: &mut Work) -> Option<Point> {
+    fn point<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        at: (&Solution<'_>, f64),
+        reached: Vec<f64>,
+        work: &mut Work,
+    ) -> Option<Point> {
         let last = &self.last;
         let both = reached.iter().zip(&last.motion);
         let moved: Vec<f64> = both.map(|(a, b)| a - b).collect();
@@ -585,14 +694,15 @@ impl<'b, 's> Tracer<'b, 's> {
             motion: (own.motion * last.scales.motion).sqrt(),
             ..own
         };
-        let distance = middle.length(&moved, at.1 - last.frequency_hz);
+        let distance = middle.length(&moved, at.1 - last.abscissa);
         let place = (own, last.length + distance);
-        Point::at(self.solver, at, reached, &Ahead::As(last), place, work)
+        let solvers = self.solvers(over);
+        Point::at(solvers, at, reached, &Ahead::As(last), place, work)
     }
 
-    /// Fractions of the curve between the last point and `next` at which it crosses a frequency.
-    fn crossings(&self, frequency_hz: f64, next: &Point) -> Vec<f64> {
-        let off = |t: f64| frequency_between(&self.last, next, t) - frequency_hz;
+    /// Fractions of the curve between the last point and `next` at which it crosses an abscissa.
+    fn crossings(&self, abscissa: f64, next: &Point) -> Vec<f64> {
+        let off = |t: f64| abscissa_between(&self.last, next, t) - abscissa;
         let at = |i: u32| f64::from(i) / f64::from(PARTS);
         let crosses = |i: &u32| (off(at(*i)) > 0.0) != (off(at(i + 1)) > 0.0);
         let root = |i: u32| {
@@ -611,28 +721,24 @@ impl<'b, 's> Tracer<'b, 's> {
         (0..PARTS).filter(crosses).map(root).collect()
     }
 
-    /// Solution at a frequency that the curve between the last point and `next` crosses.
-    fn at_frequency(
+    /// Solution at an abscissa that the curve crosses at this fraction between the last point and
+    /// `next`.
+    fn at_abscissa<'b>(
         &self,
-        frequency_hz: f64,
-        fraction: f64,
-        next: &Point,
+        over: &'b dyn Over<'b>,
+        abscissa: f64,
+        (fraction, next): (f64, &Point),
         work: &mut Work,
     ) -> Option<Found<'b>> {
         let last = &self.last;
         let (u, _) = between(last, next, fraction);
-        let per_hz = self.course.range_hz().recip();
-        let plane = Plane {
-            row: vec![0.0; u.len()],
-            corner: per_hz,
-            value: per_hz * frequency_hz,
-        };
-        let start = (&u[..], frequency_hz);
-        let newton = self.solver.newton;
-        let (solution, _) = self.corrected(&plane, start, last.mean, newton, work)?;
+        let plane = self.at_one(abscissa, u.len());
+        let start = (&u[..], abscissa);
+        let newton = self.newton(over, abscissa)?;
+        let (solution, _) = self.corrected(over, &plane, start, last.mean, newton, work)?;
         Some(Found {
             solution,
-            frequency_hz,
+            abscissa,
             length: last.length + fraction * (next.length - last.length),
         })
     }
@@ -641,24 +747,24 @@ impl<'b, 's> Tracer<'b, 's> {
 impl Point {
     /// Cosine of the angle between the curve here and at another point.
     fn cosine(&self, other: &Self) -> f64 {
-        let along = (&other.motion_along[..], other.direction.frequency_hz);
-        let own = (&self.motion_along[..], self.direction.frequency_hz);
+        let along = (&other.motion_along[..], other.direction.abscissa);
+        let own = (&self.motion_along[..], self.direction.abscissa);
         self.scales.product(own, along) / self.scales.length(along.0, along.1)
     }
 
-    /// Change of T and of the frequency to another point.
+    /// Change of T and of the abscissa to another point.
     fn to(&self, other: &Self) -> (Vec<f64>, f64) {
         let both = other.motion.iter().zip(&self.motion);
         let change = both.map(|(there, here)| there - here).collect();
-        (change, other.frequency_hz - self.frequency_hz)
+        (change, other.abscissa - self.abscissa)
     }
 
     /// Lengths from here, and back from another point, at which the tangents of the curve come
     /// closest to each other.
     pub fn ways_to_meeting(&self, other: &Self) -> [f64; 2] {
-        let (joins, joins_hz) = self.to(other);
-        let [own, its] = [self, other].map(|p| (&p.motion_along[..], p.direction.frequency_hz));
-        let joins = (&joins[..], joins_hz);
+        let (joins, joins_along) = self.to(other);
+        let [own, its] = [self, other].map(|p| (&p.motion_along[..], p.direction.abscissa));
+        let joins = (&joins[..], joins_along);
         let product = |a, b| self.scales.product(a, b);
         let (aa, bb, ab) = (product(own, own), product(its, its), product(own, its));
         let (aj, bj) = (product(own, joins), product(its, joins));
@@ -671,7 +777,7 @@ impl Point {
         let along = self.direction.u.iter_mut().chain(&mut self.motion_along);
         let heights = self.heights.iter_mut().map(|height| &mut height.along_m);
         (along.chain(&mut self.across.0).chain(heights)).for_each(|v| *v = -*v);
-        self.direction.frequency_hz = -self.direction.frequency_hz;
+        self.direction.abscissa = -self.direction.abscissa;
         self.across.1 = -self.across.1;
     }
 
@@ -683,11 +789,11 @@ impl Point {
         self
     }
 
-    /// U and the frequency so far along the direction of the point.
+    /// U and the abscissa so far along the direction of the point.
     fn ahead(&self, length: f64) -> (Vec<f64>, f64) {
         let mut u = self.u.clone();
         axpy(length, &self.direction.u, &mut u);
-        (u, self.frequency_hz + length * self.direction.frequency_hz)
+        (u, self.abscissa + length * self.direction.abscissa)
     }
 
     /// Plane across the direction of the point, through `at`, in units of the step h.
@@ -699,35 +805,35 @@ impl Point {
     /// Point at a solution with its motion. `place` has the scales there and the length of the curve
     /// up to it.
     fn at(
-        solver: &FrequencySolver<'_>,
-        (solution, frequency_hz): (&Solution<'_>, f64),
+        solvers: Solvers<'_>,
+        (solution, abscissa): (&Solution<'_>, f64),
         motion: Vec<f64>,
         ahead: &Ahead<'_>,
         (scales, length): (Scales, f64),
         work: &mut Work,
     ) -> Option<Self> {
-        let gauge = Gauge::at(&solution.balance, &solution.u, frequency_hz);
-        let across = |along: &[f64], along_hz: f64| scales.across(&gauge, along, along_hz);
+        let gauge = gauge(solvers, &solution.balance, (&solution.u, abscissa))?;
+        let across = |along: &[f64], along_by: f64| scales.across(&gauge, along, along_by);
         let (row, corner) = match ahead {
-            Ahead::Frequency(sign) => (vec![0.0; solution.u.len()], *sign),
-            Ahead::As(point) => across(&point.motion_along, point.direction.frequency_hz),
-            Ahead::Along(motion_along, along_hz) => across(motion_along, *along_hz),
+            Ahead::Abscissa(sign) => (vec![0.0; solution.u.len()], *sign),
+            Ahead::As(point) => across(&point.motion_along, point.direction.abscissa),
+            Ahead::Along(motion_along, along_by) => across(motion_along, *along_by),
         };
-        let mut direction = direction(solver, (solution, frequency_hz), (&row, corner), work)?;
+        let mut direction = direction(solvers, (solution, abscissa), (&row, corner), work)?;
         let mut motion_along = gauge.along(&direction);
         // Of length 1.
-        let by = scales.length(&motion_along, direction.frequency_hz).recip();
+        let by = scales.length(&motion_along, direction.abscissa).recip();
         motion_along.iter_mut().for_each(|t| *t *= by);
         direction.u.iter_mut().for_each(|u| *u *= by);
-        direction.frequency_hz *= by;
-        let heights = heights(solution, frequency_hz, &direction);
+        direction.abscissa *= by;
+        let heights = heights(solvers, (solution, abscissa), &direction)?;
         Some(Self {
             heights,
-            frequency_hz,
+            abscissa,
             u: solution.u.clone(),
             mean: solution.balance.mean(),
             motion,
-            across: across(&motion_along, direction.frequency_hz),
+            across: across(&motion_along, direction.abscissa),
             scales,
             direction,
             motion_along,
@@ -736,25 +842,47 @@ impl Point {
     }
 }
 
+/// Motion T of a solution.
+fn motion_of(solvers: Solvers<'_>, solution: &Solution<'_>, abscissa: f64) -> Vec<f64> {
+    let frequency_hz = solvers.over.frequency_hz(abscissa);
+    motion(&solution.balance, &solution.u, frequency_hz)
+}
+
+/// Gauge at a point of a balance; `None` where there are no models near it.
+fn gauge(
+    solvers: Solvers<'_>,
+    balance: &Balance<'_>,
+    (u, abscissa): (&[f64], f64),
+) -> Option<Gauge> {
+    let slope = (solvers.over).motion_slope(solvers.place(balance, u, abscissa))?;
+    let frequency_hz = solvers.over.frequency_hz(abscissa);
+    Some(Gauge::at(balance, u, frequency_hz, slope))
+}
+
 /// Observed amplitudes at a solution, and their changes along a direction of length 1.
-fn heights(solution: &Solution<'_>, frequency_hz: f64, direction: &Direction) -> Vec<Height> {
+fn heights(
+    solvers: Solvers<'_>,
+    (solution, abscissa): (&Solution<'_>, f64),
+    direction: &Direction,
+) -> Option<Vec<Height>> {
     let Solution { balance, u, .. } = solution;
+    let place = solvers.place(balance, u, abscissa);
     let at = |length: f64| {
         let mut u = u.clone();
         axpy(length, &direction.u, &mut u);
-        observed_amplitudes_m(balance, &u, frequency_hz + length * direction.frequency_hz)
+        (solvers.over).amplitudes_near(place, &u, length * direction.abscissa)
     };
-    let [here, ahead, behind] = [0.0, DIFFERENCE, -DIFFERENCE].map(at);
+    let (here, ahead, behind) = (at(0.0)?, at(DIFFERENCE)?, at(-DIFFERENCE)?);
     let changes = ahead.iter().zip(&behind).map(|(a, b)| a - b);
     let both = here.iter().zip(changes);
-    both.map(|(amplitude_m, change)| Height {
+    let heights = both.map(|(amplitude_m, change)| Height {
         amplitude_m: *amplitude_m,
         along_m: change / (2.0 * DIFFERENCE),
-    })
-    .collect()
+    });
+    Some(heights.collect())
 }
 
-/// U and frequency of the cubic through two points and their directions, 0 at the first and 1 at
+/// U and abscissa of the cubic through two points and their directions, 0 at the first and 1 at
 /// the second.
 fn between(first: &Point, second: &Point, t: f64) -> (Vec<f64>, f64) {
     let [at_first, at_second, along_first, along_second] = weights(first, second, t);
@@ -762,16 +890,16 @@ fn between(first: &Point, second: &Point, t: f64) -> (Vec<f64>, f64) {
     axpy(at_second, &second.u, &mut u);
     axpy(along_first, &first.direction.u, &mut u);
     axpy(along_second, &second.direction.u, &mut u);
-    (u, frequency_between(first, second, t))
+    (u, abscissa_between(first, second, t))
 }
 
-/// Frequency of the cubic, as [`between`] has it.
-fn frequency_between(first: &Point, second: &Point, t: f64) -> f64 {
+/// Abscissa of the cubic, as [`between`] has it.
+fn abscissa_between(first: &Point, second: &Point, t: f64) -> f64 {
     let [at_first, at_second, along_first, along_second] = weights(first, second, t);
-    at_first * first.frequency_hz
-        + at_second * second.frequency_hz
-        + along_first * first.direction.frequency_hz
-        + along_second * second.direction.frequency_hz
+    at_first * first.abscissa
+        + at_second * second.abscissa
+        + along_first * first.direction.abscissa
+        + along_second * second.direction.abscissa
 }
 
 /// Weights of the values and of the directions of two points in the cubic through both.

@@ -1,0 +1,292 @@
+//! Curve of the motions at one frequency over a value of the scene: a force, a coefficient of
+//! friction, a clearance, a speed ([`crate::dlft::branch::follow_over`]).
+//!
+//! Each value that a step of the curve asks for has a model of its own. Where the bodies are the same
+//! as at the first value, its reduction serves, and where they rest alike, its static state.
+
+use std::collections::{HashSet, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::at::At;
+use super::bodies::{Bound, Meshes};
+use super::error::Error;
+use super::kept::ReductionInputs;
+use super::outcome::{CurveInputs, ResponseInputs};
+use super::prestress::is_of_contact;
+use super::reduced::{Reduced, stuck_modes};
+use super::response::{at_one_speed, off_undamped_modes};
+use super::session::{Session, Stage, unless_ended};
+use super::statics::static_options;
+use crate::description::{Scene, Subject};
+use crate::dlft::Told;
+use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
+use crate::problem::Problem;
+use crate::results::far_slip::ShorterSides;
+use crate::results::pairs::PairTable;
+
+/// Models that are kept for the next steps.
+const KEPT: usize = 16;
+
+/// Scene at a value. It may be asked for from several threads.
+pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, Error> + Sync + 'a;
+
+/// Curve that is asked for.
+#[derive(Debug, Clone)]
+pub struct CurveQuestion<'a> {
+    /// Key of the scene, which tells questions apart whose first models are the same.
+    pub key: &'a str,
+    /// Values, the frequency, and the axis.
+    pub range: ValueRange,
+    /// Name of the observed displacement; `None`: the first one.
+    pub observation: Option<&'a str>,
+}
+
+/// Curve of a scene over a value.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Curve {
+    /// Reduced model of the first value.
+    pub reduced: Reduced,
+    /// Number of the observed displacement.
+    pub observation: usize,
+    /// Motions along the branches, with their values.
+    pub curve: ValueCurve,
+    /// Values without a model, and why, in the order in which they were asked for.
+    pub missing: Vec<(f64, Error)>,
+}
+
+/// Follows the motions at one frequency over a value. `scene_at` gives the scene of a value; the
+/// meshes are those of all scenes.
+///
+/// # Errors
+/// Those of `scene_at`, and of the stages up to the static state at the first value; at other values
+/// they are no errors: see [`Curve::missing`]. [`Error::AllBonded`] without a contact that can slip
+/// or open, [`Error::AlongEngineOrder`], [`Error::OtherPairs`] where the last value has other pairs
+/// than the first, [`Error::Stopped`] by the observer.
+pub fn curve(
+    question: &CurveQuestion<'_>,
+    scene_at: &SceneAt<'_>,
+    meshes: Option<Meshes>,
+    session: &Session<'_>,
+) -> Result<Curve, Error> {
+    let range = &question.range;
+    let (Some(&from), Some(&to)) = (range.values.first(), range.values.last()) else {
+        return Err(Error::NoMotion);
+    };
+    let scene = scene_at(from)?;
+    let last = scene_at(to)?;
+    at_one_speed(
+        &scene,
+        "a curve over a value has one frequency at one speed",
+    )?;
+    let first = First::of((from, scene), meshes, range.frequency_hz, session)?;
+    let observation = first.at.reduced.observed(question.observation)?;
+    // What cannot be computed at the other end is told before anything is solved.
+    let other = first.model((to, last))?;
+    let models = Models {
+        first: &first,
+        scene_at,
+        kept: Mutex::default(),
+        missing: Mutex::default(),
+    };
+    let curve = {
+        let _stage = session.stage(Stage::Curve);
+        followed(question, &models, &other, session)?
+    };
+    let missing = models.missing.into_inner();
+    let missing = missing.unwrap_or_else(PoisonError::into_inner);
+    session.goes_on()?;
+    let mut curve = curve.ok_or(Error::NoMotion)?;
+    let reduced = first.at.reduced;
+    let sides = ShorterSides::of(&reduced.pairs);
+    for orbit in &mut curve.response.orbits {
+        sides.judge_orbit(orbit);
+    }
+    Ok(Curve {
+        reduced,
+        observation,
+        curve,
+        missing,
+    })
+}
+
+/// Follows the curve over the models, with the points that an earlier run solved.
+fn followed(
+    question: &CurveQuestion<'_>,
+    models: &Models<'_>,
+    last: &ModelAt,
+    session: &Session<'_>,
+) -> Result<Option<ValueCurve>, Error> {
+    let (range, at) = (&question.range, &models.first.at);
+    let settings = &at.settings;
+    let key = session.store().curve_key(&CurveInputs {
+        response: ResponseInputs {
+            problem: &at.reduced.problem,
+            damping: at.damping,
+            state: &at.state,
+            settings,
+            points: None,
+        },
+        last: &last.problem,
+        key: question.key,
+        range,
+    });
+    let earlier = match &key {
+        Some(key) => unless_ended(session.store().curve_points(key))?,
+        None => Vec::new(),
+    };
+    let steps = session.steps(range.values.len(), "values");
+    let asked: HashSet<u64> = range.abscissae().iter().map(|v| v.to_bits()).collect();
+    let passed = Mutex::new(HashSet::new());
+    let ended = AtomicBool::new(false);
+    let tell = |told: Told<'_>| match told {
+        Told::Solved(solved) => {
+            if let Some(key) = &key
+                && unless_ended(session.store().keep_curve_point(key, solved)).is_err()
+            {
+                ended.store(true, Ordering::Relaxed);
+            }
+            let bits = solved.abscissa().to_bits();
+            if asked.contains(&bits) && locked(&passed).insert(bits) {
+                steps.step();
+            }
+        }
+        Told::Next(stop) => {
+            session.stops(stop);
+            if ended.load(Ordering::Relaxed) {
+                stop.stop();
+            }
+        }
+        Told::Tries(_) => {}
+    };
+    let model_of = |value: f64| models.at(value);
+    let curve = follow_over(range, &model_of, settings, &earlier, &tell);
+    if ended.load(Ordering::Relaxed) {
+        return Err(Error::Stopped);
+    }
+    Ok(curve)
+}
+
+/// Model of the first value, from which those of the others are made.
+struct First {
+    at: At,
+    meshes: Option<Meshes>,
+    /// What its reduction depends on; `None` for a reduced model that is read.
+    inputs: Option<ReductionInputs>,
+}
+
+impl First {
+    fn of(
+        (value, scene): (f64, Scene),
+        meshes: Option<Meshes>,
+        frequency_hz: f64,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        let reduced = Reduced::of(&scene, meshes.clone(), session)?;
+        if reduced.problem.laws.is_empty() {
+            let why = "the amplitude is then proportional to the force, and `run` has it";
+            return Err(Error::AllBonded { why });
+        }
+        let bound = reduced.bodies.as_ref().map(|bodies| &bodies.bound);
+        let inputs = bound.map(|bound| inputs(bound, &scene));
+        let mut at = At::about((value, scene), reduced, None, session)?;
+        at.settings.frequencies_hz = vec![frequency_hz];
+        let harmonics = at.settings.resolution.most_harmonics();
+        let (problem, frequencies_hz) = (&at.reduced.problem, &at.settings.frequencies_hz);
+        off_undamped_modes(problem, &at.state, at.damping, frequencies_hz, harmonics)?;
+        Ok(Self { at, meshes, inputs })
+    }
+
+    /// Model of a scene at another value, made without a word.
+    fn model(&self, (value, scene): (f64, Scene)) -> Result<ModelAt, Error> {
+        let (mut nobody, mut nothing) = ((), ());
+        let silent = Session::new(&mut nobody, &mut nothing);
+        let reduced = self.reduced(&scene, &silent)?;
+        let [own, first] = [&reduced, &self.at.reduced].map(|r| r.problem.laws.len());
+        if own != first {
+            return Err(Error::OtherPairs { value, own, first });
+        }
+        let at = At::about((value, scene), reduced, Some(&self.at), &silent)?;
+        Ok(ModelAt {
+            problem: at.reduced.problem,
+            damping: at.damping,
+            state: at.state,
+        })
+    }
+
+    fn reduced(&self, scene: &Scene, session: &Session<'_>) -> Result<Reduced, Error> {
+        let Subject::Assembly(assembly) = &scene.subject else {
+            return match self.at.reduced_for(scene) {
+                Some(reduced) => Ok(reduced),
+                None => Reduced::of(scene, None, session),
+            };
+        };
+        let meshes = self.meshes.as_ref().ok_or(Error::NoMesh)?;
+        let bound = Bound::of(assembly, meshes, session)?;
+        if self.inputs.as_ref() != Some(&inputs(&bound, scene)) {
+            return Reduced::of_bound(bound, stuck_modes(scene), scene, session);
+        }
+        let problem = Problem::new(self.at.reduced.model().clone(), &bound.model);
+        Ok(Reduced {
+            pairs: PairTable::of_model(&bound.model),
+            problem: problem.with_modal_ratios(&scene.modal_ratios)?,
+            bodies: None,
+            of_folder: Vec::new(),
+        })
+    }
+}
+
+/// What the reduction of a bound assembly depends on.
+fn inputs(bound: &Bound, scene: &Scene) -> ReductionInputs {
+    let model = &bound.model;
+    let statics = is_of_contact(model).then(|| static_options(scene));
+    ReductionInputs::of(model, stuck_modes(scene), statics)
+}
+
+/// Models over the values, of which the last ones are kept.
+struct Models<'a> {
+    first: &'a First,
+    scene_at: &'a SceneAt<'a>,
+    kept: Mutex<VecDeque<(f64, Arc<ModelAt>)>>,
+    missing: Mutex<Vec<(f64, Error)>>,
+}
+
+impl Models<'_> {
+    /// Model of a value; `None` where there is none, which is noted.
+    fn at(&self, value: f64) -> Option<Arc<ModelAt>> {
+        let kept = locked(&self.kept);
+        if let Some((_, model)) = kept.iter().find(|(of, _)| *of == value) {
+            return Some(Arc::clone(model));
+        }
+        drop(kept);
+        let first = &self.first.at;
+        let made = if value == first.value {
+            Ok(ModelAt {
+                problem: first.reduced.problem.clone(),
+                damping: first.damping,
+                state: first.state.clone(),
+            })
+        } else {
+            (self.scene_at)(value).and_then(|scene| self.first.model((value, scene)))
+        };
+        match made {
+            Ok(model) => {
+                let (model, mut kept) = (Arc::new(model), locked(&self.kept));
+                kept.push_back((value, Arc::clone(&model)));
+                if kept.len() > KEPT {
+                    kept.pop_front();
+                }
+                Some(model)
+            }
+            Err(error) => {
+                locked(&self.missing).push((value, error));
+                None
+            }
+        }
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,110 @@
+//! Picture of the motions at one frequency over a key.
+
+use std::path::PathBuf;
+
+use crate::error::RunError;
+use crate::export::ExportError;
+use crate::export::csv::CurveRow;
+use crate::export::plots::{Axis, Scale, Series, write_series};
+use crate::words::{rounded, short, title};
+use dovetail_solver::dlft::branch::sections;
+use dovetail_solver::run::Curve;
+
+/// Curve over a key for the files.
+#[derive(Debug)]
+pub struct CurveFiles<'a> {
+    /// Key whose values it is followed over.
+    pub key: &'a str,
+    /// Frequency of the motions, Hz.
+    pub frequency_hz: f64,
+    /// Name of the observed displacement.
+    pub observation: String,
+    /// The curve.
+    pub found: &'a Curve,
+    /// Motions, in the order of the branches.
+    pub rows: Vec<CurveRow<'a>>,
+}
+
+impl<'a> CurveFiles<'a> {
+    /// Files of a curve.
+    pub fn of(key: &'a str, frequency_hz: f64, found: &'a Curve) -> Self {
+        Self {
+            key,
+            frequency_hz,
+            observation: found.reduced.observations()[found.observation].name.clone(),
+            rows: CurveRow::of(found),
+            found,
+        }
+    }
+}
+
+/// Draws the amplitude over the values of the key, unstable motions dashed, and the linear reference.
+/// `file` gives the place of a picture.
+pub fn draw(
+    curve: &CurveFiles<'_>,
+    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
+) -> Result<(), RunError> {
+    let CurveFiles {
+        key,
+        frequency_hz,
+        observation,
+        found,
+        rows,
+    } = curve;
+    let over = title(key.rsplit('.').next().unwrap_or(key));
+    let point = |i: usize| {
+        let row = &rows[i];
+        let has_motion = row.orbit.outcome.has_motion();
+        (row.value, has_motion.then(|| row.amplitude_m()))
+    };
+    // The line of a series breaks between its sections.
+    let of = |is_stable: bool| {
+        let sections = sections(&found.curve.response).into_iter();
+        let sections = sections.filter(move |section| section.is_stable == is_stable);
+        sections.flat_map(move |section| {
+            let last = section.points.end.saturating_sub(1);
+            let end = (rows[last].value, None);
+            section.points.map(point).chain([end]).collect::<Vec<_>>()
+        })
+    };
+    let mut linear: Vec<(f64, Option<f64>)> =
+        rows.iter().map(|row| (row.value, row.linear_m)).collect();
+    linear.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut series = vec![
+        Series {
+            dots: false,
+            ..Series::new("linear".to_owned(), linear.into_iter())
+        },
+        Series::new("stable".to_owned(), of(true)),
+    ];
+    let unstable: Vec<_> = of(false).collect();
+    if !unstable.is_empty() {
+        series.push(Series {
+            dashed: true,
+            ..Series::new("unstable".to_owned(), unstable.into_iter())
+        });
+    }
+    let shown = series.iter().flat_map(|s| &s.points);
+    let shown: Vec<f64> = shown.filter_map(|p| p.1).collect();
+    let axis = |title: String, unit: &'static str, values: &[f64]| Axis {
+        title,
+        unit,
+        scale: Scale::of(values.iter().copied()),
+        marks: Vec::new(),
+    };
+    let values: Vec<f64> = rows.iter().map(|row| row.value).collect();
+    let axes = [
+        axis(over.clone(), "", &values),
+        axis(format!("amplitude of {observation}"), "m", &shown),
+    ];
+    let shows = format!(
+        "Amplitude of {observation} over {over} at {} Hz",
+        short(rounded(*frequency_hz, 7))
+    );
+    Ok(write_series(
+        &file("curve_amplitude")?,
+        &shows,
+        &axes,
+        &series,
+    )?)
+}
