@@ -167,7 +167,7 @@ fn write_model(folder: &Path, arrays: &[(&str, usize, Vec<f64>)]) {
 }
 
 /// Scene of [`write_stop`] in a folder.
-fn stop_scene(folder: &Folder) -> PathBuf {
+pub fn stop_scene(folder: &Folder) -> PathBuf {
     write_stop(&folder.join("stop"));
     folder.write("scene.toml", STOP)
 }
@@ -191,7 +191,7 @@ fn curves_over_force_and_clearance_have_the_motions_of_the_response_between_its_
     let expected = [linear_m, followed[0]];
     for (key, range, word, at) in [
         ("reduced_model.force_n", "0.01:1:3", "force", 0.1),
-        ("reduced_model.gap_m", "0.25:4:3", "gap", 1.0),
+        ("reduced_model.gap_m", "0.2:5:3", "gap", 1.0),
     ] {
         let out = folder.join(word);
         let mut command = on_scene("curve", &scene, &out, &[]);

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 
 use dovetail::reference::{scene_tables, study_tables};
 
+use crate::reduced_scenes::stop_scene;
 use crate::shared_folder::Folder;
 use crate::shared_program::{READY_PATCH, SMALL, ended, on_scene, printed, program};
 use crate::shared_runs::{Run, summary};
@@ -167,6 +168,18 @@ fn the_page_of_the_summary_has_its_keys() {
     let set = [SMALL, "response.harmonics=1", "contact.*.wear_m2_n=1e-14"];
     let mut command = on_scene("wear", "scenes/paper.toml", &wear, &set);
     ended(command.args(["--cycles", "10"]), 0);
+    let curve = Folder::new("reference_curve");
+    let stop = stop_scene(&curve);
+    let over = [
+        "--over",
+        "reduced_model.force_n=0.01:1:2",
+        "--frequency",
+        "0.19",
+    ];
+    ended(
+        on_scene("curve", stop, &curve.join("out"), &[]).args(over),
+        0,
+    );
     let mut found = BTreeSet::new();
     for summary in [
         summary_of("run", "verification/patch", &[READY_PATCH]),
@@ -175,6 +188,7 @@ fn the_page_of_the_summary_has_its_keys() {
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),
         summary(&wear),
+        summary(&curve.join("out")),
     ] {
         key_paths(&summary, "", &mut found);
     }
