@@ -22,11 +22,10 @@ use dovetail_solver::run::{ModeChoice, Verification};
 
 const EXIT_CODES: &str = "\
 Exit codes:
-  0  done
+  0  done, or 3 where some frequencies or cases of a study did not converge
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
-  3  done, but some frequencies or cases of a study did not converge
-  130  ended by Ctrl-C or SIGTERM; `run`, `peaks`, `curve` and `wear` go on with --resume";
+  130  ended by Ctrl-C or SIGTERM; run, peaks, curve, wear go on with --resume";
 
 const RUN_HELP: &str = "\
 Keys of the scene are set with --set KEY=VALUE, as if the file said so:
@@ -166,7 +165,7 @@ pub(super) enum Command {
     /// Follow the peak over values of a key, or of two: the design curve
     #[command(after_help = PEAKS_HELP)]
     Peaks(PeaksArguments),
-    /// Follow the motions at one frequency over values of a key, round folds
+    /// All motions at one frequency over values of a key, round folds
     #[command(after_help = CURVE_HELP)]
     Curve(CurveArguments),
     /// Frequency and damping of a mode over its amplitude
