@@ -230,12 +230,15 @@ impl<'a> ContactSystem<'a> {
         let of = self.problem.reduced.of_harmonic(k);
         let complex = |v: &[f64]| v.iter().map(|v| c64::new(*v, 0.0)).collect::<Vec<_>>();
         let (mut slope, on_modes) = (complex(on_x), complex(on_modes));
-        let shares = eliminated.shares().into_iter().zip(&on_modes);
-        let shares = [shares.map(|(share, on)| share * on).collect(), Vec::new()];
+        for (m, (share, on)) in eliminated.shares().iter().zip(&on_modes).enumerate() {
+            let coupling = of.model.coupling.col_as_slice(m);
+            for (slope, p) in slope.iter_mut().zip(coupling) {
+                *slope += share * (on.re * *p);
+            }
+        }
         // The equations of all unknowns are symmetric.
-        let taken = eliminated.taken(&on_modes);
-        for amplitudes in std::iter::once(&shares).chain(&taken) {
-            of.model.add_on_pairs(amplitudes, &mut slope);
+        if let Some(taken) = eliminated.taken(&on_modes) {
+            of.model.add_on_pairs(&taken, &mut slope);
         }
         of.narrowed(&slope)
     }
@@ -512,24 +515,42 @@ impl<'a> HarmonicStiffness<'a> {
             modes, dashpots, ..
         } = &self.harmonics[k - 1];
         let [forces, motions] = self.columns(k);
-        let scaled = Mat::from_fn(n, modes.len(), |i, m| forces[0][(i, m)] * modes[m]);
-        let moved = motions[0].get(.., ..modes.len());
-        let mut all = dense::product(scaled.as_ref(), moved.transpose());
-        if let Some(low_rank) = dashpots {
-            let left = low_rank.left_product([&forces[0], &forces[1]]);
-            for (left, motions) in left.iter().zip(&motions) {
-                all += dense::product(left.as_ref(), motions.transpose());
+        let mut parts = [Mat::<f64>::zeros(n, n), Mat::zeros(n, n)];
+        for j in 0..n {
+            for (i, v) in self.of_pairs(k, 0..n, j).enumerate() {
+                (parts[0][(i, j)], parts[1][(i, j)]) = (v.re, v.im);
             }
         }
-        for j in 0..n {
-            let column = all.col_as_slice_mut(j).iter_mut();
-            let of_pairs = self.of_pairs(k, 0..n, j);
-            column.zip(of_pairs).for_each(|(o, v)| *o += v);
+        if self.model(k).wave.is_none() {
+            // Without complex products, which take twice as long.
+            let coupling = self.reduced.coupling.get(.., ..modes.len());
+            let of: [fn(c64) -> f64; 2] = [|v| v.re, |v| v.im];
+            for (part, of) in parts.iter_mut().zip(of) {
+                let scaled = Mat::from_fn(n, modes.len(), |i, m| coupling[(i, m)] * of(modes[m]));
+                matmul(
+                    part,
+                    Accum::Add,
+                    &scaled,
+                    coupling.transpose(),
+                    1.0,
+                    Par::Seq,
+                );
+            }
+        } else {
+            let scaled = Mat::from_fn(n, modes.len(), |i, m| forces[0][(i, m)] * modes[m]);
+            let moved = motions[0].get(.., ..modes.len());
+            add_parts(
+                &mut parts,
+                &dense::product(scaled.as_ref(), moved.transpose()),
+            );
         }
-        [
-            Mat::from_fn(n, n, |i, j| all[(i, j)].re),
-            Mat::from_fn(n, n, |i, j| all[(i, j)].im),
-        ]
+        if let Some(low_rank) = dashpots {
+            let left = low_rank.left_product([&forces[0], &forces[1]]);
+            let [on_modes, on_dashpots] =
+                [0, 1].map(|i| dense::product(left[i].as_ref(), motions[i].transpose()));
+            add_parts(&mut parts, &(on_modes + on_dashpots));
+        }
+        parts
     }
 
     /// Entries `rows` of column j of s K - z M of harmonic k: Lambda without the stuck modes.
@@ -543,6 +564,16 @@ impl<'a> HarmonicStiffness<'a> {
             s * of.entry(stiffness, i, j) - z * of.entry(mass, i, j)
         };
         rows.map(entry)
+    }
+}
+
+/// Adds a complex matrix to its real and imaginary part.
+fn add_parts(parts: &mut [Mat<f64>; 2], all: &Mat<c64>) {
+    for j in 0..all.ncols() {
+        for (i, v) in all.col_as_slice(j).iter().enumerate() {
+            parts[0][(i, j)] += v.re;
+            parts[1][(i, j)] += v.im;
+        }
     }
 }
 
