@@ -301,25 +301,22 @@ fn observe(
     modal: &[f64],
 ) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
-    let of_point = |point: usize| {
-        let work = |point: &ObservedPoint, x: &[f64], q: &[f64]| {
-            dot(&point.on_x, x) + dot(&point.on_modes, &q[..point.on_modes.len()])
-        };
-        let mut out = vec![0.0; blocks(harmonics)];
-        let mean = Block::mean(system, u, modal);
-        out[0] = work(&reduced.observations[point], &mean.x, mean.q);
-        for k in 1..=harmonics {
-            let observed = &reduced.of_harmonic(k).observations()[point];
-            for (at, part) in [cosine(k), sine(k)]
-                .into_iter()
-                .zip(Block::parts(system, k, u, modal))
-            {
-                out[at] = work(observed, &part.x, part.q);
-            }
+    let mut out = vec![vec![0.0; blocks(harmonics)]; reduced.observations.len()];
+    let mut observe = |at: usize, observations: &[ObservedPoint], part: &Block<'_>| {
+        for (out, point) in out.iter_mut().zip(observations) {
+            let on_modes = &part.q[..point.on_modes.len()];
+            out[at] = dot(&point.on_x, &part.x) + dot(&point.on_modes, on_modes);
         }
-        out
     };
-    (0..reduced.observations.len()).map(of_point).collect()
+    observe(0, &reduced.observations, &Block::mean(system, u, modal));
+    for k in 1..=harmonics {
+        let observations = reduced.of_harmonic(k).observations();
+        let parts = Block::parts(system, k, u, modal);
+        for (at, part) in [cosine(k), sine(k)].into_iter().zip(&parts) {
+            observe(at, observations, part);
+        }
+    }
+    out
 }
 
 /// Cosine or sine part of a motion in one harmonic, on the model of that harmonic, or its mean.

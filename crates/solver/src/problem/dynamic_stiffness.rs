@@ -514,29 +514,28 @@ impl<'a> HarmonicStiffness<'a> {
         let Coefficients {
             modes, dashpots, ..
         } = &self.harmonics[k - 1];
-        let [forces, motions] = self.columns(k);
         let mut parts = [Mat::<f64>::zeros(n, n), Mat::zeros(n, n)];
         for j in 0..n {
             for (i, v) in self.of_pairs(k, 0..n, j).enumerate() {
                 (parts[0][(i, j)], parts[1][(i, j)]) = (v.re, v.im);
             }
         }
-        if self.model(k).wave.is_none() {
+        let is_wave = self.model(k).wave.is_some();
+        if !is_wave {
             // Without complex products, which take twice as long.
             let coupling = self.reduced.coupling.get(.., ..modes.len());
             let of: [fn(c64) -> f64; 2] = [|v| v.re, |v| v.im];
             for (part, of) in parts.iter_mut().zip(of) {
                 let scaled = Mat::from_fn(n, modes.len(), |i, m| coupling[(i, m)] * of(modes[m]));
-                matmul(
-                    part,
-                    Accum::Add,
-                    &scaled,
-                    coupling.transpose(),
-                    1.0,
-                    Par::Seq,
-                );
+                let other = coupling.transpose();
+                matmul(part, Accum::Add, &scaled, other, 1.0, Par::Seq);
             }
-        } else {
+        }
+        if !is_wave && dashpots.is_none() {
+            return parts;
+        }
+        let [forces, motions] = self.columns(k);
+        if is_wave {
             let scaled = Mat::from_fn(n, modes.len(), |i, m| forces[0][(i, m)] * modes[m]);
             let moved = motions[0].get(.., ..modes.len());
             add_parts(

@@ -133,12 +133,7 @@ fn at_nodal_diameter(structure: &Structure, sectors: usize, nodal_diameter: usiz
         }
         return Wave::Standing(Cow::Owned(against));
     }
-    Wave::Travelling(Structure {
-        excitations: Vec::new(),
-        observations: Vec::new(),
-        dashpots: Vec::new(),
-        ..copies(structure, sectors, nodal_diameter)
-    })
+    Wave::Travelling(copies(structure, sectors, nodal_diameter))
 }
 
 /// Reduced model of a disc at a nodal diameter above 0: that of two copies of a sector
@@ -153,10 +148,21 @@ pub fn reduce_wave(
     nodal_diameter: usize,
     stuck_modes: StuckModes,
 ) -> Result<Reduction, ReductionError> {
-    reduce_copies(&copies(structure, sectors, nodal_diameter), stuck_modes, 2)
+    let copies = Structure {
+        excitations: on_both(&structure.excitations, |vectors| vectors),
+        observations: on_both(&structure.observations, |observed: &mut ObservedWork| {
+            &mut observed.load
+        }),
+        dashpots: on_both(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
+            &mut dashpot.1
+        }),
+        ..copies(structure, sectors, nodal_diameter)
+    };
+    reduce_copies(&copies, stuck_modes, 2)
 }
 
-/// Structure of two copies of a sector for a nodal diameter. It has no parts of the steady load.
+/// Structure of two copies of a sector for a nodal diameter. It has no loads but the steady one of the
+/// bodies.
 fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Structure {
     // The sine of a multiple of half a turn is no rounding.
     let phase = |ahead: i32| {
@@ -196,13 +202,9 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
         bodies: [&structure.bodies[..], &structure.bodies[..]].concat(),
         joints: joints.into_iter().flatten().collect(),
         steady_parts: Vec::new(),
-        excitations: on_both(&structure.excitations, |vectors| vectors),
-        observations: on_both(&structure.observations, |observed: &mut ObservedWork| {
-            &mut observed.load
-        }),
-        dashpots: on_both(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
-            &mut dashpot.1
-        }),
+        excitations: Vec::new(),
+        observations: Vec::new(),
+        dashpots: Vec::new(),
     }
 }
 

@@ -6,18 +6,17 @@
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::at::At;
 use super::bodies::{Bound, Meshes};
 use super::error::Error;
 use super::kept::ReductionInputs;
 use super::outcome::{CurveInputs, ResponseInputs};
-use super::prestress::is_of_contact;
 use super::reduced::{Reduced, stuck_modes};
+use super::reducing::inputs;
 use super::response::{at_one_speed, off_undamped_modes};
-use super::session::{Session, Stage, unless_ended};
-use super::statics::static_options;
+use super::session::{Session, Stage, lock, unless_ended};
 use crate::description::{Scene, Subject};
 use crate::dlft::Told;
 use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
@@ -148,7 +147,7 @@ fn followed(
                 ended.store(true, Ordering::Relaxed);
             }
             let bits = solved.abscissa().to_bits();
-            if asked.contains(&bits) && locked(&passed).insert(bits) {
+            if asked.contains(&bits) && lock(&passed).insert(bits) {
                 steps.step();
             }
         }
@@ -172,7 +171,7 @@ fn followed(
 struct First {
     at: At,
     meshes: Option<Meshes>,
-    /// What its reduction depends on; `None` for a reduced model that is read.
+    /// Inputs of its reduction; `None` for a reduced model that is read.
     inputs: Option<ReductionInputs>,
 }
 
@@ -189,7 +188,7 @@ impl First {
             return Err(Error::AllBonded { why });
         }
         let bound = reduced.bodies.as_ref().map(|bodies| &bodies.bound);
-        let inputs = bound.map(|bound| inputs(bound, &scene));
+        let inputs = bound.map(|bound| inputs(&bound.model, stuck_modes(&scene), &scene));
         let mut at = At::about((value, scene), reduced, None, session)?;
         at.settings.frequencies_hz = vec![frequency_hz];
         let harmonics = at.settings.resolution.most_harmonics();
@@ -224,8 +223,9 @@ impl First {
         };
         let meshes = self.meshes.as_ref().ok_or(Error::NoMesh)?;
         let bound = Bound::of(assembly, meshes, session)?;
-        if self.inputs.as_ref() != Some(&inputs(&bound, scene)) {
-            return Reduced::of_bound(bound, stuck_modes(scene), scene, session);
+        let wanted = stuck_modes(scene);
+        if self.inputs.as_ref() != Some(&inputs(&bound.model, wanted, scene)) {
+            return Reduced::of_bound(bound, wanted, scene, session);
         }
         let problem = Problem::new(self.at.reduced.model().clone(), &bound.model);
         Ok(Reduced {
@@ -235,13 +235,6 @@ impl First {
             of_folder: Vec::new(),
         })
     }
-}
-
-/// What the reduction of a bound assembly depends on.
-fn inputs(bound: &Bound, scene: &Scene) -> ReductionInputs {
-    let model = &bound.model;
-    let statics = is_of_contact(model).then(|| static_options(scene));
-    ReductionInputs::of(model, stuck_modes(scene), statics)
 }
 
 /// Models over the values, of which the last ones are kept.
@@ -255,7 +248,7 @@ struct Models<'a> {
 impl Models<'_> {
     /// Model of a value; `None` where there is none, which is noted.
     fn at(&self, value: f64) -> Option<Arc<ModelAt>> {
-        let kept = locked(&self.kept);
+        let kept = lock(&self.kept);
         if let Some((_, model)) = kept.iter().find(|(of, _)| *of == value) {
             return Some(Arc::clone(model));
         }
@@ -272,7 +265,7 @@ impl Models<'_> {
         };
         match made {
             Ok(model) => {
-                let (model, mut kept) = (Arc::new(model), locked(&self.kept));
+                let (model, mut kept) = (Arc::new(model), lock(&self.kept));
                 kept.push_back((value, Arc::clone(&model)));
                 if kept.len() > KEPT {
                     kept.pop_front();
@@ -280,13 +273,9 @@ impl Models<'_> {
                 Some(model)
             }
             Err(error) => {
-                locked(&self.missing).push((value, error));
+                lock(&self.missing).push((value, error));
                 None
             }
         }
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

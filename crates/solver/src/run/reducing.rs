@@ -13,6 +13,7 @@ use super::reduced::{Reduced, highest_harmonic, stuck_modes};
 use super::session::{Event, Session, Stage};
 use super::statics::static_options;
 use crate::description::{Scene, Subject};
+use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
 use crate::model::{Assembly, Cyclic, Model, bind};
 use crate::problem::Problem;
@@ -137,7 +138,7 @@ fn recovered(
 }
 
 /// Inputs of the reduction of a model for a scene.
-fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> ReductionInputs {
+pub(super) fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> ReductionInputs {
     let statics = is_of_contact(model).then(|| static_options(scene));
     ReductionInputs::of(model, wanted, statics)
 }
@@ -220,7 +221,8 @@ impl Bodies {
                             truncation: reduction.truncation,
                             ..self.modes.clone()
                         },
-                        prestressed: self.prestressed.clone(),
+                        // That of the sectors in phase serves all waves.
+                        prestressed: Prestressed::new(),
                     };
                     if let Some(key) = &key {
                         let _stage = session.stage(Stage::Keeping);

@@ -454,7 +454,7 @@ impl Drop for Steps<'_, '_> {
 }
 
 /// Locks a mutex. A panic of another thread that had the lock leaves the data intact.
-fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

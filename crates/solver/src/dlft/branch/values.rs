@@ -29,6 +29,7 @@ use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
+use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
 use std::cell::{OnceCell, RefCell};
 use std::f64::consts::TAU;
@@ -270,7 +271,7 @@ struct Parts<'m> {
     model: &'m ModelAt,
     system: ContactSystem<'m>,
     linear: Problem,
-    /// What holds the bodies; `None` where it is that of the first value.
+    /// Holding of the bodies; `None` where it is that of the first value.
     holding: Option<Holding<'m>>,
     /// Model of the inner linear solves; `None` where that of the first value serves.
     inexact: Option<InexactModel<'m>>,
@@ -324,7 +325,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         } = model;
         let lowest = values.run.refinement.lowest();
         let levels: &'m [Level] = values.run.levels;
-        let is_as_first = has_matrices_of(problem, &values.first.problem);
+        let is_as_first = have_same_matrices(&problem.reduced, &values.first.problem.reduced);
         let is_held_as_first =
             is_as_first && problem.excitations == values.first.problem.excitations;
         let inexact = (!is_as_first).then(|| match lowest.solver {
@@ -380,13 +381,18 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
     }
 }
 
-/// Returns `true` if two problems have the same matrices.
-fn has_matrices_of(problem: &Problem, other: &Problem) -> bool {
-    let (own, others) = (&problem.reduced, &other.reduced);
-    own.omega2 == others.omega2
-        && own.stiffness == others.stiffness
-        && own.mass == others.mass
-        && own.coupling == others.coupling
+/// Returns `true` if two models have the same matrices, in phase and in each wave.
+fn have_same_matrices(one: &ReducedModel, other: &ReducedModel) -> bool {
+    let [own, others] = [one, other].map(|model| model.waves.copies());
+    one.omega2 == other.omega2
+        && one.stiffness == other.stiffness
+        && one.mass == other.mass
+        && one.coupling == other.coupling
+        && own.keys().eq(others.keys())
+        && own
+            .values()
+            .zip(others.values())
+            .all(|(own, other)| have_same_matrices(own, other))
 }
 
 /// Returns `true` if two models rest alike under the same laws: their balances then differ in the
