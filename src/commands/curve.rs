@@ -39,13 +39,10 @@ impl Work<'_> {
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "a curve over a value has one frequency at one speed";
         run::at_one_speed(self.scene, why).map_err(RunError::from)?;
-        if let Some(files) = &self.files {
-            let before = files.locked().begin_curve(asked.resume)?;
-            if before > 0 {
-                self.reporter
-                    .note(&format!("{before} motions were solved before"));
-            }
-        }
+        self.begins(
+            |files| files.begin_curve(asked.resume),
+            "motions were solved",
+        )?;
         let question = CurveQuestion {
             key: &asked.over.key,
             range: ValueRange {

@@ -36,7 +36,7 @@ pub use self::peaks::PeakQuestion;
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::cache::{Cache, RunStore};
 use crate::error::RunError;
-use crate::files::SharedFiles;
+use crate::files::{Files, SharedFiles};
 use crate::reporter::Reporter;
 use crate::scene::check::pair_law::reduced_model_lines;
 use crate::warning::Weight;
@@ -77,6 +77,22 @@ impl Work<'_> {
         }
         let files = meshing::named_files(assembly, &self.reporter)?;
         Ok(Some(Meshes { mesh, files }))
+    }
+
+    /// Begins a search that can be resumed, in files if there are any, and notes how many motions of an
+    /// interrupted one are known. `words` say what was done to them: `peaks were found`.
+    fn begins(
+        &self,
+        begin: impl FnOnce(&mut Files) -> Result<usize, RunError>,
+        words: &str,
+    ) -> Result<(), RunError> {
+        if let Some(files) = &self.files {
+            let before = begin(&mut files.locked())?;
+            if before > 0 {
+                self.reporter.note(&format!("{before} {words} before"));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that the scene is about a disc of equal sectors.

@@ -42,13 +42,10 @@ impl Work<'_> {
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "peaks are those over the frequency at one speed";
         run::at_one_speed(self.scene, why).map_err(RunError::from)?;
-        if let Some(files) = &self.files {
-            let before = files.locked().begin_peaks(question.resume)?;
-            if before > 0 {
-                self.reporter
-                    .note(&format!("{before} peaks were found before"));
-            }
-        }
+        self.begins(
+            |files| files.begin_peaks(question.resume),
+            "peaks were found",
+        )?;
         let meshes = self.meshes()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],

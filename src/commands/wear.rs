@@ -48,13 +48,10 @@ impl Work<'_> {
     pub fn wear(&self, asked: &AskedWear) -> Result<(String, Result<(), RunError>), RunError> {
         // Before anything is meshed.
         run::at_one_speed(self.scene, "contacts wear at one speed")?;
-        if let Some(files) = &self.files {
-            let before = files.locked().begin_wear(asked.resume)?;
-            if before > 0 {
-                self.reporter
-                    .note(&format!("{before} vibrations were found before"));
-            }
-        }
+        self.begins(
+            |files| files.begin_wear(asked.resume),
+            "vibrations were found",
+        )?;
         let mission = asked.mission(&self.scene.mission);
         let meshes = self.meshes()?;
         let question = WearQuestion {
