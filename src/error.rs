@@ -10,6 +10,7 @@ use crate::exhaustion::OutOfMemory;
 use crate::exit::ExitStatus;
 use crate::export::ExportError;
 use crate::gmsh::GmshError;
+use crate::influence_file::InfluenceFileError;
 use crate::matrix_files::MatrixFilesError;
 use crate::motions::free_words;
 use crate::words::quantity;
@@ -38,6 +39,10 @@ pub enum RunError {
     /// Error of the file of `excitation.file`.
     #[error(transparent)]
     Field(#[from] SurfaceFieldError),
+
+    /// Error of the file of `cyclic.influence`.
+    #[error(transparent)]
+    Influence(#[from] InfluenceFileError),
 
     /// Error of the matrices of a body.
     #[error(transparent)]
@@ -282,6 +287,9 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "leave out `engine_order` of [cyclic], or give a multiple of `sectors`; `dovetail run` and `dovetail peaks` \
              compute the wave"
         }
+        run::Error::WithInfluence { .. } => {
+            "leave out `influence` of [cyclic]; `dovetail run`, `dovetail peaks` and `dovetail curve` have it"
+        }
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
         }
@@ -327,6 +335,7 @@ impl RunError {
             )
             | Self::Mesh(_)
             | Self::Field(_)
+            | Self::Influence(_)
             | Self::Matrices(_)
             | Self::Quality(_)
             | Self::NoMesh { .. }

@@ -27,6 +27,7 @@ pub mod export;
 pub mod files;
 pub mod fingerprint;
 pub mod gmsh;
+pub mod influence_file;
 pub mod listener;
 pub mod matrix_files;
 pub mod mesh_files;

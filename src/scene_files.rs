@@ -10,8 +10,9 @@ use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, MatrixSource};
 use dovetail_solver::reduction::superelement;
 
-/// Files that a scene names: meshes or their script, matrices, fields, the files of a reduced model. A ready
-/// mesh that does not exist is left out, as it is needed only if gmsh is missing.
+/// Files that a scene names: meshes or their script, matrices, fields, the aerodynamic influence, the
+/// files of a reduced model. A ready mesh that does not exist is left out, as it is needed only if
+/// gmsh is missing.
 pub fn files(scene: &Scene) -> Vec<PathBuf> {
     let assembly = match &scene.subject {
         Subject::ReducedModel(spec) => return superelement::files(&spec.folder),
@@ -37,6 +38,7 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
         }
     }
     files.extend(assembly.field_files().map(Path::to_path_buf));
+    files.extend(assembly.influence_file().map(Path::to_path_buf));
     files
 }
 

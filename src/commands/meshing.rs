@@ -10,6 +10,7 @@ use crate::export::manifest::MeshOrigin;
 use crate::export::{create_folder, write_file};
 use crate::files::MESH_FILE;
 use crate::gmsh::{self, GmshError, GmshRun, inputs};
+use crate::influence_file;
 use crate::matrix_files;
 use crate::mesh_files;
 use crate::reporter::{Reporter, StageGuard};
@@ -23,6 +24,7 @@ use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, GivenMatrices, MatrixFiles, MatrixSource, MeshKind, MeshSource,
     NamedFiles, SurfaceFields,
 };
+use dovetail_solver::reduction::InfluenceCoefficient;
 use dovetail_solver::run::Stage;
 
 /// Origin of a mesh that is read from a file.
@@ -53,6 +55,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
         }
     }
     surface_fields(assembly)?;
+    influence(assembly)?;
     match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
         None => {}
         Some(MeshKind::File { path }) => is_there(path)?,
@@ -79,13 +82,22 @@ fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
     Ok(fields)
 }
 
-/// Contents of the files that excitations and bodies name.
+/// Coefficients of the aerodynamic influence, if a file has them.
+fn influence(assembly: &Assembly) -> Result<Option<Vec<InfluenceCoefficient>>, RunError> {
+    Ok(assembly
+        .influence_file()
+        .map(influence_file::read)
+        .transpose()?)
+}
+
+/// Contents of the files that excitations, bodies and the disc name.
 pub(super) fn named_files(
     assembly: &Assembly,
     reporter: &Reporter<'_>,
 ) -> Result<NamedFiles, RunError> {
     let mut files = NamedFiles {
         fields: surface_fields(assembly)?,
+        influence: influence(assembly)?,
         ..NamedFiles::default()
     };
     let has_files = |body: &BodySpec| matches!(body.matrices, MatrixSource::Files(_));

@@ -285,12 +285,14 @@ fn of_pairs(pairs: &PairTable) -> Columns<'_, usize> {
 /// Reads the rows of an existing modes.csv; none if there is no such file or it is not such a
 /// table.
 pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
-    let row = |(kind, body, mode, frequency_hz): (String, String, usize, f64)| {
+    let row = |cells: (String, String, usize, f64, Option<f64>)| {
+        let (kind, body, mode, frequency_hz, modal_mass_kg) = cells;
         Some(NaturalFrequency {
             kind: ModeKind::ALL.into_iter().find(|k| k.id() == kind)?,
             body: (body != ASSEMBLY).then_some(body),
             mode,
             frequency_hz,
+            modal_mass_kg,
         })
     };
     let table = ::csv::Reader::from_path(path);
@@ -298,11 +300,12 @@ pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
     rows.filter_map(|cells| row(cells.ok()?)).collect()
 }
 
-/// Writes modes.csv: kind, body, mode, frequency_hz.
+/// Writes modes.csv: kind, body, mode, frequency_hz, modal_mass_kg (empty where no shape is known).
 pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportError> {
     let mut table: Columns<'_, NaturalFrequency> = Columns::default();
     add_mode(&mut table, |f| (f.kind, f.body.as_deref(), f.mode));
     table.add("frequency_hz", |f| f.frequency_hz);
+    table.add("modal_mass_kg", |f| f.modal_mass_kg);
     table.write(path, rows)
 }
 
@@ -964,6 +967,7 @@ mod tests {
             body: body.map(str::to_owned),
             mode,
             frequency_hz: 450.0 / 7.0,
+            modal_mass_kg: body.map(|_| 1.0 / 7.0),
         };
         let rows = [
             row(ModeKind::Linear, None, 1),

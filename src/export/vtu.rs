@@ -342,16 +342,13 @@ fn five_digits(frequency_hz: f64) -> String {
 
 /// Mode on all nodes, scaled to a largest displacement of 1 whose largest component is positive.
 fn to_scale(mode: &ModeShape) -> Vec<f64> {
-    let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
-    let nodes = || mode.shape.iter().flatten();
-    let largest = nodes().max_by(|a, b| size(a).total_cmp(&size(b)));
-    let scale = largest.map_or(1.0, |u| {
-        let component = u.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
-        size(u).sqrt().copysign(component.unwrap_or(1.0))
-    });
     // A mode that does not move has no scale.
-    let scale = if scale == 0.0 { 1.0 } else { scale };
-    nodes().flatten().map(|u| u / scale).collect()
+    let scale = match mode.scale() {
+        0.0 => 1.0,
+        scale => scale,
+    };
+    let nodes = mode.shape.iter().flatten();
+    nodes.flatten().map(|u| u / scale).collect()
 }
 
 /// Writes the bodies with mode shapes on the nodes. Each is a vector without unit whose largest

@@ -54,7 +54,7 @@ use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind, Strength};
 use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
-use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
+use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
@@ -236,7 +236,13 @@ impl Files {
         if let Some(found) = &modes.nodal_diameters {
             self.nodal_diameters(found)?;
         }
-        let own = modes.reduced.natural_frequencies(None, &modes.held_omega2);
+        let mut own = modes.reduced.natural_frequencies(None, &modes.held_omega2);
+        for row in &mut own {
+            let mut shapes = modes.shapes.iter();
+            let shape =
+                shapes.find(|s| (s.kind, &s.body, s.mode) == (row.kind, &row.body, row.mode));
+            row.modal_mass_kg = shape.and_then(ModeShape::modal_mass_kg);
+        }
         let mut rows = own.clone();
         if self.out.is_beside_run() {
             let earlier = csv::read_modes(&self.out.file("modes.csv")?);

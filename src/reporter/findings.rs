@@ -10,6 +10,7 @@ use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::model::Model;
+use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::reduction::Truncation;
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::modes::hertz;
@@ -61,7 +62,28 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     };
     warnings.extend(of_frequencies(&run.reduced, &found.response, &modes, keys));
     warnings.extend(few_modes(found.modes_reach));
+    warnings.extend(flutter(run, found));
     warnings
+}
+
+/// Warning about modes of the wave of the first harmonic that the air drives, if any.
+fn flutter(run: &Run, found: &ResponseResult) -> Option<Warning> {
+    let problem = &run.reduced.problem;
+    let of = problem.reduced.of_harmonic(1);
+    of.influence?;
+    let system = ContactSystem::new(problem, found.damping);
+    let modes = (0..of.model.stuck_modes).step_by(of.copies());
+    let ratios = modes.map(|mode| (mode, system.damping_ratio(1, mode)));
+    let driven: Vec<(usize, f64)> = ratios.filter(|(_, ratio)| *ratio < 0.0).collect();
+    let (mode, ratio) = driven.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(doubt(format!(
+        "the air drives {} of the wave of the response with all pairs stuck: mode {}, at {:.4} Hz, has a damping ratio of {}; \
+         without slip these motions grow, and the response to the excitation alone need not be what the blades do",
+        counted(driven.len(), "mode", "modes"),
+        of.mode_of_sector(*mode) + 1,
+        hertz(of.model.omega2[*mode]),
+        percent(*ratio, 2)
+    )))
 }
 
 /// Warnings about clearances and interferences that are not small.

@@ -314,6 +314,13 @@ section! {
              excitation of sector j, counted from 0 in the direction of the right hand, is that of \
              the first one, turned by `360 k engine_order j / sectors` degrees in time",
             "5";
+        influence: Text("path of a CSV file"), "none: the air does not act back",
+            "[aerodynamic influence](how-to/disc.md#the-air-between-the-blades): columns \
+             `nodal_diameter`, `mode`, `by_mode`, `real_n_m`, `imaginary_n_m`",
+            "\"air.csv\"";
+        influence_on: Text("body"), "the only body",
+            "body whose modes with its flanks held the numbers of `influence` are",
+            "\"blade\"";
     }
 }
 

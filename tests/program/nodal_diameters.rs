@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use crate::shared_program::{ended, has, on_scene, printed, told};
-use crate::shared_runs::{Run, number, rows};
+use crate::shared_runs::{Row, Run, number, rows};
 use dovetail_testkit::folder::{Folder, root};
 use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 
@@ -395,6 +395,95 @@ fn engine_orders_cross_the_nodal_diameters_that_they_excite() {
 }
 
 /// Errors of a sector name the key and the remedy.
+/// Scene of a blade that is bonded to a disc which does not yield, excited by an engine order, with the
+/// aerodynamic influence of a file.
+fn in_a_flow(order: usize, influence: &str) -> String {
+    let names = ["disc", "blade"];
+    let response = "[response]\nfrequency_hz = [FIRST, LAST]\npoints = 5\nharmonics = 1\n\
+                    stuck_modes = 40\n";
+    let text = scene_of_order(order, "disc_sector_two.msh", 1, &names, response);
+    let text = text.replacen("young_pa = 210e9", "young_pa = 210e14", 1);
+    let text = text.replace("friction = 0.3", "law = \"bonded\"");
+    text.replace(
+        "axis = [1, 0, 0]\n",
+        &format!("axis = [1, 0, 0]\n{influence}"),
+    )
+}
+
+/// Near its first mode a blade has the amplitude 1 / |m (w0^2 (1 + i a w) - w^2) - A| with the A of its
+/// wave, which is that of engine order 5 of 6 sectors, and not that of engine order 1.
+#[test]
+fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
+    let folder = Folder::new("in_a_flow");
+    let still = folder.write(
+        "still.toml",
+        in_a_flow(5, "").replace("FIRST, LAST", "1, 2"),
+    );
+    let modes = Run::of_file("modes", still, "in_still_air", &[]).table("modes.csv");
+    let is_first = |row: &&Row| row["kind"] == "flanks_held" && row["body"] == "blade";
+    let first = modes.iter().find(is_first).unwrap();
+    let [hz, mass] = ["frequency_hz", "modal_mass_kg"].map(|column| number(first, column));
+    let stiffness = mass * (TAU * hz).powi(2);
+    let [real, imaginary] = [0.02 * stiffness, -0.03 * stiffness];
+    let air = |imaginary: f64| {
+        format!(
+            "nodal_diameter,mode,real_n_m,imaginary_n_m\n-1,1,0,0\n1,1,{real},{imaginary}\n0,1,0,0\n"
+        )
+    };
+    folder.write("air.csv", air(imaginary));
+    // More than the damping of the scene takes.
+    folder.write("driving.csv", air(-3.0 * imaginary));
+    let run = |order: usize, influence: &str, name: &str| {
+        let range = format!("{}, {}", 0.98 * hz, 1.02 * hz);
+        let text = in_a_flow(order, influence).replace("FIRST, LAST", &range);
+        let path = folder.write(&format!("{name}.toml"), text);
+        Run::of_file("run", path, &format!("in_a_flow_{name}"), &[])
+    };
+    let own = "influence = \"air.csv\"\ninfluence_on = \"blade\"\n";
+    for order in [1, 5] {
+        let [still, flow] = [("", "still"), (own, "flow")]
+            .map(|(influence, name)| run(order, influence, &format!("{name}_{order}")));
+        let rows = flow.table("response.csv");
+        for (row, still) in rows.iter().zip(still.table("response.csv")) {
+            let omega = TAU * number(row, "frequency_hz");
+            // Damping of the scene is 3e-6 s times the stiffness.
+            let z = [stiffness - mass * omega * omega, stiffness * 3e-6 * omega];
+            let in_flow = [z[0] - real, z[1] - imaginary];
+            let expected = match order {
+                5 => z[0].hypot(z[1]) / in_flow[0].hypot(in_flow[1]),
+                _ => 1.0,
+            };
+            let [a, b] = [row, &still].map(|row| number(row, "tip_amplitude_m"));
+            let allowed = if order == 5 { 1e-2 } else { 1e-9 };
+            let off = a / b / expected - 1.0;
+            assert!(off.abs() < allowed, "{order}: {a} {b} {expected} {off:e}");
+            // What the damping takes includes the air.
+            let [input, spent] = ["input_power_w", "viscous_power_w"].map(|c| number(row, c));
+            assert!(
+                (spent / input - 1.0).abs() < 1e-9,
+                "{order}: {spent} {input}"
+            );
+        }
+    }
+    let driven = run(5, &own.replace("air.csv", "driving.csv"), "driven");
+    let warnings = driven.summary()["warnings"].to_string();
+    has(
+        &warnings,
+        "the air drives & mode 1, at & damping ratio of \u{2212}",
+    );
+    let refused = |command: &str, order: usize, words: &str| {
+        let text = in_a_flow(order, own).replace("FIRST, LAST", "900, 1100");
+        let path = folder.write("refused.toml", text);
+        has(&told(on_scene(command, path, &folder, &[]), 2), words);
+    };
+    refused("run", 2, "engine order 2 makes & nodal diameter -2 & 0, 1");
+    refused(
+        "backbone",
+        6,
+        "has no aerodynamic influence & leave out `influence`",
+    );
+}
+
 #[test]
 fn what_is_no_sector_is_refused() {
     let folder = Folder::new("no_sector");
@@ -638,6 +727,12 @@ fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {
         let off = (u[0] - axial(sine, node)).abs();
         assert!(off < 1e-9 * largest, "{node}");
     }
+    // So does the report, with 240 degrees in radians.
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    has(
+        &page,
+        "whole disc & \"disc\":{\"sectors\":6, & \"ahead_rad\":4.18879",
+    );
     let paper = root().join("scenes/paper.toml");
     let mut command = on_scene("run", &paper, &folder.join("no"), &[]);
     has(

@@ -90,6 +90,17 @@ fn respond_with(
     samples: usize,
     frequencies_hz: Vec<f64>,
 ) -> Response {
+    respond_about(&joint().statics, model, harmonics, samples, frequencies_hz)
+}
+
+/// Response of a model about its static state.
+fn respond_about(
+    statics: &StaticState,
+    model: &Problem,
+    harmonics: usize,
+    samples: usize,
+    frequencies_hz: Vec<f64>,
+) -> Response {
     let joint = joint();
     let mut settings = SweepSettings::new(frequencies_hz, Resolution::fixed(harmonics, samples));
     settings.eps = Eps {
@@ -98,14 +109,7 @@ fn respond_with(
     };
     settings.newton = NEWTON;
     settings.solver = joint.scene.response.solver;
-    let response = sweep(
-        model,
-        joint.damping,
-        &joint.statics,
-        &settings,
-        &[],
-        &|_| (),
-    );
+    let response = sweep(model, joint.damping, statics, &settings, &[], &|_| ());
     for orbit in &response.orbits {
         let hz = orbit.frequency_hz;
         assert!(orbit.outcome.is_converged(), "{hz} Hz: {:?}", orbit.outcome);
@@ -355,8 +359,9 @@ fn truncation_explains_what_is_left_at_the_peak() {
     );
     let reduction = reduce(&structure, wanted).unwrap();
     let model = &Problem::new(reduction.model, &joint().model);
+    let statics = &static_state(model, joint().scene.static_state.load_steps, NEWTON);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
-        let response = respond_with(model, harmonics, 1024, vec![450.0977]);
+        let response = respond_about(statics, model, harmonics, 1024, vec![450.0977]);
         1e3 * response.orbits[0].observed_amplitude[0]
     });
     println!("H = 3, 7, 15, 21, 31: {amplitudes_mm:.5?} mm");

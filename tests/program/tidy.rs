@@ -24,16 +24,17 @@ const PROGRAM: &str = "
     scene:
     gmsh:
     mesh_files:
+    influence_file:
     matrix_files: words
     scene_files: mesh_files
     export: warning words
-    error: exit exhaustion words motions gmsh matrix_files export
+    error: exit exhaustion words motions gmsh influence_file matrix_files export
     files: exit metrics version fingerprint warning words scene_files export error
     listener: warning export
     console: warning words export listener
     reporter: metrics warning words motions export error files listener
     cache: fingerprint warning export files reporter
-    commands: warning words scene gmsh mesh_files matrix_files scene_files export error files \
+    commands: warning words scene gmsh mesh_files influence_file matrix_files scene_files export error files \
         reporter cache
     study: exit metrics version fingerprint warning words scene scene_files export error reporter \
         commands

@@ -27,6 +27,17 @@ pub fn norm(a: Vector) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// Length of the longest of some vectors, with the sign of its largest component; 0 where there is
+/// none.
+pub fn signed_longest<'a>(vectors: impl IntoIterator<Item = &'a Vector>) -> f64 {
+    let vectors = vectors.into_iter();
+    let longest = vectors.max_by(|a, b| norm(**a).total_cmp(&norm(**b)));
+    longest.map_or(0.0, |u| {
+        let component = u.iter().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        norm(*u).copysign(component.copied().unwrap_or(1.0))
+    })
+}
+
 /// Distance of two points.
 pub fn distance(a: Vector, b: Vector) -> f64 {
     norm(sub(a, b))

@@ -600,5 +600,6 @@ fn structure_of(
             })
             .collect(),
         dashpots: Vec::new(),
+        influenced: Vec::new(),
     })
 }

@@ -79,6 +79,7 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
             load: vec![along_the_mass],
         }],
         dashpots: Vec::new(),
+        influenced: Vec::new(),
     }
 }
 

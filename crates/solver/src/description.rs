@@ -41,13 +41,14 @@ impl Scene {
         }
     }
 
-    /// The same scene with all sectors of its disc, if any, excited in phase.
+    /// The same scene with all sectors of its disc, if any, excited in phase, and in still air.
     pub(crate) fn with_sectors_in_phase(&self) -> Self {
         let mut scene = self.clone();
         if let Subject::Assembly(assembly) = &mut scene.subject
             && let Some(disc) = &mut assembly.cyclic
         {
             disc.engine_order = 0;
+            disc.influence = None;
         }
         scene
     }

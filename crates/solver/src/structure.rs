@@ -23,6 +23,9 @@ pub struct Structure {
     /// Dashpots: their coefficients, N s/m, and the loads whose work on a motion is the displacement
     /// that a dashpot acts on.
     pub dashpots: Vec<(f64, BodyVectors)>,
+    /// Modes on which the air acts: the loads whose work on a motion is the amplitude of the mode
+    /// ([`influence`](crate::reduction::influence)).
+    pub influenced: Vec<BodyVectors>,
 }
 
 /// Part of the steady load that a load path can change by itself.

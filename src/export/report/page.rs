@@ -152,6 +152,9 @@ fn motion(contents: &Contents<'_>) -> Markup {
                     label.slider { "pull apart " input #apart type="range" min="0" max="100" value=(PULLED); }
                 }
                 label { input #edges type="checkbox"; " mesh" }
+                @if contents.model.is_some_and(|model| model.cyclic.is_some()) {
+                    label { input #whole-disc type="checkbox"; " whole disc" }
+                }
             }
             div #viewer-bar .bar-of-colours {}
         }

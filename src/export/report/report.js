@@ -101,6 +101,7 @@ function meshOf(skin) {
     up: skin.up,
     along: skin.along,
     harmonics,
+    disc: skin.disc,
   };
 }
 
@@ -211,6 +212,7 @@ function motion(data) {
     viewer.showEdges = e.target.checked;
     viewer.draw();
   });
+  byId("whole-disc")?.addEventListener("change", (e) => viewer.showDisc(e.target.checked));
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => viewer.draw());
   viewer.frame();
   if (viewer.shows()) drawn.push("viewer");

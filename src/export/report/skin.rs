@@ -45,6 +45,20 @@ pub(super) struct Skin {
     along: [f64; 3],
     harmonics: Vec<Harmonic>,
     fields: Vec<BodyField>,
+    /// Disc that the bodies are a sector of, if any.
+    disc: Option<Disc>,
+}
+
+/// Disc of equal sectors, each of which moves as the one before does, a part of a period earlier.
+#[derive(Debug, Serialize)]
+struct Disc {
+    sectors: usize,
+    /// Matrix that turns by one pitch, row by row.
+    turn: [[f64; 3]; 3],
+    /// Point of the axis, m.
+    point_m: [f64; 3],
+    /// Angle of the first harmonic by which a sector is ahead of the one before, radians.
+    ahead_rad: f64,
 }
 
 /// Value of each node, which the bodies can be coloured by.
@@ -139,6 +153,12 @@ impl Skin {
             along,
             harmonics: motion.map_or_else(Vec::new, |motion| harmonics(&nodes, motion)),
             fields: stress.map_or_else(Vec::new, |stress| stress_fields(&nodes, stress)),
+            disc: model.cyclic.as_ref().map(|cyclic| Disc {
+                sectors: cyclic.sectors,
+                turn: cyclic.turn,
+                point_m: cyclic.point_m,
+                ahead_rad: cyclic.phase_rad(1, 1),
+            }),
         }
     }
 }

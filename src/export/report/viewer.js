@@ -19,6 +19,12 @@ const Matrix = {
   translation([x, y, z]) {
     return [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1];
   },
+  /** By a 3 x 3 matrix, row by row, about a point. */
+  about(turn, point) {
+    const to = turn.map((row, i) => point[i] - row.reduce((sum, v, k) => sum + v * point[k], 0));
+    const column = (k) => [...turn.map((row) => row[k]), 0];
+    return [...column(0), ...column(1), ...column(2), ...to, 1];
+  },
   /** Of a unit quaternion [x, y, z, w]. */
   rotation([x, y, z, w]) {
     return [
@@ -96,7 +102,8 @@ const SHARP = 0.87;
  * Draws `mesh` in a canvas, and axes, scale and words in another one that lies over it.
  * mesh: points (Float32Array, m), triangles, edges, flankTriangles (Uint32Array), body of each point (Uint8Array),
  * harmonics [{ k, cosine, sine }] (Float32Array as points, m), apart (of each body the vector along which it is pulled),
- * up and along (unit vectors that stand upright and lie across in the picture).
+ * up and along (unit vectors that stand upright and lie across in the picture), disc (null, or the disc that the bodies
+ * are a sector of: sectors, turn by one pitch as rows, point_m of the axis, ahead_rad of a sector in the first harmonic).
  */
 class Viewer {
   constructor(canvas, marks, mesh) {
@@ -124,6 +131,7 @@ class Viewer {
     this.apart = 0;
     this.margin = 0;
     this.showEdges = false;
+    this.turns = [Matrix.translation([0, 0, 0])];
     this.measure();
     this.reset();
     this.listen();
@@ -187,14 +195,30 @@ class Viewer {
     return this.mesh.apart[body].map((v) => this.apart * this.size * v);
   }
 
-  /** The box of all bodies where they are pulled. */
+  /** Draws all sectors of the disc, or the sector of the bodies alone. */
+  showDisc(whole) {
+    const { turn, point_m, sectors } = this.mesh.disc, pitch = Matrix.about(turn, point_m);
+    this.turns = [Matrix.translation([0, 0, 0])];
+    while (whole && this.turns.length < sectors) this.turns.push(Matrix.times(pitch, this.turns.at(-1)));
+    this.fit();
+    this.draw();
+  }
+
+  /** The box of all bodies where they are pulled, in all sectors that are drawn. */
   around() {
-    const moved = this.boxes.map(({ low, high }, body) => {
-      const aside = this.size ? this.aside(body) : [0, 0, 0];
-      return { low: low.map((v, i) => v + aside[i]), high: high.map((v, i) => v + aside[i]) };
+    const corners = this.boxes.flatMap(({ low, high }, body) => {
+      const aside = this.size ? this.aside(body) : [0, 0, 0], ends = [low, high];
+      return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => low.map((_, i) => ends[(corner >> i) & 1][i] + aside[i]));
     });
-    const all = (end, pick) => [0, 1, 2].map((i) => pick(...moved.map((box) => box[end][i])));
-    return { low: all("low", Math.min), high: all("high", Math.max) };
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const turn of this.turns)
+      for (const corner of corners)
+        for (let i = 0; i < 3; i++) {
+          const at = corner.reduce((sum, v, k) => sum + turn[4 * k + i] * v, turn[12 + i]);
+          low[i] = Math.min(low[i], at);
+          high[i] = Math.max(high[i], at);
+        }
+    return { low, high };
   }
 
   /** Looks at the bodies from aside and a little from above, outwards up. */
@@ -355,11 +379,11 @@ class Viewer {
     this.draw();
   }
 
-  /** Displacement from the mean at the phase, m. */
-  displacement(out) {
+  /** Displacement from the mean at a phase, m. */
+  displacement(out, phase = this.phase) {
     out.fill(0);
     for (const { k, cosine, sine } of this.mesh.harmonics) {
-      const c = Math.cos(k * this.phase), s = Math.sin(k * this.phase);
+      const c = Math.cos(k * phase), s = Math.sin(k * phase);
       for (let i = 0; i < out.length; i++) out[i] += c * cosine[i] + s * sine[i];
     }
     return out;
@@ -382,17 +406,11 @@ class Viewer {
   }
 
   frame() {
-    const gl = this.gl, c = this.canvas, { points, body } = this.mesh;
+    const gl = this.gl, c = this.canvas;
     const ratio = Math.min(2, window.devicePixelRatio || 1);
     const [w, h] = [Math.round(c.clientWidth * ratio), Math.round(c.clientHeight * ratio)];
     if (w === 0 || h === 0) return;
     if (c.width !== w || c.height !== h) [c.width, c.height] = [w, h];
-    this.displacement(this.moved);
-    const aside = this.mesh.apart.map((_, b) => this.aside(b));
-    for (let i = 0; i < points.length; i++)
-      this.moved[i] = points[i] + this.scale * this.moved[i] + aside[body[(i / 3) | 0]][i % 3];
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.position);
-    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.moved);
     gl.viewport(0, 0, w, h);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -405,7 +423,28 @@ class Viewer {
     );
     const at = (name) => gl.getUniformLocation(this.program, name);
     gl.uniformMatrix4fv(at("projection"), false, projection);
-    gl.uniformMatrix4fv(at("view"), false, view);
+    this.turns.forEach((turn, sector) => {
+      this.move(this.phase + sector * (this.mesh.disc?.ahead_rad ?? 0));
+      gl.uniformMatrix4fv(at("view"), false, Matrix.times(view, turn));
+      this.sector(at);
+    });
+    this.annotate(view, ratio, w, h);
+  }
+
+  /** Moves the points to where they are at a phase. */
+  move(phase) {
+    const gl = this.gl, { points, body } = this.mesh;
+    this.displacement(this.moved, phase);
+    const aside = this.mesh.apart.map((_, b) => this.aside(b));
+    for (let i = 0; i < points.length; i++)
+      this.moved[i] = points[i] + this.scale * this.moved[i] + aside[body[(i / 3) | 0]][i % 3];
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.position);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.moved);
+  }
+
+  /** Draws the points where they are, with the uniforms that `at` finds. */
+  sector(at) {
+    const gl = this.gl;
     const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
     const ink = dark ? [0.08, 0.09, 0.1] : [0.2, 0.22, 0.25];
     // Lines lie on faces, and flanks on those of the bodies: what lies on another is drawn nearer by a little. A polygon
@@ -428,7 +467,6 @@ class Viewer {
       gl.uniform3fv(at("plain"), ink.map((v) => v + 0.3));
       drawNearer(2e-4, gl.LINES, this.buffers.edges);
     }
-    this.annotate(view, ratio, w, h);
   }
 
   /** Axes, scale and words over the bodies. */

@@ -1,5 +1,7 @@
 //! Checks `[cyclic]`.
 
+use std::path::Path;
+
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table, places, unit};
@@ -7,7 +9,7 @@ use crate::scene::entries::{RawCyclic, RawRotation, RawScene};
 use crate::scene::error::Fault;
 use crate::scene::raw::Located;
 use dovetail_solver::description::EngineOrder;
-use dovetail_solver::model::CyclicSpec;
+use dovetail_solver::model::{CyclicSpec, InfluenceSource, InfluenceSpec};
 use dovetail_solver::space::{cross, norm, sub};
 
 /// Sine of the largest angle between two axes that are one.
@@ -15,6 +17,7 @@ const ALONG: f64 = 1e-9;
 
 pub fn cyclic(
     checker: &mut Checker,
+    base_dir: &Path,
     raw: &Spanned<RawCyclic>,
     rotation: Option<&Spanned<RawRotation>>,
     run_up: Option<EngineOrder>,
@@ -38,6 +41,7 @@ pub fn cyclic(
             None
         }
     };
+    let influence = influence(checker, base_dir, &at, raw);
     let own = checker.optional_direction(&at, "axis", &raw.axis)?;
     let turns_about = rotation.and_then(|r| unit(r.axis.as_ref()?.get_ref().0));
     let Some(axis) = own.or(turns_about) else {
@@ -89,7 +93,32 @@ pub fn cyclic(
         point_m,
         axis,
         engine_order: engine_order?,
+        influence: influence?,
     })
+}
+
+/// Forces that the air returns to a body; `Some(None)` if there are none.
+fn influence(
+    checker: &mut Checker,
+    base_dir: &Path,
+    at: &Table,
+    raw: &RawCyclic,
+) -> Option<Option<InfluenceSpec>> {
+    if raw.influence.is_none() {
+        let others = places!(raw; influence_on);
+        let remedy = "give the file of the aerodynamic influence, or leave both out";
+        checker.all_lack(at, &others, "influence", remedy)?;
+        return Some(None);
+    }
+    let file = checker.text(at, "influence", &raw.influence);
+    let body = match &raw.influence_on {
+        None => None,
+        given => Some(checker.text(at, "influence_on", given)?),
+    };
+    Some(Some(InfluenceSpec {
+        body,
+        coefficients: InfluenceSource::File(base_dir.join(file?)),
+    }))
 }
 
 /// Checks that there is a disc where a contact is with its next sector.

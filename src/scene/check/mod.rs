@@ -107,7 +107,8 @@ fn assembly(
     let rotation = rotation.map(|r| bodies::rotation(checker, &names, r));
     let symmetry = raw.cyclic.as_ref();
     let run_up = response.and_then(|r| r.along_engine_order);
-    let symmetry = symmetry.map(|c| cyclic::cyclic(checker, c, raw.rotation.as_ref(), run_up));
+    let symmetry =
+        symmetry.map(|c| cyclic::cyclic(checker, base_dir, c, raw.rotation.as_ref(), run_up));
     cyclic::of_contacts(checker, raw);
     let contacts = contacts::contacts(checker, base_dir, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);

@@ -47,6 +47,10 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         _ => "times_first_linear_mode = [0.9, 1.1]",
     };
     let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
+    let of_disc = match key {
+        "influence_on" => "influence = \"a.csv\"\n",
+        _ => "",
+    };
     let own = match (section, key) {
         ("body", "metres_per_unit") => "mesh_file = \"a.msh\"\n",
         ("body", "units") => "mesh_file = \"a.inp\"\n",
@@ -67,7 +71,7 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
              [[body]]\nname = \"a\"\n{own}volume = \"a\"\n{body}\n\
              [[body]]\nname = \"b\"\nvolume = \"b\"\n{body}\nfixed = [\"base\"]\n\
              [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
-             [cyclic]\nsectors = 36\nlow = [\"a5\"]\nhigh = [\"a6\"]\n\
+             [cyclic]\nsectors = 36\nlow = [\"a5\"]\nhigh = [\"a6\"]\n{of_disc}\
              [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\n{friction}\n\
              crown_radius_m = 1.0\n\
              [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\

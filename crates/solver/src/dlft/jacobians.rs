@@ -15,7 +15,10 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Dashpots, DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
+use crate::reduction::{
+    Dashpots, DiscExcitation, Influence, InfluenceCoefficient, Load, ObservedPoint, ReducedModel,
+    Waves,
+};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -135,7 +138,8 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
     blocks
 }
 
-/// Dashpots and damping ratios of two stuck modes, beside a Rayleigh damping of all.
+/// Dashpots and damping ratios of two stuck modes, beside a Rayleigh damping of all, and two modes on
+/// which the air acts in waves.
 fn damp(problem: &mut Problem) {
     let n = problem.reduced.stiffness.nrows();
     let mixed_of = |n: usize, seed| (0..n).map(|i| mixed(i, seed)).collect();
@@ -143,8 +147,26 @@ fn damp(problem: &mut Problem) {
         let weights = Load::new(mixed_of(n, 100 + j), mixed_of(MODES, 110 + j));
         (0.3 + 0.2 * j as f64, weights)
     };
-    problem.reduced.dashpots = Dashpots::new(n, MODES, &[0, 1].map(dashpot));
+    let influenced = [0, 1].map(|j| mixed_load(n, MODES, 120 + 2 * j));
+    problem.reduced.dashpots =
+        Dashpots::new(n, MODES, &[0, 1].map(dashpot)).with_influenced(&influenced);
     problem.modal_ratios = vec![0.02, 0.1];
+}
+
+/// Aerodynamic influence of modes 1 and 2 on each other in all waves of three sectors.
+fn influence_of_three() -> Vec<InfluenceCoefficient> {
+    let waves = [-1, 0, 1]
+        .into_iter()
+        .flat_map(|wave| [[1, 1], [1, 2], [2, 1], [2, 2]].map(|modes| (wave, modes)));
+    let coefficient =
+        |(i, (nodal_diameter, modes)): (usize, (i64, [usize; 2]))| InfluenceCoefficient {
+            nodal_diameter,
+            mode: modes[0],
+            by_mode: modes[1],
+            real_n_m: 0.3 * mixed(i, 310),
+            imaginary_n_m: 0.3 * mixed(i, 311),
+        };
+    waves.enumerate().map(coefficient).collect()
 }
 
 /// Makes the sector of a problem one of three, with an excitation of engine order 1: harmonics 1 and 2
@@ -189,14 +211,21 @@ fn make_waves(problem: &mut Problem) {
         ..ReducedModel::new(copies(stiffness, 132), copies(mass, 133), coupling, omega2)
     };
     let dashpot = |j: usize| (0.3 + 0.2 * j as f64, load(180 + 10 * j));
-    if problem.reduced.dashpots.count() > 0 {
-        model.dashpots = Dashpots::new(2 * n, 2 * MODES, &[0, 1, 2, 3].map(dashpot));
+    let is_damped = problem.reduced.dashpots.count() > 0;
+    if is_damped {
+        let influenced = [0, 1, 2, 3].map(|j| load(300 + 2 * j));
+        model.dashpots = Dashpots::new(2 * n, 2 * MODES, &[0, 1, 2, 3].map(dashpot))
+            .with_influenced(&influenced);
     }
     let excitation = DiscExcitation {
         sectors: 3,
         engine_order: 1,
     };
-    problem.reduced.waves = Waves::new(excitation, BTreeMap::from([(1, model)]));
+    let waves = Waves::new(excitation, BTreeMap::from([(1, model)]));
+    problem.reduced.waves = match is_damped {
+        true => waves.with_influence(Influence::new(3, &[1, 2], &influence_of_three())),
+        false => waves,
+    };
     for excitation in &mut problem.excitations[..2] {
         let seed = 230 + 10 * excitation.harmonic;
         (excitation.cosine, excitation.sine) = (load(seed), load(seed + 5));

@@ -351,7 +351,7 @@ impl<'a> Block<'a> {
 struct Powers {
     /// Power put in by the excitations, W.
     input_w: f64,
-    /// Power spent by viscous damping, W.
+    /// Power spent by viscous damping and given to the air, W.
     viscous_w: f64,
     /// Kinetic energy, J.
     kinetic_energy_j: f64,
@@ -359,7 +359,7 @@ struct Powers {
 
 /// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
 /// viscous (k w)^2 / 2 Y^H C Y with C = a K + b M and what damps besides, i.e. pi k^2 w (...) per
-/// cycle; kinetic energy (k w)^2 / 4 Y^H M Y.
+/// cycle, and -(k w / 2) Im(eta^H A eta) to the air; kinetic energy (k w)^2 / 4 Y^H M Y.
 fn powers(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -402,6 +402,19 @@ fn powers(
             }
             viscous += 0.5 * kw * kw * share * energy;
             kinetic += 0.25 * kw * kw * share * mass;
+        }
+        if let Some(coefficients) = of.influence_on_copies() {
+            let moved = model.dashpots.influenced().into_iter().map(|weights| {
+                let [c, s] = parts
+                    .each_ref()
+                    .map(|Block { x, q }| dot(&weights.on_x, x) + dot(&weights.on_modes, q));
+                c64::new(c, -s)
+            });
+            let moved: Vec<c64> = moved.collect();
+            for (j, force) in coefficients.col_iter().zip(&moved) {
+                let on_all = j.iter().zip(&moved).map(|(k, v)| v.conj() * k * force);
+                viscous += 0.5 * kw * share * on_all.sum::<c64>().im;
+            }
         }
     }
     Powers {

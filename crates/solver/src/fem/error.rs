@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::statics::SolveFailure;
 use crate::model::Body;
+use crate::reduction::ReductionError;
 
 /// Error of a body whose finite elements were not assembled.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +63,19 @@ pub enum FemError {
     },
     #[error("body \"{body}\": the static state under rotation could not be solved")]
     Statics { body: String, source: SolveFailure },
+    #[error("body \"{body}\": the modes of its aerodynamic influence were not found")]
+    InfluencedModes {
+        body: String,
+        source: ReductionError,
+    },
+    #[error(
+        "body \"{body}\" has {available} modes with its flanks held, and its aerodynamic influence is on mode {asked}"
+    )]
+    NoInfluencedMode {
+        body: String,
+        asked: usize,
+        available: usize,
+    },
 }
 
 impl FemError {

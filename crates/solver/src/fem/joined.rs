@@ -1,21 +1,25 @@
 //! Joints of the bodies of a model, and their loads, on their free degrees of freedom.
 
 use super::loads::add_load;
-use super::{FemError, given};
+use super::{FemError, expand_to_nodes, given};
 use crate::model::{
-    AppliedLoad, BodyNode, ContactPair, Dashpot, Excitation, Matrices, Model, NodeMotion,
-    Observation, Side, Slave,
+    AppliedLoad, BladeInfluence, BodyNode, ContactPair, Dashpot, Excitation, Matrices, Model,
+    NodeMotion, Observation, Side, Slave,
 };
+use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::structure::{
     BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, SteadyCause, SteadyPart,
     Structure,
 };
+use dovetail_numerics::space::signed_longest;
+use dovetail_numerics::sparse::symmetric_product;
+use faer::Mat;
 
 /// Bodies with the joints, the excitations and the observed points of the model that their matrices
 /// belong to.
 ///
 /// # Errors
-/// [`FemError::ContactNodeNotFree`].
+/// [`FemError::ContactNodeNotFree`]; modes on which the air acts that are not found.
 pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
     let pairs = model.pairs.iter();
     let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
@@ -51,14 +55,58 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
         hold(model, &mut load);
         (dashpot.damping_n_s_m, load)
     };
+    let influence = model.cyclic.as_ref().and_then(|c| c.influence.as_ref());
+    let influenced = influence.map(|influence| influenced(model, influence, &bodies));
     Ok(Structure {
         joints: joints.collect::<Result<_, _>>()?,
         steady_parts,
         excitations: model.excitations.iter().map(excitation).collect(),
         observations: model.observations.iter().map(observation).collect(),
         dashpots: model.dashpots.iter().map(dashpot).collect(),
+        influenced: influenced.transpose()?.unwrap_or_default(),
         bodies,
     })
+}
+
+/// Loads on the bodies whose work on a motion is the amplitude of a mode on which the air acts: `M phi`
+/// times the longest displacement of phi, of unit modal mass, so that the amplitude is that of the
+/// node that moves farthest.
+fn influenced(
+    model: &Model,
+    influence: &BladeInfluence,
+    bodies: &[BodyMatrices],
+) -> Result<Vec<BodyVectors>, FemError> {
+    let body = &bodies[influence.body];
+    let asked = influence.modes.last().copied().unwrap_or(0);
+    let modes = fixed_interface_modes(body, asked).map_err(|source| FemError::InfluencedModes {
+        body: body.name.clone(),
+        source,
+    })?;
+    if modes.count() < asked {
+        return Err(FemError::NoInfluencedMode {
+            body: body.name.clone(),
+            asked,
+            available: modes.count(),
+        });
+    }
+    let interior = body.interior_dofs();
+    let shapes = Mat::from_fn(body.dofs(), influence.modes.len(), |i, j| {
+        match i < interior {
+            true => modes.vectors[(i, influence.modes[j] - 1)],
+            false => 0.0,
+        }
+    });
+    let inert = symmetric_product(&body.mass, shapes.as_ref());
+    let on_bodies = |j: usize| {
+        let still = bodies.iter().map(|b| vec![0.0; b.dofs()]);
+        let mut loads: BodyVectors = still.collect();
+        let on_nodes = expand_to_nodes(&model.bodies[influence.body].dofs, shapes.col_as_slice(j));
+        let longest = signed_longest(&on_nodes);
+        let scaled = inert.col_as_slice(j).iter().map(|f| longest * f);
+        loads[influence.body] = scaled.collect();
+        loads
+    };
+    Ok((0..influence.modes.len()).map(on_bodies).collect())
 }
 
 /// Takes a load from the degrees of freedom that do not move.

@@ -53,7 +53,8 @@ pub fn bind(
     let fields = files.map(|f| &f.fields);
     let mut joints = joints(assembly, mesh, &mut bodies, fields)?;
     let symmetry = assembly.cyclic.as_ref();
-    let symmetry = symmetry.map(|spec| cyclic(spec, mesh, &mut bodies));
+    let read = files.and_then(|f| f.influence.as_deref());
+    let symmetry = symmetry.map(|spec| cyclic(spec, mesh, &mut bodies, read));
     let symmetry = symmetry.transpose()?;
     let mut straightened = Vec::new();
     for body in &mut bodies {

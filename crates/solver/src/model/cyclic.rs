@@ -7,10 +7,12 @@
 use super::builder::BodyBuilder;
 use super::contacts::{contact, finer};
 use super::groups::{find_surface, first_tags};
+use super::influence::influence;
 use super::joints::surface;
 use super::neighbours::PointTree;
 use super::turn::Turn;
 use super::{BodyNode, ContactLaw, ContactSpec, Cyclic, CyclicSpec, ModelError, Side, Slave};
+use crate::reduction::InfluenceCoefficient;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::space::Vector;
 
@@ -22,15 +24,20 @@ const UNTURNED: f64 = 1e-9;
 /// Least share of each face that lies on the other one.
 const COVERED: f64 = 0.99;
 
-/// Cyclic symmetry of the bodies, whose nodes at the faces become part of their interfaces.
+/// Cyclic symmetry of the bodies, whose nodes at the faces become part of their interfaces. `read` are
+/// the coefficients of the file of the aerodynamic influence.
 pub(super) fn cyclic(
     spec: &CyclicSpec,
     mesh: &Mesh,
     bodies: &mut [BodyBuilder],
+    read: Option<&[InfluenceCoefficient]>,
 ) -> Result<Cyclic, ModelError> {
     let low = Face::of(&spec.low, "low", mesh, bodies)?;
     let high = Face::of(&spec.high, "high", mesh, bodies)?;
     let turn = Turn::by_sectors(spec, 1);
+    let names: Vec<String> = bodies.iter().map(|body| body.name().to_owned()).collect();
+    let of_air = spec.influence.as_ref();
+    let of_air = of_air.map(|of_air| influence(of_air, spec, &names, read));
     let ties = match low.meet(&high, spec, mesh) {
         Ok(met) => node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
         Err(apart) => face_by_face(spec, &apart, mesh, bodies)?,
@@ -41,6 +48,7 @@ pub(super) fn cyclic(
         point_m: spec.point_m,
         turn: turn.matrix,
         engine_order: spec.engine_order,
+        influence: of_air.transpose()?,
     })
 }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{GivenMatrices, MeshSource};
 use crate::contact::PairLaw;
+use crate::reduction::{DiscExcitation, InfluenceCoefficient};
 use crate::structure::Quantity;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
@@ -50,6 +51,14 @@ impl Assembly {
         let contacts = self.contacts.iter();
         let friction = contacts.filter_map(|contact| contact.friction_at.as_ref()?.file());
         excitations.chain(friction)
+    }
+
+    /// File of the aerodynamic influence, if there is one.
+    pub fn influence_file(&self) -> Option<&Path> {
+        match &self.cyclic.as_ref()?.influence.as_ref()?.coefficients {
+            InfluenceSource::File(path) => Some(path),
+            InfluenceSource::Given(_) => None,
+        }
     }
 }
 
@@ -160,6 +169,8 @@ pub struct NamedFiles {
     pub fields: SurfaceFields,
     /// Matrices of bodies, by the names of the bodies.
     pub matrices: BTreeMap<String, Arc<GivenMatrices>>,
+    /// Coefficients of the aerodynamic influence; `None` where no file has them.
+    pub influence: Option<Vec<InfluenceCoefficient>>,
 }
 
 /// Material of a body, or where it comes from.
@@ -208,6 +219,38 @@ pub struct CyclicSpec {
     /// counted from 0, is that of the first sector times `exp(i k engine_order 2 pi j / sectors)`. At
     /// 0 all sectors are excited in phase.
     pub engine_order: usize,
+    /// Forces that the air returns to the vibrating blades; `None` where it returns none.
+    pub influence: Option<InfluenceSpec>,
+}
+
+impl CyclicSpec {
+    /// Excitation round the disc, which says what wave each harmonic is.
+    pub fn excitation(&self) -> DiscExcitation {
+        DiscExcitation {
+            sectors: self.sectors,
+            engine_order: self.engine_order,
+        }
+    }
+}
+
+/// Forces that the air returns to the vibrating blades of a disc
+/// ([`influence`](crate::reduction::influence)).
+#[derive(Debug, Clone, PartialEq)]
+pub struct InfluenceSpec {
+    /// Name of the body whose modes with its flanks held the coefficients refer to; `None`: the only
+    /// body.
+    pub body: Option<String>,
+    /// Coefficients for each wave.
+    pub coefficients: InfluenceSource,
+}
+
+/// Source of the coefficients of the aerodynamic influence.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InfluenceSource {
+    /// File, whose contents [`bind`](super::bind()) takes.
+    File(PathBuf),
+    /// Coefficients themselves.
+    Given(Vec<InfluenceCoefficient>),
 }
 
 /// Rotation at constant speed.

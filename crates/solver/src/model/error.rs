@@ -390,6 +390,26 @@ pub enum ModelError {
         list(tags)
     )]
     FaceHeld { count: usize, tags: Vec<u64> },
+    #[error(
+        "[cyclic]: `influence` is that on one of several bodies: name it by `influence_on`; bodies: {}",
+        list(available)
+    )]
+    InfluenceOnNone { available: Vec<String> },
+    #[error("[cyclic]: the aerodynamic influence of {} is not read", path.display())]
+    InfluenceMissing { path: PathBuf },
+    #[error(
+        "[cyclic]: `influence` has nodal diameter {nodal_diameter}, and those of this disc are -{largest} to {largest}: check `sectors` and the file"
+    )]
+    InfluenceOfNoWave { nodal_diameter: i64, largest: i64 },
+    #[error(
+        "[cyclic]: engine order {engine_order} makes a wave of nodal diameter {nodal_diameter}, of which `influence` has no coefficient, but of {}: add its rows, with zeros where the air does nothing (a wave that runs in the direction of the right hand about the axis has a nodal diameter above 0, and one that runs the other way has one below 0)",
+        list(given)
+    )]
+    InfluenceLacksWave {
+        nodal_diameter: i64,
+        engine_order: usize,
+        given: Vec<i64>,
+    },
     #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
     NothingFree { body: String },
 }

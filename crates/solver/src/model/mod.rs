@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
-use crate::reduction::DiscExcitation;
+use crate::reduction::{DiscExcitation, Influence, InfluenceCoefficient};
 use crate::structure::{OtherSector, Quantity};
 use dovetail_mesh::{Connectivity, ElementType};
 
@@ -33,6 +33,7 @@ mod flank;
 mod friction;
 pub mod gather;
 mod groups;
+mod influence;
 mod joints;
 mod least_squares;
 mod loads;
@@ -49,9 +50,9 @@ mod turn;
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, CyclicSpec,
-    DashpotSpec, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material,
-    MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, NamedFiles, ObservationSpec, Prestress,
-    RotationSpec, Side, SpringSpec, Strength, SurfaceFields,
+    DashpotSpec, ExcitationKind, ExcitationSpec, FieldSource, InfluenceSource, InfluenceSpec,
+    LoadKind, LoadSpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, NamedFiles,
+    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
 pub use error::ModelError;
@@ -371,6 +372,19 @@ pub struct Cyclic {
     /// Engine order of the first harmonic of the excitation; 0 where all sectors are excited in
     /// phase.
     pub engine_order: usize,
+    /// Forces that the air returns to the vibrating blades; `None` where it returns none.
+    pub influence: Option<BladeInfluence>,
+}
+
+/// Forces that the air returns to a body of the sector.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BladeInfluence {
+    /// Index of the body.
+    pub body: usize,
+    /// Numbers of its modes with its flanks held on which the air acts, counted from 1, ascending.
+    pub modes: Vec<usize>,
+    /// Coefficients for each wave.
+    pub coefficients: Vec<InfluenceCoefficient>,
 }
 
 impl Cyclic {
@@ -380,6 +394,14 @@ impl Cyclic {
             sectors: self.sectors,
             engine_order: self.engine_order,
         }
+    }
+
+    /// Aerodynamic influence in the waves of the harmonics.
+    pub fn influence(&self) -> Influence {
+        let own = self.influence.as_ref();
+        own.map_or_else(Influence::default, |influence| {
+            Influence::new(self.sectors, &influence.modes, &influence.coefficients)
+        })
     }
 
     /// Phase of harmonic `k` of sector j, counted from 0, ahead of that of the first sector, radians.

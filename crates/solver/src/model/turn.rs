@@ -56,6 +56,7 @@ mod tests {
     fn a_turn_follows_the_right_hand() {
         let disc = CyclicSpec {
             engine_order: 0,
+            influence: None,
             sectors: 4,
             low: Vec::new(),
             high: Vec::new(),

@@ -123,6 +123,7 @@ impl<'a> ContactSystem<'a> {
             z,
             of_modes: own.collect(),
             rate,
+            influence: model.influence_on_copies(),
         }
     }
 
@@ -138,9 +139,11 @@ impl<'a> ContactSystem<'a> {
         self.stiffness(omega, 1).formed(1)
     }
 
-    /// Ratio of critical damping of a stuck mode of the model of harmonic `k`.
+    /// Ratio of critical damping of a stuck mode of the model of harmonic `k`. Of aerodynamic influence
+    /// it has the symmetric part.
     pub fn damping_ratio(&self, k: usize, mode: usize) -> f64 {
-        let reduced = self.problem.reduced.of_harmonic(k).model;
+        let of = self.problem.reduced.of_harmonic(k);
+        let reduced = of.model;
         let omega = reduced.omega2[mode].sqrt();
         let Rayleigh {
             stiffness_s,
@@ -150,7 +153,19 @@ impl<'a> ContactSystem<'a> {
         let dashpots = reduced.dashpots.on_modes.row(mode);
         let all = dashpots.iter().zip(&reduced.dashpots.damping_n_s_m);
         let of_dashpots = all.map(|(y, c)| 0.5 * c * y * y / omega);
-        of_dashpots.fold(ratio, |sum, part| sum + part)
+        let ratio = of_dashpots.fold(ratio, |sum, part| sum + part);
+        let Some(influence) = of.influence_on_copies() else {
+            return ratio;
+        };
+        let behind = reduced.dashpots.damping_n_s_m.len();
+        let weight = |j: usize| reduced.dashpots.on_modes[(mode, behind + j)];
+        let mut of_air = 0.0;
+        for j in 0..influence.ncols() {
+            for i in 0..influence.nrows() {
+                of_air += weight(i) * influence[(i, j)].im * weight(j);
+            }
+        }
+        ratio + 0.5 * of_air / reduced.omega2[mode]
     }
 
     /// Returns `true` if something damps a stuck mode of the model of harmonic `k`.
@@ -161,7 +176,7 @@ impl<'a> ContactSystem<'a> {
             // What is less is the rounding of a dashpot at a node of the mode.
             _ => LEAST_RATIO,
         };
-        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(k, mode) > least
+        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(k, mode).abs() > least
     }
 
     /// Load condensed on X at harmonic `k`, from a load of complex amplitude `on_x`, `on_modes` on the
@@ -236,8 +251,7 @@ impl<'a> ContactSystem<'a> {
                 *slope += share * (on.re * *p);
             }
         }
-        // The equations of all unknowns are symmetric.
-        if let Some(taken) = eliminated.taken(&on_modes) {
+        if let Some(taken) = eliminated.taken_from_displacement(&on_modes) {
             of.model.add_on_pairs(&taken, &mut slope);
         }
         of.narrowed(&slope)

@@ -1,19 +1,24 @@
-//! Elimination of the stuck modes and of the forces of dashpots from the equations of one harmonic.
+//! Elimination of the stuck modes, and of the forces of dashpots and of the air, from the equations of
+//! one harmonic.
 //!
 //! Each stuck mode has factors s_m and z_m of its own, `d_m = s_m w_m^2 - z_m`: those of K and M,
-//! or, with a damping ratio zeta of its own, s_m = 1 and z_m = w^2 - 2 i w zeta w_m. With Q = [p, x]
-//! (the coupling of the modes, and the weights of the dashpots on the pairs), y the weights of the
-//! dashpots on the modes, Z = diag(z_m), D = diag(d_m), and k = i w c of each dashpot,
+//! or, with a damping ratio zeta of its own, s_m = 1 and z_m = w^2 - 2 i w zeta w_m. A dashpot has the
+//! force k v on its displacement v, with k = i w c. So has a mode on which the air acts: there k is
+//! the matrix -A ([`influence`](crate::reduction::influence)), which couples these modes and need
+//! not be symmetric. With Q = [p, x] (the coupling of the modes, and the weights of the dashpots on
+//! the pairs), y the weights of the dashpots on the modes, Z = diag(z_m), D = diag(d_m), and k the
+//! matrix of all of them,
 //!
 //! ```text
 //! Lambda = s K - z M + Q (diag(z - z_m - z_m^2 / d_m) + L T L^T) Q^T
-//! L = (Z D^-1 y, I)      T = (1 + k H)^-1 k      H = y^T D^-1 y
+//! L = (Z D^-1 y, I)      T = k (1 + H k)^-1 = (1 + k H)^-1 k      H = y^T D^-1 y
 //! F = F_X + p Z D^-1 fm - Q L T y^T D^-1 fm
 //! q = D^-1 (fm + Z p^T X - y T (L^T Q^T X + y^T D^-1 fm))
 //! ```
 //!
 //! These are the equations of X, of q and of the forces of the dashpots, with all but X eliminated
-//! (Woodbury's formula). `T` is as large as the number of dashpots.
+//! (Woodbury's formula). `T` is as large as the number of dashpots and of modes on which the air
+//! acts. Below, "dashpots" are both.
 //!
 //! At the frequency of a mode that the dashpots alone damp, d_m vanishes, and the terms with 1 / d_m
 //! cancel. Such a mode gets a large d_m, and the difference becomes one more column of y, with
@@ -41,9 +46,21 @@ pub(super) struct Factors {
     pub of_modes: Vec<[c64; 2]>,
     /// Factor of the coefficients of the dashpots.
     pub rate: c64,
+    /// Coefficients k of the modes on which the air acts; `None` where they are 0.
+    pub influence: Option<Mat<c64>>,
 }
 
 impl Factors {
+    /// Coefficient (i, j) of the forces of dashpots of these coefficients, and of the air behind them.
+    fn of_forces(&self, damping_n_s_m: &[f64], i: usize, j: usize) -> c64 {
+        let d = damping_n_s_m.len();
+        match (i.checked_sub(d), j.checked_sub(d)) {
+            (None, None) if i == j => self.rate * damping_n_s_m[i],
+            (Some(i), Some(j)) => self.influence.as_ref().map_or(ZERO, |k| k[(i, j)]),
+            _ => ZERO,
+        }
+    }
+
     /// Factors s and z of a stuck mode.
     pub fn of_mode(&self, mode: usize) -> [c64; 2] {
         let own = self.of_modes.get(mode);
@@ -64,7 +81,7 @@ pub struct Coefficients {
     pub dashpots: Option<LowRank>,
 }
 
-/// Symmetric matrix `L T L^T` on the stuck modes, m, and on the dashpots, d.
+/// Matrix `L T L^T` on the stuck modes, m, and on the dashpots, d.
 #[derive(Debug, Clone)]
 pub struct LowRank {
     /// Rows of L that belong to the modes, m x r.
@@ -76,6 +93,14 @@ pub struct LowRank {
 }
 
 impl LowRank {
+    /// Transposed matrix.
+    pub(super) fn transposed(&self) -> Self {
+        Self {
+            middle: self.middle.transpose().to_owned(),
+            ..self.clone()
+        }
+    }
+
     /// Matrix on the first `count` modes alone.
     pub(super) fn truncate(&mut self, count: usize) {
         self.on_modes = self.on_modes.subrows(0, count).to_owned();
@@ -132,6 +157,8 @@ pub(super) struct Elimination<'a> {
 struct Forces {
     /// Weights y on the modes, m x r: those of the dashpots, then those of the modes nearby.
     y: Mat<c64>,
+    /// H, r x r.
+    among: Mat<c64>,
     /// `(1 + H k)^-1`, r x r.
     inverse: Mat<c64>,
     /// L and T.
@@ -182,26 +209,26 @@ impl<'a> Elimination<'a> {
             Some(j) if near[j] == m => ONE,
             Some(_) => ZERO,
         });
-        let factor = |j: usize| match j.checked_sub(d) {
-            None => self.factors.rate * dashpots.damping_n_s_m[j],
-            Some(j) => c64::new(-self.reduced.omega2[near[j]], 0.0),
-        };
+        let r = y.ncols();
+        let coefficients = Mat::from_fn(r, r, |i, j| match (i.checked_sub(d), j.checked_sub(d)) {
+            (None, None) => self.factors.of_forces(&dashpots.damping_n_s_m, i, j),
+            (Some(i), Some(j)) if i == j => c64::new(-self.reduced.omega2[near[j]], 0.0),
+            _ => ZERO,
+        });
         let divided = self.scaled_rows(&y, |m| self.inverse(m));
         let among = product(y.transpose(), divided.as_ref());
-        let r = y.ncols();
-        let matrix = Mat::from_fn(r, r, |i, j| {
-            let unit = if i == j { ONE } else { ZERO };
-            unit + among[(i, j)] * factor(j)
-        });
-        let mut inverse = Mat::from_fn(r, r, |i, j| if i == j { ONE } else { ZERO });
+        let unit = Mat::from_fn(r, r, |i, j| if i == j { ONE } else { ZERO });
+        let matrix = &unit + product(among.as_ref(), coefficients.as_ref());
+        let mut inverse = unit;
         Lu::new(matrix).solve_in_place(inverse.as_mut());
         let coupled = LowRank {
             on_modes: self.scaled_rows(&divided, |m| self.factors.of_mode(m)[1]),
             on_dashpots: Mat::from_fn(d, r, |i, j| if i == j { ONE } else { ZERO }),
-            middle: Mat::from_fn(r, r, |i, j| factor(i) * inverse[(i, j)]),
+            middle: product(coefficients.as_ref(), inverse.as_ref()),
         };
         Forces {
             y,
+            among,
             inverse,
             coupled,
         }
@@ -299,7 +326,7 @@ impl<'a> Elimination<'a> {
         ds * self.reduced.omega2[mode] - dz
     }
 
-    /// L' = y (z / d)' and T' = R^T k' R + T y^T D^-1 D' D^-1 y T with R = (1 + H k)^-1.
+    /// L' = y (z / d)' and T' = (1 - T H) k' R + T y^T D^-1 D' D^-1 y T with R = (1 + H k)^-1.
     fn force_slopes(&self, forces: &Forces, slope: &Factors) -> ForceSlopes {
         let by_mode = |m: usize| {
             let ([_, z], [_, dz]) = (self.factors.of_mode(m), slope.of_mode(m));
@@ -310,11 +337,16 @@ impl<'a> Elimination<'a> {
         let (y, t) = (&forces.y, &forces.coupled.middle);
         let among = product(y.transpose(), self.scaled_rows(y, squared).as_ref());
         let through = product(product(t.as_ref(), among.as_ref()).as_ref(), t.as_ref());
+        // k' is that of the dashpots alone.
         let damping = &self.reduced.dashpots.damping_n_s_m;
         let d = damping.len();
         let r = &forces.inverse;
         let rated = Mat::from_fn(d, r.ncols(), |i, j| slope.rate * damping[i] * r[(i, j)]);
-        let of_rate = product(r.subrows(0, d).transpose(), rated.as_ref());
+        let turned = product(t.as_ref(), forces.among.subcols(0, d));
+        let left = Mat::from_fn(t.nrows(), d, |i, j| {
+            (if i == j { ONE } else { ZERO }) - turned[(i, j)]
+        });
+        let of_rate = product(left.as_ref(), rated.as_ref());
         ForceSlopes {
             on_modes: self.scaled_rows(y, by_mode),
             middle: of_rate + through,
@@ -351,6 +383,15 @@ impl<'a> Elimination<'a> {
         let forces = self.dashpots.as_ref()?;
         let t = times(&forces.coupled.middle, &self.on_forces(forces, on_modes));
         Some(forces.coupled.scattered(&negated(&t)))
+    }
+
+    /// What the dashpots take from a displacement by the modes before it depends on `Q^T X`: `-L T^T
+    /// y^T D^-1 w`, for weights w of the modes in the displacement; `None` without dashpots.
+    pub fn taken_from_displacement(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
+        let forces = self.dashpots.as_ref()?;
+        let coupled = forces.coupled.transposed();
+        let t = times(&coupled.middle, &self.on_forces(forces, on_modes));
+        Some(coupled.scattered(&negated(&t)))
     }
 
     /// Derivative of [`Elimination::taken`] for a load with the derivative `on_modes_slope`.

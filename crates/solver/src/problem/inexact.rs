@@ -293,7 +293,9 @@ impl InexactWave {
         });
         let mut through = vec![(scaled, bases[0][0])];
         if let Some(low_rank) = &c.dashpots {
-            let [on_modes, on_dashpots] = low_rank.left_product([&complex[0], &complex[1]]);
+            let [on_modes, on_dashpots] = low_rank
+                .transposed()
+                .left_product([&complex[0], &complex[1]]);
             through.push((on_modes, bases[0][0]));
             through.push((on_dashpots, bases[1][0]));
         }
@@ -455,7 +457,7 @@ impl Inexact {
             let moved = dense::product(motions, self.dashpots.as_ref());
             let rows = [&modal, &moved]
                 .map(|a| Mat::from_fn(count, a.ncols(), |i, j| c64::new(a[(i, j)].into(), 0.0)));
-            low_rank.left_product([&rows[0], &rows[1]])
+            low_rank.transposed().left_product([&rows[0], &rows[1]])
         });
         let of_dashpots = |of: fn(&c64) -> f64, y: &mut Mat<f32>| {
             let bases = [coupling, self.dashpots.as_ref()];

@@ -210,6 +210,9 @@ impl LinearReference {
             .iter()
             .map(|(c, weights)| (*c, self.on_own_modes(weights)));
         let dashpots: Vec<(f64, Load)> = dashpots.collect();
+        let influenced = reduced.dashpots.influenced();
+        let influenced = influenced.iter().map(|weights| self.on_own_modes(weights));
+        let influenced: Vec<Load> = influenced.collect();
         let unit_loads = reduced.unit_loads.iter();
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
@@ -217,7 +220,7 @@ impl LinearReference {
             static_load: self.on_own_modes(&reduced.static_load),
             unit_loads: unit_loads.map(|load| self.on_own_modes(load)).collect(),
             observations: observations.collect(),
-            dashpots: Dashpots::new(0, self.omega2.len(), &dashpots),
+            dashpots: Dashpots::new(0, self.omega2.len(), &dashpots).with_influenced(&influenced),
             ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
         }
     }

@@ -192,8 +192,9 @@ fn on_g(
 }
 
 /// Loads of the assembly, each as a vector on each body: the steady one, one unit of each
-/// excitation, and for each observed point and each dashpot the load whose work on a motion is the
-/// displacement that is observed, or that the dashpot acts on.
+/// excitation, and for each observed point, each dashpot and each mode on which the air acts the load
+/// whose work on a motion is the displacement that is observed, or that the dashpot or the air acts
+/// on.
 struct Loads<'a>(Vec<Vec<&'a [f64]>>);
 
 impl<'a> Loads<'a> {
@@ -205,7 +206,9 @@ impl<'a> Loads<'a> {
         let observations = observations.map(|observed| on_bodies(&observed.load));
         let dashpots = structure.dashpots.iter().map(|(_, load)| on_bodies(load));
         let steady = std::iter::once(steady.collect());
+        let influenced = structure.influenced.iter().map(on_bodies);
         let vibrating = excitations.chain(observations).chain(dashpots);
+        let vibrating = vibrating.chain(influenced);
         Self(steady.chain(vibrating).collect())
     }
 
@@ -315,7 +318,7 @@ struct Joined<'a> {
 }
 
 /// Condensed loads of the assembly: the steady one, the excitations, the observed points, the
-/// dashpots.
+/// dashpots, the modes on which the air acts.
 struct CondensedLoads {
     /// Loads on g, side by side.
     on_g: Mat<f64>,
@@ -473,8 +476,12 @@ impl<'a> Joined<'a> {
         let dashpots = structure.dashpots.iter().enumerate();
         let dashpots = dashpots.map(|(j, (damping, _))| (*damping, load(first_dashpot + j)));
         let dashpots: Vec<(f64, Load)> = dashpots.collect();
+        let first_influenced = first_dashpot + dashpots.len();
+        let influenced = first_influenced..first_influenced + structure.influenced.len();
+        let influenced: Vec<Load> = influenced.map(load).collect();
+        let dashpots = Dashpots::new(mass.nrows(), omega2.len(), &dashpots);
         let reduced = ReducedModel {
-            dashpots: Dashpots::new(mass.nrows(), omega2.len(), &dashpots),
+            dashpots: dashpots.with_influenced(&influenced),
             stiffness,
             mass,
             coupling,
@@ -487,7 +494,7 @@ impl<'a> Joined<'a> {
             waves: Waves::default(),
         };
         let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
-        // A dashpot is a load and an observed point at once.
+        // A dashpot is a load and an observed point at once, and so is a mode on which the air acts.
         let of_dashpots = largest(&energy_shares[first_dashpot..]);
         let left = truncation::EnergyShares {
             loads: largest(&energy_shares[1..first_observed]).max(of_dashpots),

@@ -15,6 +15,7 @@
 mod assembly;
 pub mod craig_bampton;
 pub mod damping;
+pub mod influence;
 mod matrix_market;
 pub mod recovery;
 mod residual;
@@ -35,6 +36,7 @@ use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
 
 pub use assembly::{reduce, stuck_displacement, stuck_modes, stuck_shapes};
+pub use influence::{Influence, InfluenceCoefficient};
 pub use recovery::Recovery;
 pub use residual::ResidualError;
 pub use restiffened::frequency_change;
@@ -221,7 +223,7 @@ pub struct ReducedModel {
     pub unit_loads: Vec<Load>,
     /// Observed displacements and strains.
     pub observations: Vec<ObservedPoint>,
-    /// Dashpots between the bodies, or from them to ground.
+    /// Dashpots between the bodies, or from them to ground, and the modes on which the air acts.
     pub dashpots: Dashpots,
     /// Waves that the harmonics make round a disc, with the models that they move by. The mean, and
     /// harmonics in phase, move by this one.
@@ -315,7 +317,8 @@ impl ReducedModel {
         (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
-    /// Coupling p of X to the modes, n x m, and the weights of the dashpots on X, n x d.
+    /// Coupling p of X to the modes, n x m, and the weights of the dashpots, and of the modes on which
+    /// the air acts, on X, n x d.
     pub fn coupling_and_dashpots(&self) -> [&Mat<f64>; 2] {
         [&self.coupling, &self.dashpots.on_x]
     }
@@ -441,12 +444,15 @@ impl ObservedPoint {
 }
 
 /// Dashpots on the coordinates of a [`ReducedModel`]. Dashpot j acts on the displacement
-/// `x_j . X + y_j . q`, and adds `c_j (x_j, y_j) (x_j, y_j)^T` to the damping matrix.
+/// `x_j . X + y_j . q`, and adds `c_j (x_j, y_j) (x_j, y_j)^T` to the damping matrix. Behind them
+/// stand the amplitudes `x_j . X + y_j . q` of the modes on which the air acts
+/// ([`influence`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Dashpots {
-    /// Coefficients c, N s/m, d.
+    /// Coefficients c of the dashpots, N s/m.
     pub damping_n_s_m: Vec<f64>,
-    /// Weights x of the relative displacements, one column for each dashpot, n x d.
+    /// Weights x of the relative displacements, one column for each dashpot and each mode on which the
+    /// air acts, n x d.
     #[serde(with = "stored::matrix")]
     pub on_x: Mat<f64>,
     /// Weights y of the modal amplitudes, m x d.
@@ -475,18 +481,45 @@ impl Dashpots {
         }
     }
 
-    /// Coefficients, N s/m, and weights as loads of all dashpots.
-    pub fn loads(&self) -> Vec<(f64, Load)> {
-        let weights = |j: usize| {
-            let [on_x, on_modes] = [&self.on_x, &self.on_modes].map(|a| a.col_as_slice(j).to_vec());
-            Load::new(on_x, on_modes)
+    /// The same dashpots, and behind them modes on which the air acts. The amplitude of a mode has the
+    /// weights of a load.
+    pub fn with_influenced(self, modes: &[Load]) -> Self {
+        let behind = |own: &Mat<f64>, of: &dyn Fn(&Load) -> &[f64]| {
+            Mat::from_fn(own.nrows(), own.ncols() + modes.len(), |i, j| {
+                match j.checked_sub(own.ncols()) {
+                    None => own[(i, j)],
+                    Some(j) => of(&modes[j])[i],
+                }
+            })
         };
-        let all = self.damping_n_s_m.iter().enumerate();
-        all.map(|(j, damping)| (*damping, weights(j))).collect()
+        Self {
+            on_x: behind(&self.on_x, &|load| &load.on_x),
+            on_modes: behind(&self.on_modes, &|load| &load.on_modes),
+            damping_n_s_m: self.damping_n_s_m,
+        }
     }
 
-    /// Number of dashpots, d.
+    /// Weights as a load of a dashpot, or of a mode on which the air acts, by its number.
+    fn weights(&self, j: usize) -> Load {
+        let [on_x, on_modes] = [&self.on_x, &self.on_modes].map(|a| a.col_as_slice(j).to_vec());
+        Load::new(on_x, on_modes)
+    }
+
+    /// Coefficients, N s/m, and weights as loads of all dashpots.
+    pub fn loads(&self) -> Vec<(f64, Load)> {
+        let all = self.damping_n_s_m.iter().enumerate();
+        all.map(|(j, damping)| (*damping, self.weights(j)))
+            .collect()
+    }
+
+    /// Weights as loads of the modes on which the air acts.
+    pub fn influenced(&self) -> Vec<Load> {
+        let modes = self.damping_n_s_m.len()..self.count();
+        modes.map(|j| self.weights(j)).collect()
+    }
+
+    /// Number of dashpots and of modes on which the air acts, d.
     pub fn count(&self) -> usize {
-        self.damping_n_s_m.len()
+        self.on_x.ncols()
     }
 }

@@ -156,6 +156,7 @@ pub fn reduce_wave(
         dashpots: on_both(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
             &mut dashpot.1
         }),
+        influenced: on_both(&structure.influenced, |vectors| vectors),
         ..copies(structure, sectors, nodal_diameter)
     };
     reduce_copies(&copies, stuck_modes, 2)
@@ -205,6 +206,7 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
         excitations: Vec::new(),
         observations: Vec::new(),
         dashpots: Vec::new(),
+        influenced: Vec::new(),
     }
 }
 
@@ -272,6 +274,7 @@ mod tests {
             excitations: Vec::new(),
             observations: Vec::new(),
             dashpots: Vec::new(),
+            influenced: Vec::new(),
         }
     }
 

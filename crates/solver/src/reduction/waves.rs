@@ -9,8 +9,8 @@
 //! With the complex amplitudes X of the pairs of the first sector, those of both copies are
 //!
 //! ```text
-//! Y = (X, -i X)     where the wave runs in the direction in which sectors are counted
-//! Y = (X,  i X)     where it runs the other way
+//! Y = (X, -i X)     where the next sector is ahead: the wave runs against the counting of sectors
+//! Y = (X,  i X)     where it runs in the direction in which sectors are counted
 //! ```
 //!
 //! and the forces on the first sector are the first half of those on both. The matrices of the
@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
+use super::influence::Influence;
 use super::sectors::nodal_diameter_of;
 use super::{Load, ObservedPoint, ReducedModel};
 
@@ -31,6 +32,9 @@ use super::{Load, ObservedPoint, ReducedModel};
 pub struct Waves {
     /// `None` where nothing repeats.
     excitation: Option<DiscExcitation>,
+    /// Forces that the air returns to the blades.
+    #[serde(skip)]
+    influence: Influence,
     /// Model of both copies for each nodal diameter above 0.
     copies: BTreeMap<usize, ReducedModel>,
 }
@@ -65,6 +69,19 @@ impl DiscExcitation {
         })
     }
 
+    /// Nodal diameter of harmonic `k`: above 0 where the wave runs in the direction in which sectors are
+    /// counted, seen from the disc, and where it is half the number of sectors; below 0 where it runs
+    /// the other way.
+    pub fn signed_nodal_diameter(self, k: usize) -> i64 {
+        let rest = (k * self.engine_order) % self.sectors;
+        // The next sector is ahead by rest / N of a period.
+        if 2 * rest < self.sectors {
+            -(rest as i64)
+        } else {
+            (self.sectors - rest) as i64
+        }
+    }
+
     /// Nodal diameters above 0 that the harmonics up to this one have, ascending.
     pub fn nodal_diameters(self, harmonics: usize) -> Vec<usize> {
         let waves = (1..=harmonics).filter_map(|k| self.wave(k));
@@ -96,8 +113,14 @@ impl Waves {
     pub fn new(excitation: DiscExcitation, copies: BTreeMap<usize, ReducedModel>) -> Self {
         Self {
             excitation: Some(excitation),
+            influence: Influence::default(),
             copies,
         }
+    }
+
+    /// The same waves with forces that the air returns to the blades.
+    pub fn with_influence(self, influence: Influence) -> Self {
+        Self { influence, ..self }
     }
 
     /// Excitation that makes the waves; `None` where nothing repeats.
@@ -111,6 +134,12 @@ impl Waves {
         Some((wave, self.copies.get(&wave.nodal_diameter)?))
     }
 
+    /// Matrix of the aerodynamic influence in harmonic `k`; `None` where it has none.
+    fn influence(&self, k: usize) -> Option<&Mat<c64>> {
+        let excitation = self.excitation.filter(|_| k > 0)?;
+        self.influence.of_wave(excitation.signed_nodal_diameter(k))
+    }
+
     /// Model of both copies for each nodal diameter.
     pub fn copies(&self) -> &BTreeMap<usize, ReducedModel> {
         &self.copies
@@ -122,6 +151,7 @@ impl Waves {
         Self {
             copies: copies.map(|(d, model)| (*d, of(*d, model))).collect(),
             excitation: self.excitation,
+            influence: self.influence.clone(),
         }
     }
 }
@@ -133,19 +163,25 @@ pub struct HarmonicModel<'a> {
     pub model: &'a ReducedModel,
     /// Wave of the harmonic; `None` where neighbours move in phase, and Y is X.
     pub wave: Option<Wave>,
+    /// Matrix A of the aerodynamic influence on the modes of each copy, r x r; `None` where there is
+    /// none.
+    pub influence: Option<&'a Mat<c64>>,
 }
 
 impl ReducedModel {
     /// Model by which harmonic `k` moves.
     pub fn of_harmonic(&self, k: usize) -> HarmonicModel<'_> {
+        let influence = self.waves.influence(k);
         match self.waves.wave(k) {
             Some((wave, model)) => HarmonicModel {
                 model,
                 wave: Some(wave),
+                influence,
             },
             None => HarmonicModel {
                 model: self,
                 wave: None,
+                influence,
             },
         }
     }
@@ -158,8 +194,8 @@ impl ReducedModel {
 }
 
 impl<'a> HarmonicModel<'a> {
-    /// Model of both copies of a sector, for the waves of a nodal diameter that run in the direction
-    /// in which sectors are counted.
+    /// Model of both copies of a sector, for the waves of a nodal diameter that run against the
+    /// direction in which sectors are counted, without aerodynamic influence.
     pub fn of_copies(model: &'a ReducedModel, nodal_diameter: usize) -> Self {
         let wave = Wave {
             nodal_diameter,
@@ -168,7 +204,20 @@ impl<'a> HarmonicModel<'a> {
         Self {
             model,
             wave: Some(wave),
+            influence: None,
         }
+    }
+
+    /// Coefficients k of the forces `-k v` that the air returns to the modes on which it acts, on those
+    /// of the first copy and then on those of the second one; `None` without influence.
+    pub fn influence_on_copies(&self) -> Option<Mat<c64>> {
+        let influence = self.influence?;
+        let r = influence.nrows();
+        let on_both = |i: usize, j: usize| match i / r == j / r {
+            true => -influence[(i % r, j % r)],
+            false => c64::ZERO,
+        };
+        Some(Mat::from_fn(r * self.copies(), r * self.copies(), on_both))
     }
 
     /// Number of copies of the sector that the model has.

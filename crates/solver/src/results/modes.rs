@@ -2,6 +2,7 @@
 
 use super::recovery::NodalField;
 pub use dovetail_numerics::eigen::Modes;
+use dovetail_numerics::space::signed_longest;
 
 /// Constraint under which a mode vibrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub struct NaturalFrequency {
     pub mode: usize,
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
+    /// Modal mass of the shape whose longest displacement is 1, kg; `None` where no shape is known.
+    pub modal_mass_kg: Option<f64>,
 }
 
 /// Mode shape on the nodes.
@@ -62,6 +65,20 @@ pub struct ModeShape {
     pub frequency_hz: f64,
     /// Displacement of all nodes of each body, of modal mass 1.
     pub shape: Vec<NodalField>,
+}
+
+impl ModeShape {
+    /// Longest displacement of a node, over the root of 1 kg, with the sign of its largest component; 0
+    /// where nothing moves.
+    pub fn scale(&self) -> f64 {
+        signed_longest(self.shape.iter().flatten())
+    }
+
+    /// Modal mass of the shape whose longest displacement is 1, kg; `None` where nothing moves.
+    pub fn modal_mass_kg(&self) -> Option<f64> {
+        let scale = self.scale();
+        (scale != 0.0).then(|| 1.0 / (scale * scale))
+    }
 }
 
 /// Frequency of a squared angular frequency (rad2/s2), Hz.

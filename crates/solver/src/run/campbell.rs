@@ -239,6 +239,7 @@ impl Spun {
             excitations: self.at_rest.excitations.clone(),
             observations: self.at_rest.observations.clone(),
             dashpots: self.at_rest.dashpots.clone(),
+            influenced: Vec::new(),
         };
         let held = (waves == [None])
             .then(|| fixed_interface_modes(&structure.bodies[0], LISTED_MODES))

@@ -61,6 +61,12 @@ pub enum Error {
         /// Number of sectors.
         sectors: usize,
     },
+    /// A task does not know forces that the air returns to the blades.
+    #[error("{task} has no aerodynamic influence")]
+    WithInfluence {
+        /// Task.
+        task: &'static str,
+    },
     /// The folder of a reduced model cannot be read.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),

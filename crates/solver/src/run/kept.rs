@@ -92,6 +92,9 @@ impl ReductionInputs {
         }
         if let Some(cyclic) = &mut model.cyclic {
             cyclic.engine_order = 0;
+            if let Some(influence) = &mut cyclic.influence {
+                influence.coefficients.clear();
+            }
         }
         model.maps.clear();
         model.friction_maps.clear();

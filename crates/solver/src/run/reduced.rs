@@ -117,6 +117,7 @@ impl Reduced {
                 body: body.map(str::to_owned),
                 mode: i + 1,
                 frequency_hz: hertz(*w2),
+                modal_mass_kg: None,
             }));
         };
         if let Some(bodies) = &self.bodies {

@@ -15,7 +15,7 @@ use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, Cyclic, Model, bind};
+use crate::model::{Assembly, Model, bind};
 use crate::problem::Problem;
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::sectors::reduce_wave;
@@ -199,9 +199,10 @@ impl Bodies {
 
     /// Waves round a disc that the harmonics of the response of a scene make.
     fn waves(&mut self, scene: &Scene, session: &Session<'_>) -> Result<Waves, Error> {
-        let Some(excitation) = self.model().cyclic.as_ref().map(Cyclic::excitation) else {
+        let Some(cyclic) = &self.model().cyclic else {
             return Ok(Waves::default());
         };
+        let (excitation, influence) = (cyclic.excitation(), cyclic.influence());
         let harmonics = scene.response.resolution.most_harmonics();
         let highest = highest_harmonic(scene).max(harmonics);
         let mut copies = BTreeMap::new();
@@ -241,7 +242,7 @@ impl Bodies {
             }
             copies.insert(nodal_diameter, kept.reduced);
         }
-        Ok(Waves::new(excitation, copies))
+        Ok(Waves::new(excitation, copies).with_influence(influence))
     }
 
     /// Reduces the sector for the waves of a nodal diameter.

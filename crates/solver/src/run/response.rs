@@ -24,10 +24,11 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Checks that all sectors of the disc of a scene, if any, are excited in phase, which a task needs.
+/// Checks that all sectors of the disc of a scene, if any, are excited in phase, and that no air acts
+/// back on them, which a task needs.
 ///
 /// # Errors
-/// [`Error::NotInPhase`].
+/// [`Error::NotInPhase`], [`Error::WithInfluence`].
 pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
     let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
     match disc {
@@ -36,6 +37,7 @@ pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
             engine_order: disc.engine_order,
             sectors: disc.sectors,
         }),
+        Some(disc) if disc.influence.is_some() => Err(Error::WithInfluence { task }),
         _ => Ok(()),
     }
 }

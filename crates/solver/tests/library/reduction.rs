@@ -12,10 +12,14 @@ use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, ReducedModel, Reduction, StuckModes, reduce};
+use dovetail_solver::reduction::{
+    DiscExcitation, Highest, Influence, InfluenceCoefficient, ReducedModel, Reduction, StuckModes,
+    Waves, reduce, stuck_modes,
+};
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use std::collections::BTreeMap;
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 2e-9,
@@ -165,10 +169,54 @@ fn with_all_modes_dashpots_give_the_response_of_the_full_model() {
     spring_response(assembled_with(None, dashpots()));
 }
 
+/// The full matrices have the air as -w A w^T, with the motions w on which it acts and a matrix A
+/// without symmetry.
+#[test]
+fn with_all_modes_aerodynamic_influence_gives_the_response_of_the_full_model() {
+    let (mut model, mut structure) = assembled_with(None, dashpots());
+    structure.influenced = structure.dashpots[..2]
+        .iter()
+        .map(|(_, load)| {
+            load.iter()
+                .map(|f| f.iter().map(|f| 0.01 * f).collect())
+                .collect()
+        })
+        .collect();
+    structure.influenced.swap(0, 1);
+    model.dashpots.clear();
+    structure.dashpots.pop();
+    let first = 0.5 * stuck_modes(&structure, 1).unwrap()[0];
+    let coefficients = [[1, 1], [1, 2], [2, 1], [2, 2]].into_iter().enumerate();
+    let coefficients = coefficients.map(|(i, [mode, by_mode])| InfluenceCoefficient {
+        nodal_diameter: 0,
+        mode,
+        by_mode,
+        real_n_m: [0.2, -0.5, 0.3, 0.1][i] * first,
+        imaginary_n_m: [-0.3, 0.4, 0.2, -0.6][i] * first,
+    });
+    let coefficients: Vec<InfluenceCoefficient> = coefficients.collect();
+    spring_response_with((model, structure), &coefficients);
+}
+
 /// Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
 /// linear, and the full one can be solved at once.
-fn spring_response((model, structure): (Model, Structure)) {
-    let problem = Problem::new(reduced(&structure).model, &model);
+fn spring_response(assembled: (Model, Structure)) {
+    spring_response_with(assembled, &[]);
+}
+
+/// Like [`spring_response`], as a sector that is excited in phase, with this aerodynamic influence.
+fn spring_response_with(
+    (model, structure): (Model, Structure),
+    coefficients: &[InfluenceCoefficient],
+) {
+    let mut reduced = reduced(&structure).model;
+    let excitation = DiscExcitation {
+        sectors: 2,
+        engine_order: 0,
+    };
+    let influence = Influence::new(2, &[1, 2], coefficients);
+    reduced.waves = Waves::new(excitation, BTreeMap::new()).with_influence(influence);
+    let problem = Problem::new(reduced, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
     let system = ContactSystem::new(&problem, DAMPING);
     let n = 3 * model.pairs.len();
@@ -213,6 +261,16 @@ fn spring_response((model, structure): (Model, Structure)) {
             for (j, moved) in all.iter().enumerate().filter(|(_, v)| **v != 0.0) {
                 for (i, pulled) in all.iter().enumerate() {
                     full[(i, j)] += c64::new(0.0, w * damping * moved * pulled);
+                }
+            }
+        }
+        let motions: Vec<Vec<f64>> = structure.influenced.iter().map(|m| m.concat()).collect();
+        for of_air in coefficients {
+            let [force, by] = [of_air.mode, of_air.by_mode].map(|mode| &motions[mode - 1]);
+            let factor = c64::new(of_air.real_n_m, of_air.imaginary_n_m);
+            for (j, moved) in by.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                for (i, pushed) in force.iter().enumerate() {
+                    full[(i, j)] -= factor * *moved * *pushed;
                 }
             }
         }

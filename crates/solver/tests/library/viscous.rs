@@ -15,9 +15,13 @@ use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::{DampingError, Rayleigh};
-use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduction::{
+    Dashpots, DiscExcitation, Influence, InfluenceCoefficient, Load, ObservedPoint, ReducedModel,
+    Waves,
+};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 const SETTLE: NewtonOptions = NewtonOptions::new(1e-10, 60);
@@ -129,12 +133,25 @@ fn at_once(problem: &Problem, damping: Rayleigh, w: f64, with_pair: bool) -> f64
         let v = at(&weights.on_x, &weights.on_modes);
         c += Mat::from_fn(3, 3, |i, j| k * v[i] * v[j]);
     }
+    let influenced = reduced.dashpots.influenced();
+    let influenced: Vec<_> = influenced
+        .iter()
+        .map(|weights| at(&weights.on_x, &weights.on_modes))
+        .collect();
+    let of_air = |i: usize, j: usize| {
+        let influence = reduced.of_harmonic(1).influence;
+        let entries = influence.into_iter().flat_map(|a| {
+            let all = (0..2).flat_map(|m| (0..2).map(move |n| (m, n)));
+            all.map(|(m, n)| influenced[m][i] * a[(m, n)] * influenced[n][j])
+        });
+        entries.sum::<c64>()
+    };
     let first = usize::from(!with_pair);
     let size = 3 - first;
     let z = Mat::from_fn(size, size, |i, j| {
         let (i, j) = (i + first, j + first);
         let stiff = if i == j { stiffness[i] } else { 0.0 };
-        c64::new(stiff - w * w * mass[(i, j)], w * c[(i, j)])
+        c64::new(stiff - w * w * mass[(i, j)], w * c[(i, j)]) - of_air(i, j)
     });
     let load = &problem.excitations[0].cosine;
     let load = at(&load.on_x, &load.on_modes);
@@ -157,11 +174,56 @@ const OMEGAS: [f64; 7] = [
     4.0,
 ];
 
+/// Two masses of a sector of a disc that is excited in phase, with two motions on which the air acts
+/// and which it couples by a matrix without symmetry.
+fn in_a_flow(problem: Problem) -> Problem {
+    let of_one = |x, modes: [f64; 2]| Load::new(along(x), modes.to_vec());
+    let influenced = [of_one(0.4, [0.9, 0.1]), of_one(-0.2, [0.3, 0.8])];
+    let excitation = DiscExcitation {
+        sectors: 6,
+        engine_order: 12,
+    };
+    let coefficient =
+        |[mode, by_mode]: [usize; 2], [real, imaginary]: [f64; 2]| InfluenceCoefficient {
+            nodal_diameter: 0,
+            mode,
+            by_mode,
+            real_n_m: real,
+            imaginary_n_m: imaginary,
+        };
+    let coefficients = [
+        coefficient([1, 1], [0.05, -0.08]),
+        coefficient([1, 3], [-0.04, 0.06]),
+        coefficient([3, 1], [0.07, 0.02]),
+        coefficient([3, 3], [-0.03, -0.05]),
+    ];
+    let influence = Influence::new(6, &[1, 3], &coefficients);
+    let waves = Waves::new(excitation, BTreeMap::new()).with_influence(influence);
+    let dashpots = problem.reduced.dashpots.clone();
+    Problem {
+        reduced: ReducedModel {
+            dashpots: dashpots.with_influenced(&influenced),
+            waves,
+            ..problem.reduced
+        },
+        ..problem
+    }
+}
+
 #[test]
 fn dashpots_and_ratios_couple_the_modes_as_the_equations_solved_at_once() {
+    couple_the_modes(|problem| problem);
+}
+
+#[test]
+fn aerodynamic_influence_couples_the_modes_as_the_equations_solved_at_once() {
+    couple_the_modes(in_a_flow);
+}
+
+fn couple_the_modes(with: fn(Problem) -> Problem) {
     for ratios in [vec![], vec![0.03], vec![0.0, 0.05]] {
         for damping in [Rayleigh::NONE, RAYLEIGH] {
-            let free = two_masses(0.0, ratios.clone());
+            let free = with(two_masses(0.0, ratios.clone()));
             let response = respond(&free, damping, &settings(&OMEGAS, 1));
             let stuck = LinearReference::stuck(&free.reduced).problem(&free, damping);
             let released = LinearReference::about(&on_springs(&free), &[]);

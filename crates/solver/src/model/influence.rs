@@ -1,0 +1,146 @@
+//! Modes of a body on which the air acts, and the coefficients of its influence in each wave.
+
+use super::{BladeInfluence, CyclicSpec, InfluenceSource, InfluenceSpec, ModelError};
+use crate::reduction::InfluenceCoefficient;
+use crate::reduction::influence::one_of_two;
+
+/// Influence on one of the bodies of these names. `read` are the coefficients of the file that it
+/// names.
+pub(super) fn influence(
+    spec: &InfluenceSpec,
+    disc: &CyclicSpec,
+    names: &[String],
+    read: Option<&[InfluenceCoefficient]>,
+) -> Result<BladeInfluence, ModelError> {
+    let body = match &spec.body {
+        Some(name) => names.iter().position(|other| other == name),
+        None => (names.len() == 1).then_some(0),
+    };
+    let body = body.ok_or_else(|| match &spec.body {
+        Some(name) => ModelError::UnknownBody {
+            used_by: "[cyclic], influence_on".to_owned(),
+            name: name.clone(),
+            available: names.to_vec(),
+        },
+        None => ModelError::InfluenceOnNone {
+            available: names.to_vec(),
+        },
+    })?;
+    let coefficients = match &spec.coefficients {
+        InfluenceSource::Given(coefficients) => coefficients,
+        InfluenceSource::File(path) => {
+            read.ok_or_else(|| ModelError::InfluenceMissing { path: path.clone() })?
+        }
+    };
+    let largest = (disc.sectors / 2) as i64;
+    let mut modes = Vec::new();
+    let mut waves = Vec::new();
+    for coefficient in coefficients {
+        let wave = coefficient.nodal_diameter;
+        if !(-largest..=largest).contains(&wave) {
+            return Err(ModelError::InfluenceOfNoWave {
+                nodal_diameter: wave,
+                largest,
+            });
+        }
+        modes.extend([coefficient.mode, coefficient.by_mode]);
+        waves.push(one_of_two(wave, disc.sectors));
+    }
+    modes.sort_unstable();
+    modes.dedup();
+    waves.sort_unstable();
+    waves.dedup();
+    let excited = disc.excitation().signed_nodal_diameter(1);
+    if !waves.contains(&excited) {
+        return Err(ModelError::InfluenceLacksWave {
+            nodal_diameter: excited,
+            engine_order: disc.engine_order,
+            given: waves,
+        });
+    }
+    Ok(BladeInfluence {
+        body,
+        modes,
+        coefficients: coefficients.to_vec(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disc(engine_order: usize) -> CyclicSpec {
+        CyclicSpec {
+            sectors: 6,
+            low: Vec::new(),
+            high: Vec::new(),
+            point_m: [0.0; 3],
+            axis: [1.0, 0.0, 0.0],
+            engine_order,
+            influence: None,
+        }
+    }
+
+    /// Coefficients of these nodal diameters, of mode 2 by mode 1.
+    fn of_waves(waves: &[i64]) -> InfluenceSource {
+        let coefficient = |nodal_diameter: &i64| InfluenceCoefficient {
+            nodal_diameter: *nodal_diameter,
+            mode: 2,
+            by_mode: 1,
+            real_n_m: 1.0,
+            imaginary_n_m: 0.0,
+        };
+        InfluenceSource::Given(waves.iter().map(coefficient).collect())
+    }
+
+    fn on(
+        body: Option<&str>,
+        engine_order: usize,
+        waves: &[i64],
+    ) -> Result<BladeInfluence, String> {
+        let spec = InfluenceSpec {
+            body: body.map(str::to_owned),
+            coefficients: of_waves(waves),
+        };
+        let names = ["disc", "blade"].map(str::to_owned);
+        influence(&spec, &disc(engine_order), &names, None).map_err(|error| error.to_string())
+    }
+
+    /// An excitation that stands still runs backwards past the sectors: engine order 1 excites -1,
+    /// and engine order 5 of 6 sectors excites 1.
+    #[test]
+    fn the_wave_that_the_engine_order_excites_has_coefficients() {
+        for (engine_order, wave) in [
+            (1, -1),
+            (2, -2),
+            (3, 3),
+            (3, -3),
+            (4, 2),
+            (5, 1),
+            (6, 0),
+            (7, -1),
+        ] {
+            let found = on(Some("blade"), engine_order, &[wave]).unwrap();
+            assert_eq!((found.body, found.modes), (1, vec![1, 2]), "{engine_order}");
+        }
+        let error = on(Some("blade"), 1, &[1, 0]).unwrap_err();
+        assert!(error.contains("nodal diameter -1"), "{error}");
+        assert!(error.contains("0, 1"), "{error}");
+    }
+
+    #[test]
+    fn a_wave_that_there_is_not_and_a_body_that_there_is_not_are_errors() {
+        let error = on(Some("blade"), 1, &[-1, 4]).unwrap_err();
+        assert!(error.contains("-3 to 3"), "{error}");
+        let error = on(Some("vane"), 1, &[-1]).unwrap_err();
+        assert!(
+            error.contains("`vane`") && error.contains("disc"),
+            "{error}"
+        );
+        let error = on(None, 1, &[-1]).unwrap_err();
+        assert!(
+            error.contains("influence_on") && error.contains("blade"),
+            "{error}"
+        );
+    }
+}
