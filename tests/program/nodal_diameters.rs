@@ -471,15 +471,21 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
         &warnings,
         "the air drives & mode 1, at & damping ratio of \u{2212}",
     );
-    let refused = |command: &str, order: usize, words: &str| {
+    let refused = |command: &str, order: usize, code: i32, words: &str| {
         let text = in_a_flow(order, own).replace("FIRST, LAST", "900, 1100");
         let path = folder.write("refused.toml", text);
-        has(&told(on_scene(command, path, &folder, &[]), 2), words);
+        has(&told(on_scene(command, path, &folder, &[]), code), words);
     };
-    refused("run", 2, "engine order 2 makes & nodal diameter -2 & 0, 1");
     refused(
-        "backbone",
+        "run",
+        2,
+        2,
+        "engine order 2 makes & nodal diameter -2 & 0, 1",
+    );
+    refused(
+        "verify",
         6,
+        1,
         "has no aerodynamic influence & leave out `influence`",
     );
 }
