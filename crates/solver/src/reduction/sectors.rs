@@ -83,7 +83,7 @@ pub fn wave_modes(
     count: usize,
 ) -> Result<WaveModes, ReductionError> {
     match at_nodal_diameter(structure, sectors, nodal_diameter) {
-        Wave::Standing(sector) => {
+        AtDiameter::Standing(sector) => {
             let (omega2, real) = stuck_shapes(&sector, count)?;
             let still = real.iter().map(|u| Mat::zeros(u.nrows(), u.ncols()));
             Ok(WaveModes {
@@ -92,7 +92,7 @@ pub fn wave_modes(
                 real,
             })
         }
-        Wave::Travelling(copies) => {
+        AtDiameter::Travelling(copies) => {
             let (omega2, shapes) = stuck_shapes(&copies, 2 * count)?;
             // Of each two modes of one frequency the first, which is the wave at some phase.
             let first = |u: &Mat<f64>| {
@@ -110,17 +110,21 @@ pub fn wave_modes(
 }
 
 /// Sector at a nodal diameter.
-enum Wave<'a> {
+enum AtDiameter<'a> {
     /// All sectors move in phase, or each against its neighbours.
     Standing(Cow<'a, Structure>),
     /// Two copies of the bodies, each for a part of the complex motion.
     Travelling(Structure),
 }
 
-fn at_nodal_diameter(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Wave<'_> {
+fn at_nodal_diameter(
+    structure: &Structure,
+    sectors: usize,
+    nodal_diameter: usize,
+) -> AtDiameter<'_> {
     let nodal_diameter = nodal_diameter_of(nodal_diameter, sectors);
     if nodal_diameter == 0 {
-        return Wave::Standing(Cow::Borrowed(structure));
+        return AtDiameter::Standing(Cow::Borrowed(structure));
     }
     if 2 * nodal_diameter == sectors {
         let mut against = structure.clone();
@@ -131,9 +135,9 @@ fn at_nodal_diameter(structure: &Structure, sectors: usize, nodal_diameter: usiz
                 *sector = sector.times(-1.0);
             }
         }
-        return Wave::Standing(Cow::Owned(against));
+        return AtDiameter::Standing(Cow::Owned(against));
     }
-    Wave::Travelling(copies(structure, sectors, nodal_diameter))
+    AtDiameter::Travelling(copies(structure, sectors, nodal_diameter))
 }
 
 /// Reduced model of a disc at a nodal diameter above 0: that of two copies of a sector
