@@ -236,67 +236,6 @@ fn on_both<T: Clone>(items: &[T], of: impl Fn(&mut T) -> &mut BodyVectors) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::structure::{BodyMatrices, OtherSector};
-    use nalgebra_sparse::{CooMatrix, CscMatrix};
-
-    /// Sector of a ring of masses, kg, each on a spring to ground, N/m, and joined by springs along z
-    /// to the next: node 0 is the mass, node 1 the end of its spring to the next mass, which
-    /// follows node 0 of the next sector.
-    fn ring(mass: f64, ground: f64, between: f64) -> Structure {
-        let mut stiffness = CooMatrix::new(6, 6);
-        for k in 0..3 {
-            stiffness.push(k, k, ground + between);
-            stiffness.push(3 + k, 3 + k, between);
-        }
-        stiffness.push(2, 5, -between);
-        stiffness.push(5, 2, -between);
-        let mut masses = CooMatrix::new(6, 6);
-        masses.push(2, 2, mass);
-        let node = |node: usize| InterfaceNode { body: 0, node };
-        Structure {
-            bodies: vec![BodyMatrices {
-                name: "mass".to_owned(),
-                stiffness: CscMatrix::from(&stiffness),
-                mass: CscMatrix::from(&masses),
-                load_n: vec![0.0; 6],
-                centrifugal_n_s2: Vec::new(),
-                interior_nodes: 0,
-                held_dofs: vec![0, 1, 3, 4],
-                fixed_interface_modes: None,
-                node_tags: vec![1, 2],
-            }],
-            joints: vec![Joint {
-                slave: node(1),
-                masters: vec![(node(0), 1.0)],
-                turned: None,
-                across: Some(OtherSector {
-                    ahead: 1,
-                    turn: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-                }),
-            }],
-            steady_parts: Vec::new(),
-            excitations: Vec::new(),
-            observations: Vec::new(),
-            dashpots: Vec::new(),
-            influenced: Vec::new(),
-        }
-    }
-
-    /// A ring of masses that move along its axis has m w^2 = k + 4 c sin^2(pi d / N).
-    #[test]
-    fn a_ring_of_masses_has_its_frequencies_in_closed_form() {
-        let (mass, ground, between) = (2.0, 3.0, 50.0);
-        let structure = ring(mass, ground, between);
-        for sectors in [2, 3, 4, 7, 36] {
-            for d in 0..=largest_nodal_diameter(sectors) {
-                let sine = (TAU * d as f64 / sectors as f64 / 2.0).sin();
-                let expected = (ground + 4.0 * between * sine * sine) / mass;
-                let found = modes_of_nodal_diameter(&structure, sectors, d, 1).unwrap();
-                let error = found[0] / expected - 1.0;
-                assert!(error.abs() < 1e-12, "{sectors} {d}: {found:?} {expected}");
-            }
-        }
-    }
 
     #[test]
     fn an_engine_order_excites_the_nodal_diameter_that_all_sectors_see() {

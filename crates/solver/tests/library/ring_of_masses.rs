@@ -1,10 +1,12 @@
-//! Aerodynamic influence in the waves of a ring of masses, compared with closed forms.
+//! Waves of a ring of masses, with and without aerodynamic influence, compared with closed forms.
 
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::sectors::reduce_wave;
+use dovetail_solver::reduction::sectors::{
+    largest_nodal_diameter, modes_of_nodal_diameter, reduce_wave,
+};
 use dovetail_solver::reduction::{
     DiscExcitation, Highest, Influence, InfluenceCoefficient, Load, StuckModes, Waves, reduce,
 };
@@ -19,13 +21,14 @@ use std::f64::consts::TAU;
 const SECTORS: usize = 6;
 const MASS_KG: f64 = 2.0;
 const GROUND_N_M: f64 = 3.0;
+/// Spring between two masses.
 const BETWEEN_N_M: f64 = 1.0;
 
 /// Sector of a ring of masses that move along its axis, each on a spring to ground, and joined by
 /// springs to the next one: node 0 is the mass, and node 1 is the end of its spring, which follows
 /// node 0 of the next sector.
-fn ring() -> Structure {
-    let (ground, between) = (GROUND_N_M, BETWEEN_N_M);
+fn ring(between: f64) -> Structure {
+    let ground = GROUND_N_M;
     let mut stiffness = CooMatrix::new(6, 6);
     for k in 0..3 {
         stiffness.push(k, k, ground + between);
@@ -70,6 +73,22 @@ fn ring() -> Structure {
     }
 }
 
+/// m w^2 = k + 4 c sin^2(pi d / N).
+#[test]
+fn a_ring_of_masses_has_its_frequencies_in_closed_form() {
+    let between = 50.0;
+    let structure = ring(between);
+    for sectors in [2, 3, 4, 7, 36] {
+        for d in 0..=largest_nodal_diameter(sectors) {
+            let sine = (0.5 * TAU * d as f64 / sectors as f64).sin();
+            let expected = (GROUND_N_M + 4.0 * between * sine * sine) / MASS_KG;
+            let found = modes_of_nodal_diameter(&structure, sectors, d, 1).unwrap();
+            let error = found[0] / expected - 1.0;
+            assert!(error.abs() < 1e-12, "{sectors} {d}: {found:?} {expected}");
+        }
+    }
+}
+
 /// Influence of the mode on itself in all waves, in each another one.
 fn influence() -> Vec<InfluenceCoefficient> {
     (-2..=3)
@@ -86,13 +105,13 @@ fn influence() -> Vec<InfluenceCoefficient> {
 /// The ring under a force of 1 N on each mass, of this engine order.
 fn ring_under(engine_order: usize) -> Problem {
     let modes = StuckModes::new(Some(1), Highest::RadS(0.0));
-    let mut reduced = reduce(&ring(), modes).unwrap().model;
+    let mut reduced = reduce(&ring(BETWEEN_N_M), modes).unwrap().model;
     let excitation = DiscExcitation {
         sectors: SECTORS,
         engine_order,
     };
     let copies = excitation.nodal_diameters(1).into_iter().map(|d| {
-        let wave = reduce_wave(&ring(), SECTORS, d, modes).unwrap();
+        let wave = reduce_wave(&ring(BETWEEN_N_M), SECTORS, d, modes).unwrap();
         (d, wave.model)
     });
     let influence = Influence::new(SECTORS, &[1], &influence());
