@@ -359,7 +359,7 @@ struct Powers {
 
 /// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
 /// viscous (k w)^2 / 2 Y^H C Y with C = a K + b M and what damps besides, i.e. pi k^2 w (...) per
-/// cycle, and -(k w / 2) Im(eta^H A eta) to the air; kinetic energy (k w)^2 / 4 Y^H M Y.
+/// cycle, and -(k w / 2) Im(a^H A a) to the air; kinetic energy (k w)^2 / 4 Y^H M Y.
 fn powers(
     system: &ContactSystem<'_>,
     harmonics: usize,

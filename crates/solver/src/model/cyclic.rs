@@ -37,7 +37,7 @@ pub(super) fn cyclic(
     let turn = Turn::by_sectors(spec, 1);
     let names: Vec<String> = bodies.iter().map(|body| body.name().to_owned()).collect();
     let of_air = spec.influence.as_ref();
-    let of_air = of_air.map(|of_air| influence(of_air, spec, &names, read));
+    let of_air = of_air.map(|of_air| influence(of_air, spec.sectors, &names, read));
     let ties = match low.meet(&high, spec, mesh) {
         Ok(met) => node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
         Err(apart) => face_by_face(spec, &apart, mesh, bodies)?,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{GivenMatrices, MeshSource};
 use crate::contact::PairLaw;
-use crate::reduction::{DiscExcitation, InfluenceCoefficient};
+use crate::reduction::InfluenceCoefficient;
 use crate::structure::Quantity;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
@@ -221,16 +221,6 @@ pub struct CyclicSpec {
     pub engine_order: usize,
     /// Forces that the air returns to the vibrating blades; `None` where it returns none.
     pub influence: Option<InfluenceSpec>,
-}
-
-impl CyclicSpec {
-    /// Excitation round the disc, which says what wave each harmonic is.
-    pub fn excitation(&self) -> DiscExcitation {
-        DiscExcitation {
-            sectors: self.sectors,
-            engine_order: self.engine_order,
-        }
-    }
 }
 
 /// Forces that the air returns to the vibrating blades of a disc

@@ -1,14 +1,14 @@
 //! Modes of a body on which the air acts, and the coefficients of its influence in each wave.
 
-use super::{BladeInfluence, CyclicSpec, InfluenceSource, InfluenceSpec, ModelError};
+use super::{BladeInfluence, Cyclic, InfluenceSource, InfluenceSpec, ModelError};
 use crate::reduction::InfluenceCoefficient;
 use crate::reduction::influence::one_of_two;
 
-/// Influence on one of the bodies of these names. `read` are the coefficients of the file that it
+/// Influence on one of the bodies of these names, of a disc of so many sectors. `read` are the coefficients of the file that it
 /// names.
 pub(super) fn influence(
     spec: &InfluenceSpec,
-    disc: &CyclicSpec,
+    sectors: usize,
     names: &[String],
     read: Option<&[InfluenceCoefficient]>,
 ) -> Result<BladeInfluence, ModelError> {
@@ -32,7 +32,7 @@ pub(super) fn influence(
             read.ok_or_else(|| ModelError::InfluenceMissing { path: path.clone() })?
         }
     };
-    let largest = (disc.sectors / 2) as i64;
+    let largest = (sectors / 2) as i64;
     let mut modes = Vec::new();
     let mut waves = Vec::new();
     for coefficient in coefficients {
@@ -44,42 +44,43 @@ pub(super) fn influence(
             });
         }
         modes.extend([coefficient.mode, coefficient.by_mode]);
-        waves.push(one_of_two(wave, disc.sectors));
+        waves.push(one_of_two(wave, sectors));
     }
     modes.sort_unstable();
     modes.dedup();
     waves.sort_unstable();
     waves.dedup();
-    let excited = disc.excitation().signed_nodal_diameter(1);
-    if !waves.contains(&excited) {
-        return Err(ModelError::InfluenceLacksWave {
-            nodal_diameter: excited,
-            engine_order: disc.engine_order,
-            given: waves,
-        });
-    }
     Ok(BladeInfluence {
         body,
         modes,
+        waves,
         coefficients: coefficients.to_vec(),
     })
+}
+
+impl Cyclic {
+    /// Checks that the wave of the first harmonic has coefficients where the air acts on the blades.
+    ///
+    /// # Errors
+    /// [`ModelError::InfluenceLacksWave`].
+    pub fn check_influence(&self) -> Result<(), ModelError> {
+        let excited = self.excitation().signed_nodal_diameter(1);
+        match &self.influence {
+            Some(influence) if !influence.waves.contains(&excited) => {
+                Err(ModelError::InfluenceLacksWave {
+                    nodal_diameter: excited,
+                    engine_order: self.engine_order,
+                    given: influence.waves.clone(),
+                })
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn disc(engine_order: usize) -> CyclicSpec {
-        CyclicSpec {
-            sectors: 6,
-            low: Vec::new(),
-            high: Vec::new(),
-            point_m: [0.0; 3],
-            axis: [1.0, 0.0, 0.0],
-            engine_order,
-            influence: None,
-        }
-    }
 
     /// Coefficients of these nodal diameters, of mode 2 by mode 1.
     fn of_waves(waves: &[i64]) -> InfluenceSource {
@@ -103,7 +104,17 @@ mod tests {
             coefficients: of_waves(waves),
         };
         let names = ["disc", "blade"].map(str::to_owned);
-        influence(&spec, &disc(engine_order), &names, None).map_err(|error| error.to_string())
+        let found = influence(&spec, 6, &names, None).map_err(|error| error.to_string())?;
+        let disc = Cyclic {
+            sectors: 6,
+            ties: Vec::new(),
+            point_m: [0.0; 3],
+            turn: [[0.0; 3]; 3],
+            engine_order,
+            influence: Some(found.clone()),
+        };
+        disc.check_influence().map_err(|error| error.to_string())?;
+        Ok(found)
     }
 
     /// An excitation that stands still runs backwards past the sectors: engine order 1 excites -1,

@@ -383,6 +383,9 @@ pub struct BladeInfluence {
     pub body: usize,
     /// Numbers of its modes with its flanks held on which the air acts, counted from 1, ascending.
     pub modes: Vec<usize>,
+    /// Nodal diameters of the waves that have coefficients, ascending, as
+    /// [`signed_nodal_diameter`](DiscExcitation::signed_nodal_diameter) gives them.
+    pub waves: Vec<i64>,
     /// Coefficients for each wave.
     pub coefficients: Vec<InfluenceCoefficient>,
 }

@@ -93,6 +93,7 @@ impl ReductionInputs {
         if let Some(cyclic) = &mut model.cyclic {
             cyclic.engine_order = 0;
             if let Some(influence) = &mut cyclic.influence {
+                influence.waves.clear();
                 influence.coefficients.clear();
             }
         }

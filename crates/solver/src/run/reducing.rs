@@ -155,6 +155,9 @@ impl Bodies {
         session: &Session<'_>,
     ) -> Result<(Self, Problem), Error> {
         let model = &bound.model;
+        if let Some(cyclic) = &model.cyclic {
+            cyclic.check_influence()?;
+        }
         let key = session.store().key(&inputs(model, wanted, scene));
         let (structure, recovery) = (OnceLock::new(), OnceLock::new());
         let begin = Instant::now();

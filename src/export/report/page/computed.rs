@@ -16,6 +16,7 @@ use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, DashpotSpec, ExcitationKind,
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
+use dovetail_solver::reduction::DiscExcitation;
 use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_solver::structure::Quantity;
 
@@ -103,7 +104,10 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             p {
                 "The bodies are one of " (cyclic.sectors) " equal sectors of a disc about the axis "
                 (vector(cyclic.axis, 3)) "; "
-                (motion_of_sectors(cyclic.excitation())) "."
+                (motion_of_sectors(DiscExcitation {
+                    sectors: cyclic.sectors,
+                    engine_order: cyclic.engine_order,
+                })) "."
                 @if cyclic.influence.is_some() {
                     " The air that the blades move acts back on them."
                 }
