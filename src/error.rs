@@ -284,11 +284,12 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
              --nodal-diameter or --whole-disc"
         }
         run::Error::NotInPhase { .. } => {
-            "leave out `engine_order` of [cyclic], or give a multiple of `sectors`; `dovetail run` and `dovetail peaks` \
-             compute the wave"
+            "leave out `engine_order` of [cyclic], or give a multiple of `sectors`; `dovetail run`, `dovetail peaks`, \
+             `dovetail curve` and `dovetail backbone` compute the wave"
         }
         run::Error::WithInfluence { .. } => {
-            "leave out `influence` of [cyclic]; `dovetail run`, `dovetail peaks` and `dovetail curve` have it"
+            "leave out `influence` of [cyclic]; `dovetail run`, `dovetail peaks`, `dovetail curve` and `dovetail backbone` \
+             have it"
         }
         run::Error::TooLittleMemory { .. } => {
             "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"

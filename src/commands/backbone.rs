@@ -222,6 +222,17 @@ fn table(found: &ModeBackbone, rows: &[BackboneRow<'_>]) -> String {
             counts.opening + counts.closing + counts.open,
         );
     }
+    for cycle in backbone.limit_cycles(found.observation) {
+        let what = match cycle.is_stable {
+            true => "limit cycle, to which smaller and larger motions tend without an excitation",
+            false => "limit cycle that motions leave without an excitation: larger ones grow",
+        };
+        text += &format!(
+            "{:>14}{:>15}  {what}\n",
+            quantity(cycle.amplitude_m, "m", 4),
+            figure(cycle.frequency_hz, 7),
+        );
+    }
     text
 }
 

@@ -78,7 +78,8 @@ fn flutter(run: &Run, found: &ResponseResult) -> Option<Warning> {
     let (mode, ratio) = driven.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(doubt(format!(
         "the air drives {} of the wave of the response with all pairs stuck: mode {}, at {:.4} Hz, has a damping ratio of {}; \
-         without slip these motions grow, and the response to the excitation alone need not be what the blades do",
+         without slip these motions grow, and the response to the excitation alone need not be what the blades do; \
+         `dovetail backbone` has the amplitudes at which friction holds them",
         counted(driven.len(), "mode", "modes"),
         of.mode_of_sector(*mode) + 1,
         hertz(of.model.omega2[*mode]),

@@ -250,6 +250,73 @@ fn the_wave_of_an_engine_order_is_that_of_the_whole_disc() {
     assert!(slipping > 0.0);
 }
 
+/// Steps in time of all sectors, each of which may move in its own way, keep to the wave of one.
+#[test]
+fn steps_in_time_of_all_sectors_agree_with_the_wave() {
+    let folder = Folder::new("wave_in_time");
+    let dashpot = "[[dashpot]]\nname = \"tip\"\nfirst = \"blade.tip\"\ndamping_n_s_m = 1\n\
+                   direction = [1, 0, 0]\n";
+    // Neighbours move against each other in engine order 3, and orders 1 and 4 run in opposite
+    // directions.
+    for (order, hz) in [(1, 1016.2), (3, 1117.2), (4, 1045.5)] {
+        let names = ["disc", "blade"];
+        let text = scene_of_order(order, "disc_sector_two.msh", 1, &names, RESPONSE);
+        let text = text.replace(
+            "[damping]\n",
+            &format!("{dashpot}[damping]\nmodal_ratios = [0.001]\n"),
+        );
+        let text = text.replace("stuck_modes = 400", "stuck_modes = 12");
+        let text = text.replace("force_n = 20\n", "force_n = 2\n");
+        let text = text.replace("stiffness_s = 3e-6", "stiffness_s = 3e-7");
+        let path = folder.write("wave.toml", text);
+        let out = Folder::new("wave_in_time_verify");
+        let mut verify = on_scene("verify", &path, &out, &[]);
+        verify.args(["--at", &hz.to_string(), "--steps", "120", "--periods", "40"]);
+        ended(verify, 0);
+        let [balance, integration] = &rows(&out.join("verify.csv"))[..] else {
+            panic!("{order}: one frequency");
+        };
+        assert!(number(balance, "slipping_pairs") > 0.0, "{order}");
+        for figure in ["amplitude", "contact_work", "input_work"] {
+            let off = number(integration, &format!("{figure}_difference"));
+            assert!(off.abs() < 2e-2, "{order}, {figure}: {off:e}");
+            println!("{order} {figure}: {off:e}");
+        }
+    }
+}
+
+/// The force of an amplitude is that whose curve has its peak there, in a wave with blades whose roots
+/// slip.
+#[test]
+fn the_peak_of_a_wave_is_where_its_backbone_has_it() {
+    let folder = Folder::new("backbone_of_a_wave");
+    let text = scene_of_order(4, "disc_sector_two.msh", 1, &["disc", "blade"], RESPONSE);
+    let text = text.replace("friction = 0.3\n", SPRINGS);
+    let text = text.replace("[900, 1100]\npoints = 6", "[950, 990]");
+    let text = text.replace("stuck_modes = 400", "stuck_modes = 12");
+    let path = folder.write("wave.toml", text.replace("tolerance = 1e-10\n", ""));
+    let out = Folder::new("backbone_of_a_wave_backbone");
+    let mut backbone = on_scene("backbone", &path, &out, &[]);
+    backbone.args(["--amplitude", "1e-5:2.2e-5", "--points", "3"]);
+    ended(backbone, 0);
+    let rows = rows(&out.join("backbone.csv"));
+    let last = rows.last().unwrap();
+    assert!(number(last, "slipping_pairs") > 0.0);
+    assert!(number(last, "friction_ratio") > 1e-4);
+    assert!(
+        rows.iter()
+            .all(|row| number(row, "power_defect").abs() < 1e-6)
+    );
+    let force = format!("excitation.0.force_n={}", number(last, "force_n"));
+    let curve = Run::of_file("run", path, "peak_of_a_wave", &[&force]);
+    let peak_m = curve
+        .column("response.csv", "tip_amplitude_m")
+        .into_iter()
+        .fold(0.0, f64::max);
+    let off = peak_m / number(last, "amplitude_m") - 1.0;
+    assert!(off.abs() < 2e-3, "{peak_m}: {off:e}");
+}
+
 /// Rims that lift off one another in a wave, without friction and with it.
 #[test]
 fn rims_lift_off_in_a_wave_as_those_of_the_whole_disc_do() {
@@ -465,7 +532,8 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
             );
         }
     }
-    let driven = run(5, &own.replace("air.csv", "driving.csv"), "driven");
+    let driving = own.replace("air.csv", "driving.csv");
+    let driven = run(5, &driving, "driven");
     let warnings = driven.summary()["warnings"].to_string();
     has(
         &warnings,

@@ -144,13 +144,7 @@ pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec
     let of = system.problem.reduced.of_harmonic(1);
     let x = of.widened(&x);
     let observed = of.observations().iter();
-    observed
-        .map(|point| {
-            let on_x: c64 = x.iter().zip(&point.on_x).map(|(x, on)| x * *on).sum();
-            let on_modes: c64 = q.iter().zip(&point.on_modes).map(|(q, on)| q * *on).sum();
-            on_x + on_modes
-        })
-        .collect()
+    observed.map(|point| point.amplitude(&x, &q)).collect()
 }
 
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the

@@ -3,8 +3,10 @@
 use super::IntegrationError;
 use super::steady::{Settled, Until, integrate};
 use super::step::{State, Stepper, touching};
+use super::whole_disc;
 use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
 use crate::problem::Problem;
+use crate::reduction::AllSectors;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::spectrum::Spectrum;
 
@@ -105,7 +107,8 @@ pub enum Start<'a> {
 }
 
 /// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic
-/// balance retained a mean, its steady force acts here, too.
+/// balance retained a mean, its steady force acts here, too. Of a wave round a disc all sectors are
+/// integrated, each free to move in its own way; works are those of one sector on average.
 ///
 /// # Errors
 /// See [`IntegrationError`].
@@ -120,10 +123,28 @@ pub fn compare(
 ) -> Result<Comparison, IntegrationError> {
     let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(problem, orbit));
     let problem = retained.as_ref().unwrap_or(problem);
+    if (1..=orbit.harmonics).any(|k| problem.reduced.of_harmonic(k).influence.is_some()) {
+        return Err(IntegrationError::Influence);
+    }
+    let sectors = AllSectors::of(&problem.reduced);
+    let sectors =
+        sectors.map_err(|nodal_diameter| IntegrationError::NodalDiameter { nodal_diameter })?;
+    let count = sectors.as_ref().map_or(1, AllSectors::count);
+    let of_all = sectors.map(|all| {
+        let motion = whole_disc::orbit_of(&all, problem, orbit);
+        (whole_disc::problem_of(&all, problem), motion)
+    });
+    let (problem, motion) = match &of_all {
+        Some((problem, motion)) => (problem, motion),
+        None => (problem, orbit),
+    };
     let mut stepper = Stepper::new(problem, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
-        Start::Orbit { larger_by } => beside(problem, orbit, larger_by),
-        Start::Rest(rest) => State::at_rest(problem, &rest.x, &rest.lambda),
+        Start::Orbit { larger_by } => beside(problem, motion, larger_by),
+        Start::Rest(rest) => {
+            let [x, lambda] = [&rest.x, &rest.lambda].map(|v| v.repeat(count));
+            State::at_rest(problem, &x, &lambda)
+        }
     };
     let settled = integrate(&mut stepper, &mut state, until)?;
     Ok(Comparison {
@@ -131,7 +152,7 @@ pub fn compare(
         harmonics: orbit.harmonics,
         is_stable: true,
         balance: of_orbit(orbit),
-        integration: of_integration(&settled, orbit, slip_threshold_m),
+        integration: of_integration(&settled, count, orbit, slip_threshold_m),
         periods: settled.periods,
         steady: settled.steady,
         transient_left: settled.transient_left,
@@ -223,9 +244,16 @@ fn of_orbit(orbit: &Orbit) -> Figures {
     }
 }
 
-/// Figures of the motion that the integration settled to, for the comparison with `orbit`.
-fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Figures {
+/// Figures of the motion that the integration of so many sectors settled to, for the comparison with
+/// `orbit`, the motion of the first one.
+fn of_integration(
+    settled: &Settled,
+    sectors: usize,
+    orbit: &Orbit,
+    slip_threshold_m: f64,
+) -> Figures {
     let cycle = &settled.cycle;
+    let of_each = |work_j: f64| work_j / sectors as f64;
     let motions = cycle.open_fraction.iter().zip(&cycle.slid_m);
     let statuses = motions
         .zip(&orbit.cycles)
@@ -237,9 +265,9 @@ fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Fi
     Figures {
         amplitude_m: observed.map(|o| o.amplitude_m),
         first_harmonic_m: observed.map(|o| o.first_harmonic_m[0].hypot(o.first_harmonic_m[1])),
-        contact_work_j: cycle.work.friction_j + cycle.work.impact_j,
-        viscous_work_j: cycle.work.viscous_j,
-        input_work_j: cycle.work.input_j,
+        contact_work_j: of_each(cycle.work.friction_j + cycle.work.impact_j),
+        viscous_work_j: of_each(cycle.work.viscous_j),
+        input_work_j: of_each(cycle.work.input_j),
         pairs: statuses.collect(),
     }
 }

@@ -18,12 +18,14 @@
 //! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with
 //! the trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`]
 //! goes on to the steady state and measures a period; [`compare`] puts that beside the orbit of
-//! harmonic balance. Only the last knows of DLFT.
+//! harmonic balance. Only the last, and [`whole_disc`], which makes one problem of all sectors of a
+//! disc in a wave, know of DLFT.
 
 pub mod compare;
 pub mod contact_forces;
 pub mod steady;
 pub mod step;
+mod whole_disc;
 
 /// Error of a motion that was not integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -47,6 +49,12 @@ pub enum IntegrationError {
         step: usize,
         residual: f64,
     },
+    #[error(
+        "all sectors of a disc are integrated together, and there is no reduced model of {nodal_diameter} nodal diameters"
+    )]
+    NodalDiameter { nodal_diameter: usize },
+    #[error("steps in time have no aerodynamic influence")]
+    Influence,
     #[error("{frequency_hz:.4} Hz: the motion grew without bound in period {period}")]
     NotFinite { frequency_hz: f64, period: usize },
 }

@@ -91,7 +91,7 @@ impl<'a> ContactSystem<'a> {
     /// rad/s.
     fn eliminated(&self, k: usize, omega: f64) -> Elimination<'a> {
         let of = self.problem.reduced.of_harmonic(k);
-        Elimination::new(of.model, self.factors(k, omega), None)
+        Elimination::new(of.model, self.factors(k, omega), &[])
     }
 
     /// Factors of K, M, the stuck modes and the dashpots at harmonic `k`.

@@ -146,8 +146,9 @@ impl LowRank {
 pub(super) struct Elimination<'a> {
     reduced: &'a ReducedModel,
     factors: Factors,
-    /// Number of the mode that is not eliminated.
-    kept: Option<usize>,
+    /// Modes that are not eliminated and move together, with their amplitudes where the first one has
+    /// 1; empty where all are eliminated.
+    kept: &'a [(usize, c64)],
     /// d of each mode.
     divisors: Vec<c64>,
     dashpots: Option<Forces>,
@@ -174,8 +175,9 @@ struct ForceSlopes {
 }
 
 impl<'a> Elimination<'a> {
-    /// Elimination of all modes but `kept`.
-    pub fn new(reduced: &'a ReducedModel, factors: Factors, kept: Option<usize>) -> Self {
+    /// Elimination of all modes but `kept`, which move together and have these amplitudes where the
+    /// first one has 1.
+    pub fn new(reduced: &'a ReducedModel, factors: Factors, kept: &'a [(usize, c64)]) -> Self {
         let divisor = |(m, w2): (usize, &f64)| {
             let [s, z] = factors.of_mode(m);
             s * *w2 - z
@@ -199,7 +201,7 @@ impl<'a> Elimination<'a> {
         let (d, modes) = (dashpots.count(), self.divisors.len());
         let mut near: Vec<usize> = Vec::new();
         for (m, w2) in self.reduced.omega2.iter().enumerate() {
-            if Some(m) != self.kept && self.divisors[m].norm() < NEAR * w2 {
+            if !self.keeps(m) && self.divisors[m].norm() < NEAR * w2 {
                 self.divisors[m] += c64::new(*w2, 0.0);
                 near.push(m);
             }
@@ -234,9 +236,14 @@ impl<'a> Elimination<'a> {
         }
     }
 
-    /// Inverse 1 / d of a mode; 0 of the mode that is kept.
+    /// Returns `true` if a mode is not eliminated.
+    fn keeps(&self, mode: usize) -> bool {
+        self.kept.iter().any(|(kept, _)| *kept == mode)
+    }
+
+    /// Inverse 1 / d of a mode; 0 of a mode that is kept.
     fn inverse(&self, mode: usize) -> c64 {
-        match Some(mode) == self.kept {
+        match self.keeps(mode) {
             true => ZERO,
             false => ONE / self.divisors[mode],
         }
@@ -253,7 +260,7 @@ impl<'a> Elimination<'a> {
         let Factors { s, z, .. } = self.factors;
         let mode = |m: usize| {
             let [_, own] = self.factors.of_mode(m);
-            let mut factor = match Some(m) == self.kept {
+            let mut factor = match self.keeps(m) {
                 true => ZERO,
                 false => -(own * own) / self.divisors[m],
             };
@@ -275,7 +282,7 @@ impl<'a> Elimination<'a> {
         let mode = |m: usize| {
             let ([_, own], [_, dz]) = (self.factors.of_mode(m), slope.of_mode(m));
             let (d, dd) = (self.divisors[m], self.divisor_slope(slope, m));
-            let mut factor = match Some(m) == self.kept {
+            let mut factor = match self.keeps(m) {
                 true => ZERO,
                 false => -(own * (dz * d * 2.0 - own * dd)) / (d * d) * times,
             };
@@ -423,7 +430,7 @@ impl<'a> Elimination<'a> {
 
     /// Takes from the amplitudes of the modes what the dashpots do: `D^-1 y T (L^T Q^T X + y^T D^-1
     /// fm + y_k q_k)`, with `Q^T X` on the modes and on the dashpots, and the amplitude `kept` of the
-    /// mode that is not eliminated.
+    /// first of the modes that are not eliminated.
     pub fn hold(
         &self,
         moved: [&[c64]; 2],
@@ -434,9 +441,10 @@ impl<'a> Elimination<'a> {
             return;
         };
         let mut b = self.on_forces(forces, on_modes);
-        if let Some((_, y)) = self.kept_row() {
-            b.iter_mut().zip(&y).for_each(|(sum, y)| *sum += y * kept);
-        }
+        let of_kept = self.on_kept(forces);
+        b.iter_mut()
+            .zip(&of_kept)
+            .for_each(|(sum, y)| *sum += y * kept);
         for (sum, part) in b.iter_mut().zip(forces.coupled.gathered(moved)) {
             *sum += part;
         }
@@ -458,31 +466,67 @@ impl<'a> Elimination<'a> {
         columns.map(of).collect()
     }
 
-    /// Coupling of the mode that is kept by the dashpots: `-L T y_k` on the modes and on the
-    /// dashpots, and `y_k^T T y_k`; `None` without dashpots or such a mode.
-    pub fn of_kept(&self) -> Option<([Vec<c64>; 2], c64)> {
-        let (forces, y) = self.kept_row()?;
-        let t = times(&forces.coupled.middle, &y);
-        Some((forces.coupled.scattered(&negated(&t)), dot(&y, &t)))
+    /// Coupling of the modes that are kept by the dashpots; `None` without dashpots or such modes.
+    pub fn of_kept(&self) -> Option<KeptCoupling> {
+        let (forces, first) = self.of_first_kept()?;
+        let coupled = &forces.coupled;
+        let t = times(&coupled.middle, &self.on_kept(forces));
+        let row = times(&coupled.transposed().middle, &first);
+        Some(KeptCoupling {
+            own: dot(&first, &t),
+            drive: coupled.scattered(&negated(&t)),
+            row: coupled.scattered(&negated(&row)),
+        })
     }
 
     /// Derivatives of [`Elimination::of_kept`].
-    pub fn of_kept_slopes(&self, slope: &Factors) -> Option<([Vec<c64>; 2], c64)> {
-        let (forces, y) = self.kept_row()?;
+    pub fn of_kept_slopes(&self, slope: &Factors) -> Option<KeptCoupling> {
+        let (forces, first) = self.of_first_kept()?;
         let slopes = self.force_slopes(forces, slope);
-        let t = times(&forces.coupled.middle, &y);
-        let dt = times(&slopes.middle, &y);
-        let [mut on_modes, on_dashpots] = forces.coupled.scattered(&negated(&dt));
-        add_columns(&slopes.on_modes, &negated(&t), &mut on_modes);
-        Some(([on_modes, on_dashpots], dot(&y, &dt)))
+        // (L t)' = L t' + L' t.
+        let scattered = |t: &[c64], dt: &[c64]| {
+            let [mut on_modes, on_dashpots] = forces.coupled.scattered(&negated(dt));
+            add_columns(&slopes.on_modes, &negated(t), &mut on_modes);
+            [on_modes, on_dashpots]
+        };
+        let together = self.on_kept(forces);
+        let (t, dt) = (&forces.coupled.middle, &slopes.middle);
+        let [across, of_slope] = [t, dt].map(|t| t.transpose().to_owned());
+        let moved = times(dt, &together);
+        Some(KeptCoupling {
+            own: dot(&first, &moved),
+            drive: scattered(&times(t, &together), &moved),
+            row: scattered(&times(&across, &first), &times(&of_slope, &first)),
+        })
     }
 
-    /// Weights of the dashpots on the mode that is kept.
-    fn kept_row(&self) -> Option<(&Forces, Vec<c64>)> {
-        let (forces, kept) = (self.dashpots.as_ref()?, self.kept?);
-        let y = (0..forces.y.ncols()).map(|j| forces.y[(kept, j)]).collect();
-        Some((forces, y))
+    /// Forces of the dashpots, and their weights on the first of the modes that are kept.
+    fn of_first_kept(&self) -> Option<(&Forces, Vec<c64>)> {
+        let (forces, (first, _)) = (self.dashpots.as_ref()?, self.kept.first()?);
+        let weights = (0..forces.y.ncols()).map(|j| forces.y[(*first, j)]);
+        Some((forces, weights.collect()))
     }
+
+    /// Displacements of the dashpots, r, by the modes that are kept, where the first one has the
+    /// amplitude 1.
+    fn on_kept(&self, forces: &Forces) -> Vec<c64> {
+        let of = |j: usize| {
+            let modes = self.kept.iter();
+            modes.map(|(m, share)| share * forces.y[(*m, j)]).sum()
+        };
+        (0..forces.y.ncols()).map(of).collect()
+    }
+}
+
+/// Coupling by the dashpots of the modes that are not eliminated, with the amplitudes e that they have
+/// where the first one, k, has 1.
+pub(super) struct KeptCoupling {
+    /// Forces `-L T y^T e` that the modes have on others, on the modes and on the dashpots.
+    pub drive: [Vec<c64>; 2],
+    /// Force `-L T^T y_k` on the first mode by a unit of `Q^T X`, on the modes and on the dashpots.
+    pub row: [Vec<c64>; 2],
+    /// Force `y_k^T T y^T e` on the first mode by the modes themselves.
+    pub own: c64,
 }
 
 fn negated(v: &[c64]) -> Vec<c64> {

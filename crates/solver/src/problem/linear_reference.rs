@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, c64};
 
 use super::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
@@ -139,21 +139,34 @@ impl LinearReference {
         all.step_by(copies).copied().collect()
     }
 
-    /// Motion in a mode, of unit modal mass: that of the relative displacements of `problem`, from
-    /// which the reference was made, and of its stuck modes.
-    pub fn motion(&self, problem: &Problem, mode: usize) -> (Vec<f64>, Vec<f64>) {
+    /// Motion of harmonic 1 in one of its modes ([`Self::omega2_of_first_harmonic`]), of unit modal
+    /// mass: complex amplitudes X of the relative displacements of `problem`, from which the reference
+    /// was made, and those of the stuck modes of the model of that harmonic.
+    pub fn first_harmonic_motion(&self, problem: &Problem, mode: usize) -> (Vec<c64>, Vec<c64>) {
         let reduced = &problem.reduced;
-        let mut on_x = vec![0.0; reduced.stiffness.nrows()];
-        let mut on_modes = vec![0.0; reduced.omega2.len()];
-        match &self.released {
-            None => on_modes[mode] = 1.0,
-            Some(Released { rows, vectors }) => {
-                let (x, q) = vectors.col_as_slice(mode).split_at(rows.len());
-                rows.iter().zip(x).for_each(|(row, x)| on_x[*row] = *x);
-                on_modes.copy_from_slice(q);
+        let (of, on) = (self.of_harmonic(reduced, 1), reduced.of_harmonic(1));
+        let first = mode * on.copies();
+        let mut x = vec![c64::ZERO; on.unknowns()];
+        let mut q = vec![c64::ZERO; on.model.omega2.len()];
+        let Some(Released { rows, vectors }) = &of.released else {
+            for (mode, share) in on.moving_together(first) {
+                q[mode] = share;
             }
+            return (x, q);
+        };
+        let own = of.model(on, problem, Rayleigh::NONE);
+        let own = HarmonicModel { model: &own, ..on };
+        for (mode, share) in own.moving_together(first) {
+            let (on_rows, on_modes) = vectors.col_as_slice(mode).split_at(rows.len());
+            let of_sector = rows
+                .iter()
+                .zip(on_rows)
+                .filter(|(row, _)| **row < on.unknowns());
+            of_sector.for_each(|(row, v)| x[*row] += share * *v);
+            let both = q.iter_mut().zip(on_modes);
+            both.for_each(|(q, v)| *q += share * *v);
         }
-        (on_x, on_modes)
+        (x, q)
     }
 
     /// Converts `problem`, from which the reference was made, to its modes alone, without pairs.

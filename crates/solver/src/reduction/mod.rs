@@ -12,6 +12,7 @@
 //! The signs are those of [`crate::contact`]. Folders of reduced models (`superelement.rs`) hold
 //! the matrices for other programs: their layout and the order of their entries stay as they are.
 
+pub mod all_sectors;
 mod assembly;
 pub mod craig_bampton;
 pub mod damping;
@@ -35,6 +36,7 @@ use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
 
+pub use all_sectors::AllSectors;
 pub use assembly::{reduce, stuck_displacement, stuck_modes, stuck_shapes};
 pub use influence::{Influence, InfluenceCoefficient};
 pub use recovery::Recovery;
@@ -435,6 +437,13 @@ impl ObservedPoint {
             on_x,
             on_modes,
         }
+    }
+
+    /// Complex amplitude of the quantity, from those of X and of the modes.
+    pub fn amplitude(&self, x: &[c64], q: &[c64]) -> c64 {
+        let on_x = x.iter().zip(&self.on_x);
+        let on_modes = q.iter().zip(&self.on_modes);
+        on_x.chain(on_modes).map(|(v, on)| v * *on).sum()
     }
 
     /// This point, whose weights give a quantity of this kind.

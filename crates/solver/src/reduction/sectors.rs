@@ -29,7 +29,7 @@ use faer::Mat;
 
 use super::assembly::reduce_copies;
 use super::{Reduction, ReductionError, StuckModes, stuck_shapes};
-use crate::structure::{BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
+use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, ObservedWork, Structure};
 
 /// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
 pub const fn largest_nodal_diameter(sectors: usize) -> usize {
@@ -166,8 +166,7 @@ pub fn reduce_wave(
     reduce_copies(&copies, stuck_modes, 2)
 }
 
-/// Structure of two copies of a sector for a nodal diameter. It has no loads but the steady one of the
-/// bodies.
+/// Structure of two copies of a sector for a nodal diameter, without loads.
 fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Structure {
     // The sine of a multiple of half a turn is no rounding.
     let phase = |ahead: i32| {
@@ -203,8 +202,13 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
         }
     };
     let joints = [0, 1].map(|copy| structure.joints.iter().map(move |j| joint(copy, j)));
+    let unloaded = structure.bodies.iter().map(|body| BodyMatrices {
+        load_n: vec![0.0; body.load_n.len()],
+        ..body.clone()
+    });
+    let bodies: Vec<BodyMatrices> = unloaded.collect();
     Structure {
-        bodies: [&structure.bodies[..], &structure.bodies[..]].concat(),
+        bodies: [&bodies[..], &bodies[..]].concat(),
         joints: joints.into_iter().flatten().collect(),
         steady_parts: Vec::new(),
         excitations: Vec::new(),

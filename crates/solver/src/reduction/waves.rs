@@ -69,6 +69,15 @@ impl DiscExcitation {
         })
     }
 
+    /// Number of sectors that move differently: from this number on each moves as one before.
+    pub fn different_sectors(self) -> usize {
+        let (mut a, mut b) = (self.sectors, self.engine_order);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        self.sectors / a
+    }
+
     /// Nodal diameter of harmonic `k`: above 0 where the wave runs in the direction in which sectors are
     /// counted, seen from the disc, and where it is half the number of sectors; below 0 where it runs
     /// the other way.
@@ -138,6 +147,11 @@ impl Waves {
     fn influence(&self, k: usize) -> Option<&Mat<c64>> {
         let excitation = self.excitation.filter(|_| k > 0)?;
         self.influence.of_wave(excitation.signed_nodal_diameter(k))
+    }
+
+    /// Model of both copies for each nodal diameter, without the waves.
+    pub fn into_copies(self) -> BTreeMap<usize, ReducedModel> {
+        self.copies
     }
 
     /// Model of both copies for each nodal diameter.
@@ -318,6 +332,33 @@ impl<'a> HarmonicModel<'a> {
     /// dashpots.
     pub fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
         self.model.add_on_pairs(amplitudes, load);
+    }
+
+    /// Modes of the model that move together where `mode` has the amplitude 1, with the amplitudes of
+    /// all: the mode alone or, in a wave, both of its frequency.
+    pub fn moving_together(&self, mode: usize) -> Vec<(usize, c64)> {
+        let own = (mode, c64::new(1.0, 0.0));
+        let Some(sign) = self.sign() else {
+            return vec![own];
+        };
+        // With the shape (a, b) of the mode on both copies, that of its twin is t (-b, a), t = 1 or -1.
+        // Y = (X, sign i X) then has t sign i times the amplitude of the mode in its twin.
+        let twin = mode ^ 1;
+        if twin >= self.model.omega2.len() {
+            return vec![own];
+        }
+        let turned = |of: &dyn Fn(usize) -> [f64; 2]| -> f64 {
+            let ([a, b], [first, second]) = (of(mode), of(twin));
+            a * second - b * first
+        };
+        let reduced = self.model;
+        let (n, points) = (self.unknowns(), self.observations().len());
+        let of_pairs =
+            (0..n).map(|i| turned(&|m| [reduced.coupling[(i, m)], reduced.coupling[(i + n, m)]]));
+        let of_points = (0..points)
+            .map(|p| turned(&|m| [p, p + points].map(|p| reduced.observations[p].on_modes[m])));
+        let t = f64::signum(of_pairs.sum::<f64>() + of_points.sum::<f64>());
+        vec![own, (twin, c64::new(0.0, t * sign))]
     }
 
     /// Number of the mode of the sector that a mode of the model stands for: both copies have each.

@@ -4,7 +4,7 @@
 use super::bodies::Meshes;
 use super::error::Error;
 use super::reduced::Reduced;
-use super::response::{frequencies_hz, in_phase, settings};
+use super::response::{frequencies_hz, settings};
 use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::dlft::backbone::{Backbone, BackboneRange, backbone as follow};
@@ -14,7 +14,6 @@ use crate::results::far_slip::ShorterSides;
 use crate::results::modes::hertz;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
-use dovetail_numerics::vector::dot;
 
 /// The frequency of another linear mode is close to a backbone within this fraction: the motions of
 /// both may mix.
@@ -65,15 +64,13 @@ pub struct ModeBackbone {
 /// # Errors
 /// The error of a stage up to the static state; a mode or an observed displacement that there is
 /// not; [`Error::NotInMode`] where the mode does not move the displacement; [`Error::AllBonded`]
-/// without a contact that can slip or open; [`Error::NotInPhase`] for a wave round a disc;
-/// [`Error::Stopped`] by the observer.
+/// without a contact that can slip or open; [`Error::Stopped`] by the observer.
 pub fn backbone(
     scene: &Scene,
     meshes: Option<Meshes>,
     question: &BackboneQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<ModeBackbone, Error> {
-    in_phase(scene, "the backbone of a mode")?;
     let reduced = Reduced::of(scene, meshes, session)?;
     if reduced.problem.laws.is_empty() {
         let why = "the frequency and the damping of a mode then do not depend on its amplitude";
@@ -159,10 +156,11 @@ fn largest_shape(
         [hz.min(from), hz.max(to)]
     });
     let problem = &reduced.problem;
-    let point = &problem.reduced.observations[observation];
+    let of = problem.reduced.of_harmonic(1);
+    let point = &of.observations()[observation];
     let moved = |mode: usize| {
-        let (x, q) = state.linear.motion(problem, mode);
-        (dot(&point.on_x, &x) + dot(&point.on_modes, &q)).abs()
+        let (x, q) = state.linear.first_harmonic_motion(problem, mode);
+        point.amplitude(&of.widened(&x), &q).norm()
     };
     let inside = (0..linear_hz.len()).filter(|m| (from_hz..=to_hz).contains(&linear_hz[*m]));
     let moved = inside.map(|mode| (mode, moved(mode)));

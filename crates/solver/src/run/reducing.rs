@@ -15,7 +15,7 @@ use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, Model, bind};
+use crate::model::{Assembly, Cyclic, Model, bind};
 use crate::problem::Problem;
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::sectors::reduce_wave;
@@ -195,57 +195,90 @@ impl Bodies {
             wave_recoveries: BTreeMap::new(),
             key,
         };
-        reduced.waves = bodies.waves(scene, session)?;
+        let waves = bodies.waves_of_harmonics(scene);
+        reduced.waves = bodies.with_waves(Waves::default(), &waves, scene, session)?;
         let problem = Problem::new(reduced, bodies.model());
         Ok((bodies, problem.with_modal_ratios(&scene.modal_ratios)?))
     }
 
-    /// Waves round a disc that the harmonics of the response of a scene make.
-    fn waves(&mut self, scene: &Scene, session: &Session<'_>) -> Result<Waves, Error> {
-        let Some(cyclic) = &self.model().cyclic else {
-            return Ok(Waves::default());
-        };
-        let (excitation, influence) = (cyclic.excitation(), cyclic.influence());
+    /// Nodal diameters of the waves round a disc that the harmonics of the response of a scene make.
+    fn waves_of_harmonics(&self, scene: &Scene) -> Vec<usize> {
         let harmonics = scene.response.resolution.most_harmonics();
         let highest = highest_harmonic(scene).max(harmonics);
-        let mut copies = BTreeMap::new();
-        for nodal_diameter in excitation.nodal_diameters(highest) {
-            session.goes_on()?;
-            let key = self.key_of_waves(scene, nodal_diameter, session);
-            let kept = key.and_then(|key| session.store().reduction(&key));
-            // What the store keeps is not held in memory, too.
-            let mut recovery = OnceLock::new();
-            let kept = match kept {
-                Some(kept) => kept,
-                None => {
-                    let reduction = self.reduce_waves(nodal_diameter, session)?;
-                    let kept = KeptReduction {
-                        reduced: reduction.model,
-                        modes: ReductionModes {
-                            truncation: reduction.truncation,
-                            ..self.modes.clone()
-                        },
-                        // That of the sectors in phase serves all waves.
-                        prestressed: Prestressed::new(),
-                    };
-                    if let Some(key) = &key {
-                        let _stage = session.stage(Stage::Keeping);
-                        let mut store = session.store();
-                        store.keep_reduction(key, &kept, &reduction.recovery);
-                    }
-                    if key.is_none() {
-                        recovery = OnceLock::from(reduction.recovery);
-                    }
-                    kept
-                }
-            };
-            self.wave_recoveries.insert(nodal_diameter, (recovery, key));
-            if excitation.wave(1).map(|wave| wave.nodal_diameter) == Some(nodal_diameter) {
+        let cyclic = self.model().cyclic.as_ref();
+        cyclic.map_or_else(Vec::new, |c| c.excitation().nodal_diameters(highest))
+    }
+
+    /// Nodal diameters of all motions of the sectors that an engine order moves differently.
+    pub(super) fn waves_of_all_sectors(&self) -> Vec<usize> {
+        let excitation = self.model().cyclic.as_ref().map(Cyclic::excitation);
+        excitation.map_or_else(Vec::new, |e| e.nodal_diameters(e.different_sectors()))
+    }
+
+    /// Waves round a disc with the models of these nodal diameters besides those that they have.
+    pub(super) fn with_waves(
+        &mut self,
+        waves: Waves,
+        nodal_diameters: &[usize],
+        scene: &Scene,
+        session: &Session<'_>,
+    ) -> Result<Waves, Error> {
+        let Some(cyclic) = &self.model().cyclic else {
+            return Ok(waves);
+        };
+        let (excitation, influence) = (cyclic.excitation(), cyclic.influence());
+        let mut copies = waves.into_copies();
+        for nodal_diameter in nodal_diameters {
+            if copies.contains_key(nodal_diameter) {
+                continue;
+            }
+            let kept = self.wave(*nodal_diameter, scene, session)?;
+            if excitation.wave(1).map(|wave| wave.nodal_diameter) == Some(*nodal_diameter) {
                 self.modes.truncation = kept.modes.truncation;
             }
-            copies.insert(nodal_diameter, kept.reduced);
+            copies.insert(*nodal_diameter, kept.reduced);
         }
         Ok(Waves::new(excitation, copies).with_influence(influence))
+    }
+
+    /// Reduced model of the waves of a nodal diameter, from the store or made anew.
+    fn wave(
+        &mut self,
+        nodal_diameter: usize,
+        scene: &Scene,
+        session: &Session<'_>,
+    ) -> Result<KeptReduction, Error> {
+        session.goes_on()?;
+        let key = self.key_of_waves(scene, nodal_diameter, session);
+        let kept = key.and_then(|key| session.store().reduction(&key));
+        // What the store keeps is not held in memory, too.
+        let mut recovery = OnceLock::new();
+        let kept = match kept {
+            Some(kept) => kept,
+            None => {
+                let reduction = self.reduce_waves(nodal_diameter, session)?;
+                let kept = KeptReduction {
+                    reduced: reduction.model,
+                    modes: ReductionModes {
+                        truncation: reduction.truncation,
+                        ..self.modes.clone()
+                    },
+                    // That of the sectors in phase serves all waves.
+                    prestressed: Prestressed::new(),
+                };
+                if let Some(key) = &key {
+                    let _stage = session.stage(Stage::Keeping);
+                    let mut store = session.store();
+                    store.keep_reduction(key, &kept, &reduction.recovery);
+                }
+                if key.is_none() {
+                    recovery = OnceLock::from(reduction.recovery);
+                }
+                kept
+            }
+        };
+        self.wave_recoveries.insert(nodal_diameter, (recovery, key));
+        Ok(kept)
     }
 
     /// Reduces the sector for the waves of a nodal diameter.

@@ -37,8 +37,19 @@ pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
             engine_order: disc.engine_order,
             sectors: disc.sectors,
         }),
-        Some(disc) if disc.influence.is_some() => Err(Error::WithInfluence { task }),
-        _ => Ok(()),
+        _ => without_influence(scene, task),
+    }
+}
+
+/// Checks that no air acts back on the blades of a scene, of which a task knows nothing.
+///
+/// # Errors
+/// [`Error::WithInfluence`].
+pub(super) fn without_influence(scene: &Scene, task: &'static str) -> Result<(), Error> {
+    let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
+    match disc.is_some_and(|disc| disc.influence.is_some()) {
+        true => Err(Error::WithInfluence { task }),
+        false => Ok(()),
     }
 }
 

@@ -6,7 +6,9 @@ use super::bodies::Meshes;
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, StaticResult};
 use super::reduced::Reduced;
-use super::response::{Responses, at_one_speed, frequencies_hz as frequencies_of, in_phase};
+use super::response::{
+    Responses, at_one_speed, frequencies_hz as frequencies_of, without_influence,
+};
 use super::session::{Session, Stage};
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::stable;
@@ -84,7 +86,7 @@ pub struct Verified {
 /// Integrates the reduced model in time at each frequency and compares.
 ///
 /// # Errors
-/// [`Error::TooManySteps`]; [`Error::AllBonded`]; [`Error::NotInPhase`]; those of the static state and the reduction;
+/// [`Error::TooManySteps`]; [`Error::AllBonded`]; [`Error::WithInfluence`]; those of the static state and the reduction;
 /// [`Error::NotConverged`] where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
@@ -94,9 +96,9 @@ pub fn verify(
 ) -> Result<Verified, Error> {
     asked.check()?;
     at_one_speed(scene, "an integration in time needs one speed")?;
-    in_phase(scene, "an integration in time")?;
+    without_influence(scene, "an integration in time")?;
     let scene = &with_modes_of_harmonics(scene);
-    let reduced = Reduced::of(scene, meshes, session)?;
+    let reduced = Reduced::of(scene, meshes, session)?.with_all_waves(scene, session)?;
     let problem = &reduced.problem;
     if problem.laws.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";

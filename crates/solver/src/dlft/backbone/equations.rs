@@ -23,8 +23,8 @@ const ROUNDING: f64 = 1e-14;
 /// multiple of that of the linear mode, and the damping ratio.
 pub struct OfAmplitude<'b> {
     pub solver: &'b FrequencySolver<'b>,
-    /// Number of the tracked stuck mode.
-    pub mode: usize,
+    /// Tracked stuck mode, and what moves with it ([`Unforced::tracked`]).
+    pub tracked: &'b [(usize, c64)],
     /// Amplitude q of the tracked mode at harmonic 1.
     pub q: f64,
     /// Angular frequency of the linear mode, rad/s.
@@ -36,7 +36,7 @@ impl<'b> OfAmplitude<'b> {
     pub fn motion(&self, further: &[f64]) -> Unforced<'b> {
         Unforced {
             system: self.solver.setting.system,
-            mode: self.mode,
+            tracked: self.tracked,
             omega_rad_s: self.linear_omega * further[0],
             damping_ratio: further[1],
         }
@@ -124,8 +124,10 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
     }
 
     fn length_n(&self, change: &[f64], _: f64) -> f64 {
-        let coupling = &self.solver.setting.system.problem.reduced.coupling;
-        let driven = norm(coupling.col_as_slice(self.mode)) * self.linear_omega.powi(2) * self.q;
+        let of = self.solver.setting.system.problem.reduced.of_harmonic(1);
+        let (mode, _) = self.tracked[0];
+        let coupling = norm(of.model.coupling.col_as_slice(mode));
+        let driven = coupling * self.linear_omega.powi(2) * self.q;
         driven * norm(change)
     }
 }
@@ -157,9 +159,11 @@ mod tests {
             let newton = NewtonOptions::new(1e-9, 60);
             let (setting, solver) = (*sample.setting, Solver::NewtonKrylov);
             let solver = FrequencySolver::new(setting, newton, solver, &holding, &|_| ());
+            let reduced = &setting.system.problem.reduced;
+            let tracked = reduced.of_harmonic(1).moving_together(0);
             let family = OfAmplitude {
                 solver: &solver,
-                mode: 0,
+                tracked: &tracked,
                 q: 0.7,
                 linear_omega: OMEGA_RAD_S,
             };

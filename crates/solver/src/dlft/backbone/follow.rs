@@ -7,6 +7,7 @@
 use super::equations::OfAmplitude;
 use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
 use crate::dlft::accuracy::LEAST_SHORTFALL;
+use crate::dlft::balance::add_harmonic;
 use crate::dlft::branch::bordered::corrected;
 use crate::dlft::orbit::{complex_block, unforced_orbit};
 use crate::dlft::point::{FrequencySolver, Solution, Work, resized};
@@ -43,15 +44,16 @@ const MOST_CORRECTIONS: usize = 8;
 /// Share of the pairs closed at rest that may be open in the whole period: with more the mode means
 /// little.
 const OPEN: f64 = 0.05;
-/// Friction's part of the damping ratio below this share of the rest is rounding.
+/// Power of friction below this share of the other powers is rounding.
 const NO_FRICTION: f64 = 1e-9;
 
 /// Linear mode that a backbone begins at.
 pub struct LinearMode {
-    /// Number of the stuck mode with the largest share, which is tracked.
-    tracked: usize,
+    /// Stuck mode with the largest share, which is tracked, and what moves with it
+    /// ([`Unforced::tracked`]).
+    tracked: Vec<(usize, c64)>,
     /// Motion of the pairs for a unit of the tracked mode.
-    x: Vec<f64>,
+    x: Vec<c64>,
     /// Amplitude of the observed displacement for a unit of the tracked mode.
     observed: f64,
     omega: f64,
@@ -66,21 +68,34 @@ impl LinearMode {
         state: &StaticState,
         range: &BackboneRange,
     ) -> Option<Self> {
-        let omega = state.linear.omega2[range.mode].sqrt();
         let linear = state.linear.problem(problem, damping);
-        let (mut x, q) = state.linear.motion(problem, range.mode);
-        let larger = |a: &usize, b: &usize| q[*a].abs().total_cmp(&q[*b].abs());
-        let tracked = (0..q.len()).max_by(larger).filter(|m| q[*m] != 0.0)?;
-        x.iter_mut().for_each(|x| *x /= q[tracked]);
-        let q: Vec<f64> = q.iter().map(|other| other / q[tracked]).collect();
-        let point = problem.reduced.observations.get(range.observation)?;
-        let observed = (dot(&point.on_x, &x) + dot(&point.on_modes, &q)).abs();
-        (observed > 0.0).then_some(Self {
-            tracked,
+        let (of, of_linear) = (
+            problem.reduced.of_harmonic(1),
+            linear.reduced.of_harmonic(1),
+        );
+        let first = range.mode * of.copies();
+        let system = ContactSystem::new(&linear, damping);
+        // Dashpots and the air between blades couple the linear modes.
+        let vanishing = Unforced {
+            system: &system,
+            tracked: &of_linear.moving_together(first),
+            omega_rad_s: of_linear.model.omega2.get(first)?.sqrt(),
+            damping_ratio: system.damping_ratio(1, first),
+        };
+        let vanishing = vanishing.without_pairs()?;
+        let (mut x, mut q) = state.linear.first_harmonic_motion(problem, range.mode);
+        let larger = |a: &usize, b: &usize| q[*a].norm().total_cmp(&q[*b].norm());
+        let tracked = (0..q.len()).max_by(larger).filter(|m| q[*m] != c64::ZERO)?;
+        let unit = q[tracked];
+        x.iter_mut().chain(&mut q).for_each(|v| *v /= unit);
+        let point = of.observations().get(range.observation)?;
+        let observed = point.amplitude(&of.widened(&x), &q).norm();
+        (observed > 0.0).then(|| Self {
+            tracked: of.moving_together(tracked),
             x,
             observed,
-            omega,
-            ratio: ContactSystem::new(&linear, damping).damping_ratio(1, range.mode),
+            omega: vanishing.omega_rad_s,
+            ratio: vanishing.damping_ratio,
         })
     }
 }
@@ -298,11 +313,9 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             let solver = self.run.refinement.level(0);
             let mut u = solver.static_start();
             let q = log_q.exp();
-            let first = &mut u[cosine(1) * n..sine(1) * n];
-            first
-                .iter_mut()
-                .zip(&self.mode.x)
-                .for_each(|(u, x)| *u = q * x);
+            let x: Vec<c64> = self.mode.x.iter().map(|x| x * q).collect();
+            u[cosine(1) * n..(sine(1) + 1) * n].fill(0.0);
+            add_harmonic(&mut u, 1, &x);
             let mean = solver.setting.static_mean;
             return vec![(u, vec![1.0, self.mode.ratio], mean)];
         };
@@ -339,7 +352,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
         let solver = self.run.refinement.level(level);
         let family = OfAmplitude {
             solver,
-            mode: self.mode.tracked,
+            tracked: &self.mode.tracked,
             q: log_q.exp(),
             linear_omega: self.mode.omega,
         };
@@ -378,20 +391,13 @@ impl<'b, 's: 'b> Follower<'b, 's> {
         let modes = motion.modal_amplitudes(1, &x, q);
         let squared = modal_mass(&motion, &x, &modes);
         let worked = first_harmonic_work(&motion, &x, &modes);
-        // Dashpots couple the linear modes, so that their part is not quite that of the linear mode.
-        let has_dashpots = motion.system.problem.reduced.dashpots.count() > 0;
-        let rubs = orbit.friction_power_w.abs() > NO_FRICTION * orbit.viscous_power_w;
-        let friction_ratio = match has_dashpots && !rubs {
-            true => 0.0,
-            false => of_friction(motion.damping_ratio, self.mode.ratio),
-        };
         let resonant = 2.0 * motion.damping_ratio * motion.omega_rad_s.powi(2) * squared;
         BackbonePoint {
             damping_ratio: motion.damping_ratio,
-            friction_ratio,
+            friction_ratio: of_friction(&orbit),
             tracked_amplitude: q,
             modal_amplitude: squared.sqrt(),
-            excitation_scale: worked.map(|worked| resonant / worked),
+            excitation_scale: worked.map(|worked| resonant.abs() / worked),
             estimated_error: None,
             orbit: Orbit {
                 newton_iterations: self.work.newton_iterations,
@@ -404,14 +410,13 @@ impl<'b, 's: 'b> Follower<'b, 's> {
     }
 }
 
-/// Part of a damping ratio beyond that of the linear mode, without rounding.
-fn of_friction(ratio: f64, linear: f64) -> f64 {
-    let more = ratio - linear;
-    if more.abs() < NO_FRICTION * linear {
-        0.0
-    } else {
-        more
+/// Damping ratio that the power of friction makes alone, without rounding.
+fn of_friction(orbit: &Orbit) -> f64 {
+    let (friction_w, other_w) = (orbit.friction_power_w, orbit.viscous_power_w);
+    if friction_w.abs() <= NO_FRICTION * other_w.abs() {
+        return 0.0;
     }
+    friction_w / (4.0 * TAU * orbit.frequency_hz * orbit.kinetic_energy_j)
 }
 
 /// Derivative of log q by the logarithm of the observed amplitude; 1 in place of one that leads
@@ -424,10 +429,13 @@ fn usable(slope: f64) -> f64 {
     }
 }
 
-/// Estimated relative error of the damping ratio, at most 1, from the point with further harmonics.
+/// Estimated error of the damping ratio, at most 1, from the point with further harmonics, relative
+/// to that ratio or, where the air drives the mode, to that of friction alone if it is larger.
 fn difference(coarse: &Solved, finer: &Solved) -> f64 {
-    let [a, b] = [coarse, finer].map(|solved| solved.point.damping_ratio);
-    let error = LEAST_SHORTFALL * (a - b).abs() / a.abs().max(b.abs());
+    let [a, b] = [coarse, finer].map(|solved| &solved.point);
+    let sizes = [a, b].map(|point| point.damping_ratio.abs().max(point.friction_ratio));
+    let off = (a.damping_ratio - b.damping_ratio).abs();
+    let error = LEAST_SHORTFALL * off / sizes[0].max(sizes[1]);
     if error < 1.0 { error } else { 1.0 }
 }
 
@@ -473,12 +481,13 @@ fn settled<'b>(
     Some(free.unwrap_or(retained))
 }
 
-/// Square of the modal amplitude of harmonic 1, `Y^H M Y`.
+/// Square of the modal amplitude of harmonic 1, `Y^H M Y`, of one sector.
 fn modal_mass(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> f64 {
-    let reduced = &motion.system.problem.reduced;
+    let of = motion.system.problem.reduced.of_harmonic(1);
+    let (reduced, widened) = (of.model, of.widened(x));
     let mut sum = 0.0;
     for part in [|v: &c64| v.re, |v: &c64| v.im] {
-        let x: Vec<f64> = x.iter().map(part).collect();
+        let x: Vec<f64> = widened.iter().map(part).collect();
         let q: Vec<f64> = modes.iter().map(part).collect();
         for (j, x_j) in x.iter().enumerate() {
             sum += x_j * dot(reduced.mass.col_as_slice(j), &x);
@@ -488,17 +497,18 @@ fn modal_mass(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> f64 {
             sum += 2.0 * q * dot(reduced.coupling.col_as_slice(m), &x);
         }
     }
-    sum
+    sum / of.copies() as f64
 }
 
-/// Size of `Y^H f`, where f is the excitation of harmonic 1 before condensation; `None` where there is
-/// none of that harmonic or one of another, or where it does no work.
+/// Size of `Y^H f` of one sector, where f is the excitation of harmonic 1 before condensation; `None`
+/// where there is none of that harmonic or one of another, or where it does no work.
 fn first_harmonic_work(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> Option<f64> {
+    let of = motion.system.problem.reduced.of_harmonic(1);
     let loads = &motion.system.problem.excitations;
     if loads.iter().any(|load| load.harmonic != 1) {
         return None;
     }
-    let mut sum = c64::new(0.0, 0.0);
+    let (mut sum, x) = (c64::new(0.0, 0.0), of.widened(x));
     for load in loads {
         let factor = load.factor(motion.omega_rad_s);
         let mut add = |motion: &[c64], cosine: &[f64], sine: &[f64]| {
@@ -506,8 +516,8 @@ fn first_harmonic_work(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> Optio
             let of_parts = parts.map(|(y, (c, s))| y.conj() * c64::new(*c, -*s));
             sum += factor * of_parts.sum::<c64>();
         };
-        add(x, &load.cosine.on_x, &load.sine.on_x);
+        add(&x, &load.cosine.on_x, &load.sine.on_x);
         add(modes, &load.cosine.on_modes, &load.sine.on_modes);
     }
-    Some(sum.norm()).filter(|work| *work > 0.0)
+    Some(sum.norm() / of.copies() as f64).filter(|work| *work > 0.0)
 }

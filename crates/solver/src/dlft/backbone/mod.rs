@@ -16,7 +16,8 @@ use crate::reduction::damping::Rayleigh;
 /// Backbone that is asked for.
 #[derive(Debug, Clone)]
 pub struct BackboneRange {
-    /// Number of the mode of the linear reference that the backbone begins at, from 0.
+    /// Number of the mode of the linear reference that the backbone begins at, from 0. In a wave round a
+    /// disc each mode counts once.
     pub mode: usize,
     /// Number of the observed displacement whose amplitudes are asked for.
     pub observation: usize,
@@ -32,11 +33,12 @@ pub struct BackbonePoint {
     pub orbit: Orbit,
     /// Damping ratio of the whole damping.
     pub damping_ratio: f64,
-    /// Part of the ratio that friction has: what it exceeds that of vanishing amplitudes by.
+    /// Damping ratio that the power of friction makes alone. The rest is that of the other damping.
     pub friction_ratio: f64,
     /// Amplitude q of the tracked stuck mode at harmonic 1, of unit modal mass, m sqrt(kg).
     pub tracked_amplitude: f64,
-    /// Modal amplitude of harmonic 1, m sqrt(kg): `a^2 = Y^H M Y` over pairs and stuck modes.
+    /// Modal amplitude of harmonic 1, m sqrt(kg): `a^2 = Y^H M Y` over pairs and stuck modes, of one
+    /// sector of a disc.
     pub modal_amplitude: f64,
     /// Multiple of the excitation at whose resonance the motion is; `None` where the excitation does
     /// no work on it, or has another harmonic than 1.
@@ -53,7 +55,7 @@ impl BackbonePoint {
     /// has its resonance there. `None` where the excitation
     /// has no such motion.
     pub fn response_frequencies_hz(&self) -> [Option<f64>; 2] {
-        let (zeta, Some(scale)) = (self.damping_ratio, self.excitation_scale) else {
+        let (zeta, Some(scale)) = (self.damping_ratio.abs(), self.excitation_scale) else {
             return [None; 2];
         };
         let spread = 1.0 / (scale * scale) - 1.0 + zeta * zeta;
@@ -96,10 +98,49 @@ pub struct Backbone {
     pub points: Vec<BackbonePoint>,
     /// Reason why it ends.
     pub end: BackboneEnd,
-    /// Frequency of the linear mode, Hz.
+    /// Frequency of vanishing amplitudes, Hz: that of the linear mode, which dashpots and the air
+    /// between blades change a little.
     pub linear_hz: f64,
-    /// Damping ratio of the linear mode.
+    /// Damping ratio of vanishing amplitudes.
     pub linear_ratio: f64,
+}
+
+/// Motion of a backbone that no excitation keeps up: what the air drives, friction spends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct LimitCycle {
+    /// Amplitude of the observed displacement, m.
+    pub amplitude_m: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// True where smaller motions grow to it and larger ones decay to it; false where motions leave
+    /// it either way.
+    pub is_stable: bool,
+}
+
+impl Backbone {
+    /// Limit cycles between two motions, by ascending amplitude of an observed displacement: the
+    /// damping ratio passes through 0 there. The logarithm of the amplitude and the frequency are
+    /// lines over that ratio.
+    pub fn limit_cycles(&self, observation: usize) -> Vec<LimitCycle> {
+        let between = |two: &[BackbonePoint]| {
+            let [below, above] = two else { return None };
+            let [from, to] = [below, above].map(|point| point.damping_ratio);
+            if (from < 0.0) == (to < 0.0) {
+                return None;
+            }
+            let share = from / (from - to);
+            let line = |a: f64, b: f64| a + share * (b - a);
+            let [a, b] = [below, above].map(|point| &point.orbit);
+            let amplitude_m = |orbit: &Orbit| orbit.observed_amplitude[observation];
+            Some(LimitCycle {
+                amplitude_m: line(amplitude_m(a).ln(), amplitude_m(b).ln()).exp(),
+                frequency_hz: line(a.frequency_hz, b.frequency_hz),
+                is_stable: from < 0.0,
+            })
+        };
+        self.points.windows(2).filter_map(between).collect()
+    }
 }
 
 /// Follows a mode of the linear reference from small amplitudes through those asked for. `settings`
@@ -117,7 +158,8 @@ pub fn backbone(
     tell: &mut dyn FnMut(&BackbonePoint) -> bool,
 ) -> Option<Backbone> {
     let linear = &static_state.linear;
-    let omega2 = *linear.omega2.get(range.mode)?;
+    let omega2 = linear.omega2_of_first_harmonic(&problem.reduced);
+    let omega2 = *omega2.get(range.mode)?;
     let start = follow::LinearMode::of(problem, damping, static_state, range)?;
     let settings = SweepSettings {
         // eps is that of the frequency of the mode.

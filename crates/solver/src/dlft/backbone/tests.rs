@@ -7,9 +7,13 @@ use crate::dlft::static_state::static_state;
 use crate::dlft::sweep::sweep;
 use crate::problem::HarmonicLoad;
 use crate::problem::dovetail72::{damping, dovetail72};
-use crate::reduction::{Load, ObservedPoint, ReducedModel};
+use crate::reduction::{
+    Dashpots, DiscExcitation, Influence, InfluenceCoefficient, Load, ObservedPoint, ReducedModel,
+    Waves,
+};
 use dovetail_numerics::nonlinear::NewtonOptions;
-use faer::Mat;
+use faer::{Mat, c64};
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 const K: f64 = 0.6;
@@ -77,6 +81,19 @@ fn settings(harmonics: usize, samples: usize, tolerance: f64) -> SweepSettings {
     }
 }
 
+/// Describing function of the Jenkins element at an amplitude of its length: the share of its spring
+/// that the motion has, and the work that is lost in a period.
+fn described(amplitude_m: f64) -> (f64, f64) {
+    let limit_n = FRICTION * PRESSED_N;
+    let slips_m = limit_n / KT;
+    if amplitude_m <= slips_m {
+        return (1.0, 0.0);
+    }
+    let angle = (1.0 - 2.0 * slips_m / amplitude_m).acos();
+    let share = (angle - angle.sin() * angle.cos()) / PI;
+    (share, 4.0 * limit_n * (amplitude_m - slips_m))
+}
+
 /// The describing function of the Jenkins element: with an eps of its spring one harmonic is it.
 #[test]
 fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
@@ -86,8 +103,7 @@ fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
         choice: EpsChoice::Pair,
         scale: (K + KT) / K,
     };
-    let limit_n = FRICTION * PRESSED_N;
-    let slips_m = limit_n / KT;
+    let slips_m = FRICTION * PRESSED_N / KT;
     let amplitudes_m: Vec<f64> = (0..9).map(|i| slips_m * 0.5 * 1.5_f64.powi(i)).collect();
     let of_mass = Rayleigh::of_mass(0.002);
     let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
@@ -95,13 +111,8 @@ fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
     for (point, asked) in found.points.iter().zip(amplitudes_m) {
         let x = point.orbit.observed_amplitude[0];
         assert!((x / asked - 1.0).abs() < 1e-4, "{x} {asked}");
-        let (stiffness, work) = if x <= slips_m {
-            (K + KT, 0.0)
-        } else {
-            let angle = (1.0 - 2.0 * slips_m / x).acos();
-            let share = (angle - angle.sin() * angle.cos()) / PI;
-            (K + KT * share, 4.0 * limit_n * (x - slips_m))
-        };
+        let (share, work) = described(x);
+        let stiffness = K + KT * share;
         let omega = TAU * point.orbit.frequency_hz;
         let off = omega.powi(2) / stiffness - 1.0;
         assert!(off.abs() < 1e-6, "{x}: {off:e}");
@@ -349,4 +360,213 @@ fn more_harmonics_are_taken_until_the_damping_has_its_accuracy() {
         point.orbit.harmonics
     });
     assert!(adapted[0] < adapted[1] && adapted[1] <= 31, "{adapted:?}");
+}
+
+const SECTORS: usize = 6;
+/// Dashpot of each mass of the ring, N s/m.
+const DASHPOT: f64 = 0.004;
+
+/// Sector of a ring of masses of 1 kg, each on a spring `K`, with a Jenkins element to the next one, in
+/// waves of this angle from sector to sector; `None`: the sector in phase. The slider is the pair.
+fn sector_of_ring(angle: Option<f64>, twin: f64) -> ReducedModel {
+    // The element is longer by D u - x where a mass moves by u and its slider by x.
+    let d = angle.map_or(c64::ZERO, |angle| c64::new(angle.cos() - 1.0, angle.sin()));
+    let held = K + KT * d.norm_sqr();
+    // The mass follows the slider by this share where it has no inertia.
+    let follows = KT * d.conj() / held;
+    let along = [0.0, 1.0, 1.0];
+    // Both modes are along the contact, and the second one does not move the mass.
+    let mode = |i: usize, m: usize| {
+        if i == m + 1 {
+            follows.conj()
+        } else {
+            c64::ZERO
+        }
+    };
+    let copies = 1 + usize::from(angle.is_some());
+    // A complex number on the real and the imaginary part of a wave whose next sector is ahead.
+    let real = |v: c64, row: usize, column: usize| match (row, column) {
+        (0, 0) | (1, 1) => v.re,
+        (0, _) => -v.im,
+        _ => v.im,
+    };
+    let own = |i: usize, j: usize, of: &dyn Fn(usize) -> f64| {
+        if i == j { of(i % 3) } else { 0.0 }
+    };
+    let stiffness = |i: usize| 1.0 - along[i] + along[i] * K * KT / held;
+    let mass = |i: usize| along[i] * follows.norm_sqr();
+    // Each mode stands twice, with a shape on both copies.
+    let turn = |column: usize| if column == 1 { twin } else { 1.0 };
+    let coupling = Mat::from_fn(3 * copies, 2 * copies, |i, j| {
+        let (m, column) = (j / copies, j % copies);
+        turn(column) * real(mode(i % 3, m), i / 3, column)
+    });
+    let observed = |copy: usize| {
+        let on_x = (0..3 * copies).map(|i| match i % 3 {
+            1 => real(follows, copy, i / 3),
+            _ => 0.0,
+        });
+        let on_modes = (0..2 * copies).map(|j| match j / copies {
+            0 => turn(j % copies) * real(c64::new(1.0, 0.0), copy, j % copies),
+            _ => 0.0,
+        });
+        Load::new(on_x.collect(), on_modes.collect())
+    };
+    let masses: Vec<Load> = (0..copies).map(observed).collect();
+    let omega2 = [held, 1.01 * held].map(|w2| vec![w2; copies]).concat();
+    let points = masses
+        .iter()
+        .map(|load| ObservedPoint::new("mass", load.on_x.clone(), load.on_modes.clone()));
+    let dashpots: Vec<(f64, Load)> = masses.iter().map(|load| (DASHPOT, load.clone())).collect();
+    let pressed = (0..3 * copies).map(|i| if i == 0 { -PRESSED_N } else { 0.0 });
+    ReducedModel {
+        static_load: Load::new(pressed.collect(), vec![0.0; 2 * copies]),
+        observations: points.collect(),
+        unit_loads: masses.clone(),
+        dashpots: Dashpots::new(3 * copies, 2 * copies, &dashpots).with_influenced(&masses),
+        ..ReducedModel::new(
+            Mat::from_fn(3 * copies, 3 * copies, |i, j| own(i, j, &stiffness)),
+            Mat::from_fn(3 * copies, 3 * copies, |i, j| own(i, j, &mass)),
+            coupling,
+            omega2,
+        )
+    }
+}
+
+/// Ring in the waves of an engine order, with air that acts on its masses, and its backbone by one
+/// harmonic.
+fn of_ring(engine_order: usize, air: c64, twin: f64, amplitudes_m: Vec<f64>) -> Backbone {
+    let excitation = DiscExcitation {
+        sectors: SECTORS,
+        engine_order,
+    };
+    let coefficient = InfluenceCoefficient {
+        nodal_diameter: excitation.signed_nodal_diameter(1),
+        mode: 1,
+        by_mode: 1,
+        real_n_m: air.re,
+        imaginary_n_m: air.im,
+    };
+    let diameters = excitation.nodal_diameters(1).into_iter();
+    let copies = diameters.map(|d| (d, sector_of_ring(Some(angle(d)), twin)));
+    let waves = Waves::new(excitation, copies.collect::<BTreeMap<_, _>>());
+    let influence = Influence::new(SECTORS, &[1], &[coefficient]);
+    let reduced = ReducedModel {
+        waves: waves.with_influence(influence),
+        ..sector_of_ring(None, 1.0)
+    };
+    let problem = Problem::of_one_law(reduced, PairLaw::rigid(FRICTION, 0.0), 1.0);
+    // In phase the slider has the stiffness of its spring alone.
+    let settings = SweepSettings {
+        eps: Eps::new(EpsChoice::Pair),
+        ..settings(1, 4096, 1e-12)
+    };
+    of_first_mode((&problem, Rayleigh::NONE), amplitudes_m, &settings)
+}
+
+/// Phase from sector to sector.
+fn angle(engine_order: usize) -> f64 {
+    TAU * engine_order as f64 / SECTORS as f64
+}
+
+/// Amplitude of the element between two masses over that of the masses.
+fn stretched(engine_order: usize) -> f64 {
+    2.0 * (0.5 * angle(engine_order)).sin().abs()
+}
+
+/// Angular frequency of the ring at an amplitude of its masses, and the damping ratios of friction, and
+/// of the dashpots and the air.
+fn described_ring(engine_order: usize, air: c64, amplitude_m: f64) -> (f64, f64, f64) {
+    let stretched = stretched(engine_order);
+    let (share, work) = described(stretched * amplitude_m);
+    let omega2 = K + stretched * stretched * KT * share - air.re;
+    let friction = work / (TAU * omega2 * amplitude_m * amplitude_m);
+    let omega = omega2.sqrt();
+    (omega, friction, 0.5 * (DASHPOT * omega - air.im) / omega2)
+}
+
+/// The wave of engine order 4 runs against that of engine order 2, and 3 moves neighbours against each
+/// other.
+#[test]
+fn a_wave_of_a_ring_has_the_describing_function_of_its_elements_and_the_air() {
+    let slips_m = FRICTION * PRESSED_N / KT;
+    for (engine_order, wave) in [(1, -1.0), (2, -2.0), (3, 3.0), (4, 2.0), (5, 1.0)] {
+        let air = c64::new(0.02 * wave, 0.01 * wave);
+        for twin in [1.0, -1.0] {
+            let of_slip = [0.5, 1.1, 1.7, 4.0].map(|by| by * slips_m / stretched(engine_order));
+            let found = of_ring(engine_order, air, twin, of_slip.to_vec());
+            assert_eq!(found.end, BackboneEnd::Reached, "{engine_order}");
+            let (omega, _, rest) = described_ring(engine_order, air, 1e-9);
+            assert!((TAU * found.linear_hz / omega - 1.0).abs() < 1e-9);
+            assert!((found.linear_ratio - rest).abs() < 1e-9);
+            for (point, asked) in found.points.iter().zip(of_slip) {
+                let x = point.orbit.observed_amplitude[0];
+                assert!(
+                    (x / asked - 1.0).abs() < 1e-4,
+                    "{engine_order}: {x} {asked}"
+                );
+                let (omega, friction, rest) = described_ring(engine_order, air, x);
+                let hz = point.orbit.frequency_hz;
+                let spent_w = 2.0 * TAU * hz * rest * (omega * x).powi(2) / 2.0;
+                for (what, found, exact) in [
+                    ("frequency", TAU * hz, omega),
+                    ("ratio", point.damping_ratio, friction + rest),
+                    ("friction", point.friction_ratio, friction),
+                    ("mass", point.modal_amplitude, x),
+                    ("power", point.orbit.viscous_power_w, spent_w),
+                    // At resonance the force works as much as all that damps.
+                    (
+                        "force",
+                        point.excitation_scale.unwrap(),
+                        2.0 * (friction + rest).abs() * omega * omega * x,
+                    ),
+                ] {
+                    let off = (found - exact).abs();
+                    assert!(
+                        off < 1e-6 * exact.abs().max(0.1),
+                        "{engine_order}, {what}: {found} {exact}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The air drives small motions. Friction holds them at the first limit cycle, beyond the second one it
+/// no longer does.
+#[test]
+fn friction_holds_what_the_air_drives_at_a_limit_cycle() {
+    let (engine_order, air) = (4, c64::new(0.0, 0.05));
+    let ratio = |x: f64| {
+        let (_, friction, rest) = described_ring(engine_order, air, x);
+        friction + rest
+    };
+    let slips_m = FRICTION * PRESSED_N / KT / stretched(engine_order);
+    let exact = [[1.0, 2.0], [2.0, 200.0]].map(|between| {
+        let [mut below, mut above] = between.map(|by| by * slips_m);
+        let rises = ratio(above) > ratio(below);
+        for _ in 0..60 {
+            let middle = 0.5 * (below + above);
+            if (ratio(middle) < 0.0) == rises {
+                below = middle;
+            } else {
+                above = middle;
+            }
+        }
+        below
+    });
+    let beside = exact.map(|x| [0.999 * x, 1.001 * x]).concat();
+    let found = of_ring(engine_order, air, 1.0, beside);
+    assert!(found.linear_ratio < -0.01, "{}", found.linear_ratio);
+    let cycles = found.limit_cycles(0);
+    assert_eq!(cycles.len(), 2, "{cycles:?}");
+    for ((cycle, exact), is_stable) in cycles.iter().zip(exact).zip([true, false]) {
+        assert_eq!(cycle.is_stable, is_stable);
+        assert!(
+            (cycle.amplitude_m / exact - 1.0).abs() < 1e-5,
+            "{cycle:?} {exact}"
+        );
+        let (omega, ..) = described_ring(engine_order, air, exact);
+        assert!((TAU * cycle.frequency_hz / omega - 1.0).abs() < 1e-5);
+    }
 }
