@@ -330,3 +330,103 @@ fn on_one_copy(model: &ReducedModel, mode: usize) -> Vec<(usize, f64)> {
     let size = a.hypot(b);
     vec![(mode, a / size), (mode + 1, b / size)]
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::Waves;
+    use super::*;
+
+    /// Two sectors of one mass of 1 kg each on a spring of 3 N/m to ground and one of 0.5 N/m to the
+    /// other, without pairs that slide: X stands for a displacement that moves with 0.2 of the mass.
+    /// Of the waves against each other both copies have the mode, turned by an angle.
+    fn two_sectors(turned: f64) -> ReducedModel {
+        let one = |copies: usize, omega2: f64, shapes: [[f64; 2]; 2]| {
+            let own =
+                |size: f64| Mat::from_fn(copies, copies, |i, j| if i == j { size } else { 0.0 });
+            let coupling = Mat::from_fn(copies, copies, |i, j| 0.2 * shapes[i][j]);
+            let observed = (0..copies).map(|i| {
+                let on_x = (0..copies).map(|j| if i == j { 0.2 } else { 0.0 });
+                ObservedPoint::new("mass", on_x.collect(), shapes[i][..copies].to_vec())
+            });
+            let observed: Vec<ObservedPoint> = observed.collect();
+            let dashpots: Vec<(f64, Load)> = (observed.iter())
+                .map(|point| (0.3, Load::new(point.on_x.clone(), point.on_modes.clone())))
+                .collect();
+            ReducedModel {
+                dashpots: Dashpots::new(copies, copies, &dashpots),
+                observations: observed,
+                ..ReducedModel::new(
+                    own(0.04 * omega2),
+                    own(0.04),
+                    coupling,
+                    vec![omega2; copies],
+                )
+            }
+        };
+        let (sine, cosine) = turned.sin_cos();
+        let copies = one(2, 4.0, [[cosine, -sine], [sine, cosine]]);
+        let excitation = DiscExcitation {
+            sectors: 2,
+            engine_order: 1,
+        };
+        ReducedModel {
+            waves: Waves::new(excitation, BTreeMap::from([(1, copies)])),
+            ..one(1, 3.0, [[1.0, 0.0]; 2])
+        }
+    }
+
+    /// Modes of two masses: the mean moves them alike, the difference against each other.
+    #[test]
+    fn two_sectors_have_one_mode_against_each_other_however_those_of_the_copies_are_turned() {
+        let half = 0.5_f64.sqrt();
+        for turned in [0.0, 0.3, 1.2, 2.0, std::f64::consts::FRAC_PI_2] {
+            let sector = two_sectors(turned);
+            let all = AllSectors::of(&sector).unwrap().unwrap();
+            assert_eq!((all.count(), all.modes_of(0)), (2, 2));
+            let model = all.model();
+            assert_eq!(model.omega2, [3.0, 4.0]);
+            let close = |found: f64, exact: f64| {
+                assert!((found - exact).abs() < 1e-14, "{turned}: {found} {exact}");
+            };
+            let sign = model.coupling[(0, 1)].signum();
+            for (i, own) in [sign, -sign].into_iter().enumerate() {
+                close(model.coupling[(i, 0)], 0.2 * half);
+                close(model.coupling[(i, 1)], 0.2 * half * own);
+                close(model.stiffness[(i, i)], 0.04 * 3.5);
+                close(model.stiffness[(i, 1 - i)], -0.04 * 0.5);
+                close(model.mass[(i, i)], 0.04);
+                close(model.mass[(i, 1 - i)], 0.0);
+                close(model.dashpots.on_modes[(0, i)], half);
+                close(model.dashpots.on_modes[(1, i)], half * own);
+                close(model.dashpots.on_x[(i, i)], 0.2);
+                close(model.dashpots.on_x[(i, 1 - i)], 0.0);
+            }
+            close(model.observations[0].on_modes[1], half * sign);
+            close(model.observations[0].on_x[0], 0.2);
+            // Both copies follow harmonic 1 by (X, -i X), of which the first sector has X.
+            let cosine = Load::new(vec![0.7, 0.4], vec![0.0; 2]);
+            let spread = all.of_harmonic(1, &cosine);
+            close(spread.on_x[0], 0.7);
+            close(spread.on_x[1], -0.7);
+        }
+    }
+
+    #[test]
+    fn a_wave_without_a_model_is_named() {
+        let mut sector = two_sectors(0.0);
+        let excitation = DiscExcitation {
+            sectors: 6,
+            engine_order: 1,
+        };
+        sector.waves = Waves::new(excitation, BTreeMap::new());
+        assert_eq!(AllSectors::of(&sector).unwrap_err(), 1);
+        let in_phase = DiscExcitation {
+            engine_order: 6,
+            ..excitation
+        };
+        sector.waves = Waves::new(in_phase, BTreeMap::new());
+        assert!(AllSectors::of(&sector).unwrap().is_none());
+    }
+}

@@ -1,5 +1,6 @@
 use super::*;
 use crate::contact::PairLaw;
+use crate::contact::penalty::PairStiffness;
 use crate::dlft::branch::follow;
 use crate::dlft::eps::Eps;
 use crate::dlft::settings::{EpsChoice, Resolution};
@@ -244,6 +245,63 @@ fn small_amplitudes_have_the_frequency_and_the_damping_of_the_linear_mode() {
             assert!((point.damping_ratio - ratio).abs() < 1e-9);
             assert!((point.orbit.observed_amplitude[0] / asked - 1.0).abs() < 1e-5);
         }
+    }
+}
+
+/// A pair on springs that sticks is linear, so that small motions are those of the mode without pairs
+/// of the linear reference, which has its displacements among its modes. The air couples two modes
+/// without symmetry, and a dashpot couples them to the pair.
+#[test]
+fn a_pair_on_springs_moves_as_the_linear_mode_with_air_and_a_dashpot_does() {
+    let mut problem = jenkins();
+    let reduced = &mut problem.reduced;
+    reduced.mass = Mat::from_fn(3, 3, |i, j| if i == j { 0.5 } else { 0.0 });
+    reduced.stiffness = Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.1 });
+    reduced.coupling = Mat::from_fn(3, 2, |i, j| [[0.1, 0.0], [0.4, 0.2], [-0.1, 0.3]][i][j]);
+    let load = |on_x: [f64; 3], on_modes: [f64; 2]| Load::new(on_x.to_vec(), on_modes.to_vec());
+    let dashpot = (0.03, load([0.1, 0.5, 0.2], [0.7, -0.3]));
+    let moved = [
+        load([0.0, 0.3, 0.1], [1.0, 0.2]),
+        load([0.1, -0.2, 0.4], [0.1, 0.9]),
+    ];
+    reduced.dashpots = Dashpots::new(3, 2, &[dashpot]).with_influenced(&moved);
+    let air = [[[0.02, 0.01], [0.2, -0.15]], [[-0.1, 0.12], [0.03, -0.02]]];
+    let coefficients = [(1, 1), (1, 2), (2, 1), (2, 2)].map(|(mode, by_mode)| {
+        let [real_n_m, imaginary_n_m] = air[mode - 1][by_mode - 1];
+        InfluenceCoefficient {
+            nodal_diameter: 0,
+            mode,
+            by_mode,
+            real_n_m,
+            imaginary_n_m,
+        }
+    });
+    let in_phase = DiscExcitation {
+        sectors: 4,
+        engine_order: 0,
+    };
+    let influence = Influence::new(4, &[1, 2], &coefficients);
+    reduced.waves = Waves::new(in_phase, BTreeMap::new()).with_influence(influence);
+    problem.laws[0].stiffness = Some(PairStiffness {
+        normal_n_m: 2.0,
+        tangential_n_m: 1.5,
+    });
+    for mode in 0..2 {
+        let state = static_state(&problem, 10, NewtonOptions::new(1e-12, 60));
+        let range = BackboneRange {
+            mode,
+            observation: 0,
+            amplitudes_m: vec![1e-6],
+        };
+        let settings = settings(1, 64, 1e-11);
+        let none = Rayleigh::NONE;
+        let found = backbone(&problem, none, &state, &settings, &range, &mut |_| true).unwrap();
+        let point = &found.points[0];
+        let off = TAU * (point.orbit.frequency_hz - found.linear_hz);
+        assert!(off.abs() < 1e-8, "{mode}: {off:e}");
+        let off = point.damping_ratio - found.linear_ratio;
+        assert!(off.abs() < 1e-8, "{mode}: {off:e}");
+        assert!(point.power_defect().abs() < 1e-7, "{mode}");
     }
 }
 
