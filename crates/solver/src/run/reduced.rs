@@ -2,7 +2,6 @@
 
 use super::bodies::Bodies;
 use super::error::Error;
-use super::session::Session;
 use crate::description::{FrequencyRange, Scene};
 use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
@@ -40,25 +39,6 @@ impl Reduced {
     /// Matrices of the model.
     pub fn model(&self) -> &ReducedModel {
         &self.problem.reduced
-    }
-
-    /// Reduces the waves in which sectors of a disc may move differently, besides those of the harmonics.
-    ///
-    /// # Errors
-    /// Those of the reduction.
-    pub(super) fn with_all_waves(
-        mut self,
-        scene: &Scene,
-        session: &Session<'_>,
-    ) -> Result<Self, Error> {
-        if let Some(bodies) = &mut self.bodies {
-            let (all, waves) = (
-                bodies.waves_of_all_sectors(),
-                &mut self.problem.reduced.waves,
-            );
-            *waves = bodies.with_waves(std::mem::take(waves), &all, scene, session)?;
-        }
-        Ok(self)
     }
 
     /// Squared angular frequencies of the stuck modes, rad2/s2, ascending: those of the wave of the

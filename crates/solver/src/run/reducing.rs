@@ -143,6 +143,27 @@ pub(super) fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> Reduct
     ReductionInputs::of(model, wanted, statics)
 }
 
+impl Reduced {
+    /// Reduces the waves in which sectors of a disc may move differently, besides those of the harmonics.
+    ///
+    /// # Errors
+    /// Those of the reduction.
+    pub(super) fn with_all_waves(
+        mut self,
+        scene: &Scene,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        if let Some(bodies) = &mut self.bodies {
+            let (all, waves) = (
+                bodies.waves_of_all_sectors(),
+                &mut self.problem.reduced.waves,
+            );
+            *waves = bodies.with_waves(std::mem::take(waves), &all, scene, session)?;
+        }
+        Ok(self)
+    }
+}
+
 impl Bodies {
     /// Reduces an assembly to its model and the problem with its laws and excitations.
     ///
