@@ -135,7 +135,7 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
     use crate::dlft::retention::Holding;
     use crate::dlft::settings::Solver;
     use dovetail_numerics::nonlinear::NewtonOptions;
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn slopes_and_derivatives_are_those_by_differences() {
-        at_sample_points(|what, sample, u| {
+        at_sample_points_of_waves_too(|what, sample, u| {
             let holding = Holding::of(sample.setting.system.problem);
             let newton = NewtonOptions::new(1e-9, 60);
             let (setting, solver) = (*sample.setting, Solver::NewtonKrylov);
