@@ -1,19 +1,24 @@
 //! The reference model of 72 pairs, matrices of models of one pair, and responses of both.
 
+use std::sync::OnceLock;
+
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::superelement;
+use dovetail_solver::reduction::{ReducedModel, superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 
 /// Model of `tests/data/dovetail72` with one law for all pairs, excited with `force_n`.
 pub fn dovetail72(law: PairLaw, force_n: f64) -> Problem {
+    // Read once for all tests.
+    static MODEL: OnceLock<ReducedModel> = OnceLock::new();
     let folder = root().join("tests/data/dovetail72");
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
+    let model = MODEL.get_or_init(|| superelement::read(&folder).unwrap().model);
+    Problem::of_one_law(model.clone(), law, force_n)
 }
 
 /// Response about the static state under ten steps of the load, which has to be found.
