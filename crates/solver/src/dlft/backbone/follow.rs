@@ -397,7 +397,9 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             friction_ratio: of_friction(&orbit),
             tracked_amplitude: q,
             modal_amplitude: squared.sqrt(),
-            excitation_scale: worked.map(|worked| resonant.abs() / worked),
+            excitation_scale: worked
+                .filter(|_| resonant > 0.0)
+                .map(|worked| resonant / worked),
             estimated_error: None,
             orbit: Orbit {
                 newton_iterations: self.work.newton_iterations,

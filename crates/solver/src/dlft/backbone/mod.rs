@@ -41,7 +41,7 @@ pub struct BackbonePoint {
     /// sector of a disc.
     pub modal_amplitude: f64,
     /// Multiple of the excitation at whose resonance the motion is; `None` where the excitation does
-    /// no work on it, or has another harmonic than 1.
+    /// no work on it, or has another harmonic than 1, or where the air drives the motion.
     pub excitation_scale: Option<f64>,
     /// Estimated relative error of the damping ratio for the harmonics left out, 0 to 1; `None`
     /// where it was not estimated.
@@ -55,7 +55,7 @@ impl BackbonePoint {
     /// has its resonance there. `None` where the excitation
     /// has no such motion.
     pub fn response_frequencies_hz(&self) -> [Option<f64>; 2] {
-        let (zeta, Some(scale)) = (self.damping_ratio.abs(), self.excitation_scale) else {
+        let (zeta, Some(scale)) = (self.damping_ratio, self.excitation_scale) else {
             return [None; 2];
         };
         let spread = 1.0 / (scale * scale) - 1.0 + zeta * zeta;
