@@ -123,7 +123,7 @@ pub fn compare(
 ) -> Result<Comparison, IntegrationError> {
     let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(problem, orbit));
     let problem = retained.as_ref().unwrap_or(problem);
-    if (1..=orbit.harmonics).any(|k| problem.reduced.of_harmonic(k).influence.is_some()) {
+    if !problem.reduced.dashpots.influenced().is_empty() {
         return Err(IntegrationError::Influence);
     }
     let sectors = AllSectors::of(&problem.reduced);
@@ -281,7 +281,28 @@ mod tests {
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
     use crate::problem::dovetail72::dovetail72;
+    use crate::reduction::{Dashpots, Load};
     use dovetail_numerics::nonlinear::NewtonOptions;
+
+    /// The air acts in harmonics alone.
+    #[test]
+    fn air_that_acts_back_is_refused() {
+        let mut problem = dovetail72(1.0);
+        let (n, m) = (
+            problem.reduced.stiffness.nrows(),
+            problem.reduced.omega2.len(),
+        );
+        let rest = static_state(&problem, 10, NewtonOptions::new(1e-10, 60));
+        let hz = 0.9 * problem.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
+        let settings = SweepSettings::new(vec![hz], Resolution::fixed(1, 64));
+        let response = sweep(&problem, Rayleigh::NONE, &rest, &settings, &[], &|_| ());
+        let dashpots = std::mem::replace(&mut problem.reduced.dashpots, Dashpots::none(n, m));
+        problem.reduced.dashpots = dashpots.with_influenced(&[Load::zeros(n, m)]);
+        let (orbit, until) = (&response.orbits[0], Until::new(1, 0.0));
+        let start = Start::Rest(&rest);
+        let found = compare(&problem, Rayleigh::NONE, orbit, start, 64, until, 0.0);
+        assert_eq!(found, Err(IntegrationError::Influence));
+    }
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]

@@ -4,7 +4,7 @@
 use crate::dlft::Orbit;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::{AllSectors, Load};
-use dovetail_numerics::spectrum::{Spectrum, blocks};
+use dovetail_numerics::spectrum::{Spectrum, cosine, sine};
 
 /// Problem of all sectors. Each has the laws of one, and the excitation of one in its turn.
 pub fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
@@ -42,11 +42,9 @@ pub fn orbit_of(sectors: &AllSectors<'_>, problem: &Problem, orbit: &Orbit) -> O
         for k in 1..=orbit.harmonics {
             let parts = [of_pairs.cosine(k), of_pairs.sine(k)];
             let parts = reduced.of_harmonic(k).widened_parts(parts);
-            for (i, own) in parts.iter().enumerate() {
-                all.push(part(k, 2 * k - 1 + i, own));
-            }
+            let blocks = [cosine(k), sine(k)].into_iter();
+            all.extend(blocks.zip(&parts).map(|(block, own)| part(k, block, own)));
         }
-        debug_assert_eq!(all.len(), blocks(orbit.harmonics));
         all
     };
     let moved = on_all(&orbit.x, Some(&orbit.modal));

@@ -4,8 +4,8 @@ use super::{BladeInfluence, Cyclic, InfluenceSource, InfluenceSpec, ModelError};
 use crate::reduction::InfluenceCoefficient;
 use crate::reduction::influence::one_of_two;
 
-/// Influence on one of the bodies of these names, of a disc of so many sectors. `read` are the coefficients of the file that it
-/// names.
+/// Influence on one of the bodies of these names, of a disc of so many sectors. `read` are the
+/// coefficients of the file that it names.
 pub(super) fn influence(
     spec: &InfluenceSpec,
     sectors: usize,

@@ -124,12 +124,7 @@ impl<'a> AllSectors<'a> {
         let dashpots = (0..self.count()).flat_map(|sector| {
             dampings.iter().enumerate().map(move |(i, damping)| {
                 let weights = self.weights(sector, |wave, copy| {
-                    let (_, weights) = wave
-                        .model
-                        .dashpots
-                        .loads()
-                        .swap_remove(i + copy * dampings.len());
-                    weights
+                    wave.model.dashpots.weights(i + copy * dampings.len())
                 });
                 (*damping, weights)
             })

@@ -202,13 +202,13 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
         }
     };
     let joints = [0, 1].map(|copy| structure.joints.iter().map(move |j| joint(copy, j)));
-    let unloaded = structure.bodies.iter().map(|body| BodyMatrices {
+    let of_copies = structure.bodies.iter().chain(&structure.bodies);
+    let unloaded = of_copies.map(|body| BodyMatrices {
         load_n: vec![0.0; body.load_n.len()],
         ..body.clone()
     });
-    let bodies: Vec<BodyMatrices> = unloaded.collect();
     Structure {
-        bodies: [&bodies[..], &bodies[..]].concat(),
+        bodies: unloaded.collect(),
         joints: joints.into_iter().flatten().collect(),
         steady_parts: Vec::new(),
         excitations: Vec::new(),

@@ -20,7 +20,7 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::nonlinear::NewtonOptions;
-use dovetail_numerics::spectrum::{blocks, cosine, sine};
+use dovetail_numerics::spectrum::blocks;
 use dovetail_numerics::vector::dot;
 use faer::c64;
 use std::f64::consts::TAU;
@@ -314,7 +314,6 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             let mut u = solver.static_start();
             let q = log_q.exp();
             let x: Vec<c64> = self.mode.x.iter().map(|x| x * q).collect();
-            u[cosine(1) * n..(sine(1) + 1) * n].fill(0.0);
             add_harmonic(&mut u, 1, &x);
             let mean = solver.setting.static_mean;
             return vec![(u, vec![1.0, self.mode.ratio], mean)];
