@@ -14,7 +14,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Model;
-use dovetail_solver::problem::Problem;
+use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
@@ -48,7 +48,14 @@ fn joint() -> &'static Joint {
         }
         let wanted = StuckModes::new(None, Highest::OfFirstStuckMode(1.05));
         let problem = Problem::new(reduce(&structure, wanted).unwrap().model, &model);
-        let damping = rayleigh(&scene.damping, &problem.reduced.omega2).unwrap();
+        let damping = {
+            let stuck = LinearReference::stuck(&problem.reduced);
+            rayleigh(
+                &scene.damping,
+                &stuck.modes_of_first_harmonic(&problem.reduced),
+            )
+            .unwrap()
+        };
         let statics = static_state(&problem, scene.static_state.load_steps, NEWTON);
         Joint {
             scene,

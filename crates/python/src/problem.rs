@@ -144,13 +144,6 @@ impl PyProblem {
         ))
     }
 
-    /// Squared angular frequencies that a ratio of damping counts from.
-    fn linear_omega2(&self, state: &StaticState) -> Vec<f64> {
-        state
-            .linear
-            .omega2_of_first_harmonic(&self.problem().reduced)
-    }
-
     fn rayleigh(
         &self,
         py: Python<'_>,
@@ -158,7 +151,10 @@ impl PyProblem {
         state: &StaticState,
     ) -> PyResult<Rayleigh> {
         let spec = given.map(damping_of).transpose()?.unwrap_or(self.damping);
-        rayleigh(&spec, &self.linear_omega2(state)).map_err(|error| of_library(py, error))
+        let linear = state
+            .linear
+            .modes_of_first_harmonic(&self.problem().reduced);
+        rayleigh(&spec, &linear).map_err(|error| of_library(py, error))
     }
 
     /// Problem with other laws or loads, and the same static state where that stays.

@@ -24,7 +24,6 @@ use dovetail::error::RunError;
 use dovetail::reporter::Reporter;
 use dovetail::scene::SceneError;
 use dovetail_solver::description::Scene;
-use dovetail_solver::reduction::damping::rayleigh;
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::run::{PeakRange, Peaks, Run, load_path};
@@ -125,7 +124,7 @@ impl PyRun {
         let natural = run
             .reduced
             .natural_frequencies(Some(state), &run.held_omega2);
-        let damping = rayleigh(&scene.damping, &run.reduced.linear_omega2(state)).ok();
+        let damping = run.reduced.rayleigh(&scene.damping, state).ok();
         let reduced = run.reduced;
         let path = load_path(scene, &reduced.problem.reduced);
         let subject = Subject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);

@@ -13,7 +13,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
-use dovetail_solver::problem::Problem;
+use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::superelement;
 
@@ -45,7 +45,8 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
         ratio: 0.001,
         linear_mode: 1,
     };
-    let damping = rayleigh(&ratio, &model.reduced.omega2)?;
+    let stuck = LinearReference::stuck(&model.reduced);
+    let damping = rayleigh(&ratio, &stuck.modes_of_first_harmonic(&model.reduced))?;
     let newton = NewtonOptions::new(1e-10, 60);
     let state = static_state(&model, 10, newton);
     let resolution = Resolution::fixed(7, 256);

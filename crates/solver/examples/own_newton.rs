@@ -54,7 +54,8 @@ fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
         ratio: 0.001,
         linear_mode: 1,
     };
-    let damping = rayleigh(&ratio, &state.linear.omega2)?;
+    let linear = state.linear.modes_of_first_harmonic(&problem.reduced);
+    let damping = rayleigh(&ratio, &linear)?;
     Ok((problem, damping, state))
 }
 

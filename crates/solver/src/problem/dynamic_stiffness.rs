@@ -116,8 +116,8 @@ impl<'a> ContactSystem<'a> {
     ) -> Factors {
         let (s, z) = of(self.damping);
         let model = self.problem.reduced.of_harmonic(k);
-        let own = (0..self.problem.modal_ratios.len() * model.copies())
-            .map(|m| of(self.mode_damping(k, m)).into());
+        let own =
+            (0..self.problem.modes_with_damping(model)).map(|m| of(self.mode_damping(k, m)).into());
         Factors {
             s,
             z,

@@ -10,13 +10,18 @@
 //!
 //! describes vibrations too small to open, close or slide a pair. Its modes diagonalise it,
 //! including Rayleigh damping, but for dashpots and the damping ratios of stuck modes.
+//!
+//! Rows of pairs on springs are free, too, and K_oo has the springs S besides. Rayleigh damping is
+//! that of the bodies, C = a K + b M without S. In the modes V it is `a (Omega^2 - V^T S V) + b`, of
+//! which the diagonal is kept: what lies beside it couples modes of different frequencies, which
+//! changes a lightly damped motion in the second order.
 
 use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef, c64};
 
 use super::{HarmonicLoad, Problem};
-use crate::reduction::damping::Rayleigh;
+use crate::reduction::damping::{ModalStiffness, Rayleigh};
 use crate::reduction::{Dashpots, HarmonicModel, Load, ObservedPoint, ReducedModel};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
@@ -33,6 +38,9 @@ pub struct LinearReference {
     pub not_released: Option<String>,
     /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
     released: Option<Released>,
+    /// Stiffness of the bodies alone in each mode, rad2/s2; empty where no pair has springs, and it is
+    /// `omega2`.
+    bodies_omega2: Vec<f64>,
     /// References of the waves round a disc, each about both copies of the sector, by their nodal
     /// diameter.
     waves: BTreeMap<usize, LinearReference>,
@@ -86,6 +94,7 @@ impl LinearReference {
         }
         match modes(reduced, rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
+                bodies_omega2: without_springs(&omega2, &vectors, rows),
                 omega2,
                 with_mass,
                 not_released: None,
@@ -118,6 +127,7 @@ impl LinearReference {
             with_mass: reduced.omega2.len(),
             not_released: None,
             released: None,
+            bodies_omega2: Vec::new(),
             waves: BTreeMap::new(),
         }
     }
@@ -133,10 +143,20 @@ impl LinearReference {
     /// Squared angular frequencies of the modes with mass that the first harmonic has, rad2/s2,
     /// ascending: those of its wave where it is one round a disc, each once.
     pub fn omega2_of_first_harmonic(&self, reduced: &ReducedModel) -> Vec<f64> {
+        let modes = self.modes_of_first_harmonic(reduced);
+        modes.iter().map(|mode| mode.omega2).collect()
+    }
+
+    /// The modes of [`LinearReference::omega2_of_first_harmonic`], each with the stiffness that the
+    /// bodies have in it.
+    pub fn modes_of_first_harmonic(&self, reduced: &ReducedModel) -> Vec<ModalStiffness> {
         let of = self.of_harmonic(reduced, 1);
         let copies = reduced.of_harmonic(1).copies();
-        let all = of.omega2[..of.with_mass].iter();
-        all.step_by(copies).copied().collect()
+        let mode = |m: usize| ModalStiffness {
+            omega2: of.omega2[m],
+            bodies_omega2: of.bodies_omega2.get(m).copied().unwrap_or(of.omega2[m]),
+        };
+        (0..of.with_mass).step_by(copies).map(mode).collect()
     }
 
     /// Motion of harmonic 1 in one of its modes ([`Self::omega2_of_first_harmonic`]), of unit modal
@@ -230,6 +250,7 @@ impl LinearReference {
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
         ReducedModel {
+            bodies_omega2: self.bodies_omega2.clone(),
             static_load: self.on_own_modes(&reduced.static_load),
             unit_loads: unit_loads.map(|load| self.on_own_modes(load)).collect(),
             observations: observations.collect(),
@@ -255,6 +276,20 @@ impl LinearReference {
         let shares = product(vectors.transpose(), column);
         shares.col_as_slice(0).to_vec()
     }
+}
+
+/// Squared angular frequencies, rad2/s2, less the stiffness of these rows' springs in each mode, of
+/// unit modal mass; empty without springs.
+fn without_springs(omega2: &[f64], vectors: &Mat<f64>, rows: &[(usize, f64)]) -> Vec<f64> {
+    if rows.iter().all(|(_, n_m)| *n_m == 0.0) {
+        return Vec::new();
+    }
+    let of_bodies = |(mode, omega2): (usize, &f64)| {
+        let on_rows = vectors.col_as_slice(mode).iter();
+        let of_springs = on_rows.zip(rows).map(|(v, (_, n_m))| n_m * v * v);
+        (omega2 - of_springs.sum::<f64>()).max(0.0)
+    };
+    omega2.iter().enumerate().map(of_bodies).collect()
 }
 
 /// Modes with these rows of X on springs, N/m, and all others held.

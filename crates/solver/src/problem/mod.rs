@@ -118,12 +118,25 @@ impl Problem {
     }
 
     /// Damping of a stuck mode of the model of a harmonic where that of all others is `damping`: C =
-    /// 2 zeta w_m M on the mode, where it has a ratio zeta of its own.
+    /// 2 zeta w_m M on the mode, where it has a ratio zeta of its own, and (a s_m + b) M, where s_m is
+    /// the stiffness of the bodies alone in it ([`ReducedModel::bodies_omega2`]).
     pub fn mode_damping(&self, of: HarmonicModel<'_>, damping: Rayleigh, mode: usize) -> Rayleigh {
-        match self.modal_ratios.get(of.mode_of_sector(mode)) {
-            Some(ratio) => Rayleigh::of_mass(2.0 * ratio * of.model.omega2[mode].sqrt()),
+        if let Some(ratio) = self.modal_ratios.get(of.mode_of_sector(mode)) {
+            return Rayleigh::of_mass(2.0 * ratio * of.model.omega2[mode].sqrt());
+        }
+        match of.model.bodies_omega2.get(mode) {
+            Some(of_bodies) => {
+                Rayleigh::of_mass(damping.stiffness_s * of_bodies + damping.mass_per_s)
+            }
             None => damping,
         }
+    }
+
+    /// Number of stuck modes of the model of a harmonic, the first ones, whose damping is not that of
+    /// all.
+    pub(crate) fn modes_with_damping(&self, of: HarmonicModel<'_>) -> usize {
+        let with_ratios = self.modal_ratios.len() * of.copies();
+        with_ratios.max(of.model.bodies_omega2.len())
     }
 
     /// Terms of the damping matrix of the model of a harmonic besides `damping`: coefficients c, N s/m,

@@ -486,6 +486,7 @@ impl<'a> Joined<'a> {
             mass,
             coupling,
             omega2,
+            bodies_omega2: Vec::new(),
             stuck_modes,
             static_load: load(0),
             static_parts: Vec::new(),

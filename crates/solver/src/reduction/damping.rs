@@ -58,6 +58,30 @@ impl Rayleigh {
     }
 }
 
+/// Frequency of a mode, and the part of it that strains the bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModalStiffness {
+    /// Squared angular frequency, rad2/s2.
+    pub omega2: f64,
+    /// Stiffness of the bodies alone in the mode, without springs of contacts, for a unit modal mass,
+    /// rad2/s2.
+    pub bodies_omega2: f64,
+}
+
+impl ModalStiffness {
+    /// Mode in which nothing but the bodies is strained, of this squared angular frequency, rad2/s2.
+    pub const fn of_bodies(omega2: f64) -> Self {
+        Self {
+            omega2,
+            bodies_omega2: omega2,
+        }
+    }
+}
+
+/// Least part of the stiffness of a mode that is the bodies' where a ratio can be reached through
+/// them. What is less is rounding.
+const LEAST_STRAINED: f64 = 1e-9;
+
 /// Error of a damping without coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
@@ -75,22 +99,27 @@ pub enum DampingError {
         "damping.modal_ratios has {given} values, but the model has {available} stuck modes: give no more than these, or keep more response.stuck_modes"
     )]
     FewerModes { given: usize, available: usize },
+    #[error(
+        "damping.ratio is reached by damping of the bodies' stiffness, but linear mode {mode} strains only springs of contacts: choose another damping.linear_mode, or give damping.mass_per_s instead"
+    )]
+    StrainsNoBody { mode: usize },
 }
 
-/// Coefficients from the scene. A ratio may be given for one of the modes with the squared angular
-/// frequencies `omega2`. A ratio zeta of critical on mode k is reached by stiffness-proportional
-/// damping with a = 2 zeta / omega_k.
+/// Coefficients from the scene. A ratio may be given for one of the modes `linear`. A ratio zeta of
+/// critical on mode k is reached by damping that is proportional to the stiffness of the bodies, with
+/// a = 2 zeta omega_k / s_k: s_k is that stiffness in the mode, omega_k^2 where no springs of contacts
+/// take part.
 ///
 /// # Errors
-/// A mode that does not exist (modes count from 1).
-pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
+/// A mode that does not exist (modes count from 1), or that strains no body.
+pub fn rayleigh(spec: &DampingSpec, linear: &[ModalStiffness]) -> Result<Rayleigh, DampingError> {
     match *spec {
         DampingSpec::Rayleigh {
             stiffness_s,
             mass_per_s,
         } => Ok(Rayleigh::new(stiffness_s, mass_per_s)),
         DampingSpec::Ratio { ratio, linear_mode } => {
-            let missing = match omega2.len() {
+            let missing = match linear.len() {
                 0 => DampingError::NoModes,
                 available => DampingError::NoSuchMode {
                     asked: linear_mode,
@@ -98,8 +127,15 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
                 },
             };
             let mode = linear_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
-            let omega2 = omega2.get(mode).ok_or(missing)?;
-            Ok(Rayleigh::of_ratio(ratio, omega2.sqrt()))
+            let &ModalStiffness {
+                omega2,
+                bodies_omega2,
+            } = linear.get(mode).ok_or(missing)?;
+            let strained = bodies_omega2 / omega2;
+            if strained < LEAST_STRAINED {
+                return Err(DampingError::StrainsNoBody { mode: linear_mode });
+            }
+            Ok(Rayleigh::of_ratio(ratio / strained, omega2.sqrt()))
         }
     }
 }
@@ -111,7 +147,12 @@ mod tests {
     /// Coefficients of 1 % of critical damping on a mode.
     fn of_mode(linear_mode: usize, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
         let ratio = 0.01;
-        rayleigh(&DampingSpec::Ratio { ratio, linear_mode }, omega2)
+        let linear: Vec<_> = omega2
+            .iter()
+            .copied()
+            .map(ModalStiffness::of_bodies)
+            .collect();
+        rayleigh(&DampingSpec::Ratio { ratio, linear_mode }, &linear)
     }
 
     #[test]
@@ -125,6 +166,23 @@ mod tests {
         };
         let c = rayleigh(&given, &[]).unwrap();
         assert_eq!((c.stiffness_s, c.mass_per_s), (1e-6, 3.0));
+    }
+
+    /// A mode whose stiffness is 9 rad2/s2 of the bodies and 16 rad2/s2 of springs.
+    #[test]
+    fn springs_of_contacts_are_not_damped() {
+        let ratio = DampingSpec::Ratio {
+            ratio: 0.01,
+            linear_mode: 1,
+        };
+        let partly = |bodies_omega2| ModalStiffness {
+            omega2: 25.0,
+            bodies_omega2,
+        };
+        let c = rayleigh(&ratio, &[partly(9.0)]).unwrap();
+        assert!((c.stiffness_s * 9.0 / (2.0 * 5.0) - 0.01).abs() < 1e-16);
+        let none = DampingError::StrainsNoBody { mode: 1 };
+        assert_eq!(rayleigh(&ratio, &[partly(1e-12)]), Err(none));
     }
 
     #[test]

@@ -214,6 +214,11 @@ pub struct ReducedModel {
     /// Squared angular frequencies, rad2/s2, m: of the stuck modes, ascending, then of the residual
     /// vectors.
     pub omega2: Vec<f64>,
+    /// Stiffness of the bodies alone in each mode, without springs of contacts, for a unit modal mass,
+    /// rad2/s2: Rayleigh damping goes with it. Empty where it is `omega2`, as in every model of bodies;
+    /// a [linear reference](crate::problem::LinearReference) with springs has its own.
+    #[serde(skip)]
+    pub bodies_omega2: Vec<f64>,
     /// Number of entries of `omega2` that belong to stuck modes; residual vectors follow.
     pub stuck_modes: usize,
     /// Steady load on X and on the modes.
@@ -242,6 +247,7 @@ impl ReducedModel {
             mass,
             coupling,
             omega2,
+            bodies_omega2: Vec::new(),
             stuck_modes: m,
             static_load: Load::zeros(n, m),
             static_parts: Vec::new(),

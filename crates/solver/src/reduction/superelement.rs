@@ -504,6 +504,7 @@ impl Arrays<'_> {
                 true => squared_frequencies(self.folder, m)?,
                 false => Vec::new(),
             },
+            bodies_omega2: Vec::new(),
             stuck_modes: m,
             static_load: Load {
                 on_x: self.vector(STATIC_LOAD, n)?,

@@ -12,7 +12,7 @@ use crate::description::{FrequencyRange, Scene, Subject};
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{StaticState, demand};
 use crate::problem::Problem;
-use crate::reduction::damping::{Rayleigh, rayleigh};
+use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
 
@@ -42,7 +42,7 @@ fn means(
     state: &StaticState,
 ) -> Result<(Rayleigh, SweepSettings, u64), Error> {
     let omega2 = reduced.linear_omega2(state);
-    let damping = rayleigh(&scene.damping, &omega2)?;
+    let damping = reduced.rayleigh(&scene.damping, state)?;
     let frequencies_hz = frequencies_hz(&scene.response, &omega2)?;
     let resolution = scene.response.resolution;
     let harmonics = resolution.most_harmonics();

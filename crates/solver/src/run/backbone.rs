@@ -9,7 +9,6 @@ use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::dlft::backbone::{Backbone, BackboneRange, backbone as follow};
 use crate::dlft::{StaticState, demand};
-use crate::reduction::damping::rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::hertz;
 use dovetail_numerics::memory;
@@ -93,7 +92,7 @@ pub fn backbone(
         asked: mode.wrapping_add(1),
         available: linear_hz.len(),
     })?;
-    let damping = rayleigh(&scene.damping, &omega2)?;
+    let damping = reduced.rayleigh(&scene.damping, &state)?;
     let resolution = scene.response.resolution;
     let settings = settings(&scene.response, vec![own_hz], resolution);
     let blocks = blocks(resolution.most_harmonics());

@@ -65,7 +65,6 @@ pub use worn::{WearBlock, WearCourse};
 use crate::description::{Scene, Subject};
 use crate::dlft::{Orbit, Response};
 use crate::model::Assembly;
-use crate::reduction::damping::rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::ModeShape;
 use crate::results::small::Sizes;
@@ -123,7 +122,7 @@ fn along_frequency(
 ) -> Result<ResponseResult, Error> {
     let (reduced, state) = (&run.reduced, &run.statics.state);
     let linear_omega2 = reduced.linear_omega2(state);
-    let damping = rayleigh(&scene.damping, &linear_omega2)?;
+    let damping = reduced.rayleigh(&scene.damping, state)?;
     let frequencies_hz = response::frequencies_hz(&scene.response, &linear_omega2)?;
     let resolution = scene.response.resolution;
     response::off_undamped_modes(

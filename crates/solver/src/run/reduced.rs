@@ -6,6 +6,7 @@ use crate::description::{FrequencyRange, Scene};
 use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
 use crate::problem::Problem;
+use crate::reduction::damping::{DampingError, DampingSpec, ModalStiffness, Rayleigh, rayleigh};
 use crate::reduction::superelement::NamedExcitation;
 use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
@@ -53,13 +54,31 @@ impl Reduced {
     /// modes as [`Reduced::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are open
     /// pairs.
     pub fn linear_omega2(&self, state: &StaticState) -> Vec<f64> {
+        let modes = self.linear_modes(state);
+        modes.iter().map(|mode| mode.omega2).collect()
+    }
+
+    /// The modes of [`Reduced::linear_omega2`].
+    fn linear_modes(&self, state: &StaticState) -> Vec<ModalStiffness> {
         let count = match self.stuck_omega2().len() {
             0 => LISTED_MODES,
             stuck => stuck,
         };
-        let mut all = state.linear.omega2_of_first_harmonic(self.model());
+        let mut all = state.linear.modes_of_first_harmonic(self.model());
         all.truncate(count);
         all
+    }
+
+    /// Coefficients of a damping about a static state.
+    ///
+    /// # Errors
+    /// Those of [`rayleigh`].
+    pub fn rayleigh(
+        &self,
+        damping: &DampingSpec,
+        state: &StaticState,
+    ) -> Result<Rayleigh, DampingError> {
+        rayleigh(damping, &self.linear_modes(state))
     }
 
     /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any

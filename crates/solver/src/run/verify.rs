@@ -16,7 +16,7 @@ use crate::dlft::{Orbit, Response};
 use crate::integration::compare::{Comparison, Start, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::reduction::StuckModes;
-use crate::reduction::damping::{Rayleigh, rayleigh};
+use crate::reduction::damping::Rayleigh;
 use crate::results::quantities::peak;
 
 /// Most frequencies of the response in which the peak is searched.
@@ -106,7 +106,7 @@ pub fn verify(
     }
     let statics = super::statics(scene, &reduced, false, session)?;
     statics.usable()?;
-    let damping = rayleigh(&scene.damping, &reduced.linear_omega2(&statics.state))?;
+    let damping = reduced.rayleigh(&scene.damping, &statics.state)?;
     let (found, chosen) = orbits(scene, &reduced, damping, &statics, asked, session)?;
     let response = &found.response;
     let stable = stable(response);

@@ -14,7 +14,7 @@ use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, Told};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
 
@@ -158,6 +158,40 @@ fn a_pair_that_sticks_is_a_spring() {
     expected.sort_by(f64::total_cmp);
     for (found, expected) in linear.omega2.iter().zip(expected) {
         assert!((found / expected - 1.0).abs() < 1e-12);
+    }
+}
+
+/// The springs of a pair have no damping. A ratio that is asked for is that of the whole mode, whose
+/// bodies have 1 of 1.5 N/m, in the motion and in the linear reference.
+#[test]
+fn a_ratio_of_damping_is_reached_where_pairs_have_springs() {
+    let stuck = Mass {
+        springs: PairStiffness::new(3.0, 0.5),
+        friction: 0.5,
+        gap_m: 0.0,
+        press_n: 8.0,
+        force_n: [[0.0, 0.25, 0.0], [0.0; 3]],
+        damping_per_s: 0.0,
+    };
+    let model = stuck.model();
+    let linear = LinearReference::about(&model, &[]);
+    let asked = DampingSpec::Ratio {
+        ratio: 0.1,
+        linear_mode: 1,
+    };
+    let damping = rayleigh(&asked, &linear.modes_of_first_harmonic(&model.reduced)).unwrap();
+    let omega2: f64 = 1.5;
+    let resolution = Resolution::fixed(3, 128);
+    let mut settings = SweepSettings::new(vec![omega2.sqrt() / TAU], resolution);
+    settings.newton = NEWTON;
+    let response = respond(&model, damping, &settings);
+    let amplitudes = [
+        response.orbits[0].observed_amplitude[1],
+        response.linear[0].observed_amplitude[1],
+    ];
+    let expected = 0.25 / (2.0 * 0.1 * omega2);
+    for found in amplitudes {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
     }
 }
 
@@ -339,6 +373,7 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             mass: Mat::from_fn(n, n, |i, j| mass * psi[i] * psi[j]),
             coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
             omega2: vec![body / mass],
+            bodies_omega2: Vec::new(),
             stuck_modes: 1,
             static_load: Load::new((0..n).map(pressing).collect(), vec![0.0]),
             static_parts: Vec::new(),
