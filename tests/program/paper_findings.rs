@@ -48,14 +48,9 @@ fn joint() -> &'static Joint {
         }
         let wanted = StuckModes::new(None, Highest::OfFirstStuckMode(1.05));
         let problem = Problem::new(reduce(&structure, wanted).unwrap().model, &model);
-        let damping = {
-            let stuck = LinearReference::stuck(&problem.reduced);
-            rayleigh(
-                &scene.damping,
-                &stuck.modes_of_first_harmonic(&problem.reduced),
-            )
-            .unwrap()
-        };
+        let stuck = LinearReference::stuck(&problem.reduced);
+        let linear = stuck.modes_of_first_harmonic(&problem.reduced);
+        let damping = rayleigh(&scene.damping, &linear).unwrap();
         let statics = static_state(&problem, scene.static_state.load_steps, NEWTON);
         Joint {
             scene,

@@ -38,9 +38,6 @@ pub struct LinearReference {
     pub not_released: Option<String>,
     /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
     released: Option<Released>,
-    /// Stiffness of the bodies alone in each mode, rad2/s2; empty where no pair has springs, and it is
-    /// `omega2`.
-    bodies_omega2: Vec<f64>,
     /// References of the waves round a disc, each about both copies of the sector, by their nodal
     /// diameter.
     waves: BTreeMap<usize, LinearReference>,
@@ -52,6 +49,9 @@ struct Released {
     rows: Vec<usize>,
     /// ... the motion of these and of the stuck modes in each mode, of unit modal mass.
     vectors: Mat<f64>,
+    /// Stiffness of the bodies alone in each mode, rad2/s2; empty where no row has a spring, and it is
+    /// that of the whole.
+    bodies_omega2: Vec<f64>,
 }
 
 impl LinearReference {
@@ -94,14 +94,14 @@ impl LinearReference {
         }
         match modes(reduced, rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
-                bodies_omega2: without_springs(&omega2, &vectors, rows),
+                released: Some(Released {
+                    rows: rows.iter().map(|(row, _)| *row).collect(),
+                    bodies_omega2: without_springs(&omega2, &vectors, rows),
+                    vectors,
+                }),
                 omega2,
                 with_mass,
                 not_released: None,
-                released: Some(Released {
-                    rows: rows.iter().map(|(row, _)| *row).collect(),
-                    vectors,
-                }),
                 waves: BTreeMap::new(),
             },
             Err(error) => Self {
@@ -127,7 +127,6 @@ impl LinearReference {
             with_mass: reduced.omega2.len(),
             not_released: None,
             released: None,
-            bodies_omega2: Vec::new(),
             waves: BTreeMap::new(),
         }
     }
@@ -154,7 +153,7 @@ impl LinearReference {
         let copies = reduced.of_harmonic(1).copies();
         let mode = |m: usize| ModalStiffness {
             omega2: of.omega2[m],
-            bodies_omega2: of.bodies_omega2.get(m).copied().unwrap_or(of.omega2[m]),
+            bodies_omega2: of.bodies_omega2().get(m).copied().unwrap_or(of.omega2[m]),
         };
         (0..of.with_mass).step_by(copies).map(mode).collect()
     }
@@ -168,7 +167,7 @@ impl LinearReference {
         let first = mode * on.copies();
         let mut x = vec![c64::ZERO; on.unknowns()];
         let mut q = vec![c64::ZERO; on.model.omega2.len()];
-        let Some(Released { rows, vectors }) = &of.released else {
+        let Some(Released { rows, vectors, .. }) = &of.released else {
             for (mode, share) in on.moving_together(first) {
                 q[mode] = share;
             }
@@ -250,13 +249,19 @@ impl LinearReference {
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
         ReducedModel {
-            bodies_omega2: self.bodies_omega2.clone(),
+            bodies_omega2: self.bodies_omega2().to_vec(),
             static_load: self.on_own_modes(&reduced.static_load),
             unit_loads: unit_loads.map(|load| self.on_own_modes(load)).collect(),
             observations: observations.collect(),
             dashpots: Dashpots::new(0, self.omega2.len(), &dashpots).with_influenced(&influenced),
             ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
         }
+    }
+
+    /// Stiffness of the bodies alone in each mode, rad2/s2; empty where it is `omega2`.
+    fn bodies_omega2(&self) -> &[f64] {
+        let released = self.released.as_ref();
+        released.map_or(&[], |released| &released.bodies_omega2)
     }
 
     /// Load on the modes of the reference.
@@ -267,7 +272,7 @@ impl LinearReference {
     /// Converts weights of the relative displacements and of the stuck modes, for a load or an
     /// observation, to weights of each mode.
     fn shares(&self, on_x: &[f64], on_modes: &[f64]) -> Vec<f64> {
-        let Some(Released { rows, vectors }) = &self.released else {
+        let Some(Released { rows, vectors, .. }) = &self.released else {
             return on_modes.to_vec();
         };
         let on_open = rows.iter().map(|i| on_x[*i]);
