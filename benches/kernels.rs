@@ -180,12 +180,12 @@ fn dlft(c: &mut Criterion) {
     let apart = motion.iter().zip(&same);
     let apart = apart.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
     assert!(apart < 1e-6 * largest, "{apart:e} m of {largest:e} m");
-    let lambda_u = balance.lambda_u(&motion);
+    let evaluation = balance.evaluate(&motion);
     println!(
         "one frequency: {} iterations of Newton-GMRES, {} of Powell's method; {} of {} pairs active",
         krylov.iterations,
         hybrid.iterations,
-        balance.linearise(&lambda_u).active.len(),
+        balance.linearise(&evaluation).active.len(),
         model.laws.len()
     );
 
@@ -193,7 +193,7 @@ fn dlft(c: &mut Criterion) {
         b.iter(|| balance.evaluate(black_box(&motion)));
     });
     group.bench_function("linearisation", |b| {
-        b.iter(|| balance.linearise(black_box(&lambda_u)));
+        b.iter(|| balance.linearise(black_box(&evaluation)));
     });
     group.sampling_mode(SamplingMode::Flat);
     group.bench_function("one_frequency_newton_krylov", |b| {

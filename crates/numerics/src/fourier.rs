@@ -6,6 +6,7 @@
 //! the transform).
 
 use crate::spectrum::{blocks, cosine, sine};
+use crate::vector::eight_sums;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -17,8 +18,12 @@ const TABLE_HARMONICS: usize = 15;
 pub struct Fourier {
     harmonics: usize,
     samples: usize,
-    /// Synthesis table, with row n: 1, cos t_n, sin t_n, cos 2 t_n, ...
+    /// Synthesis table, with row n: 1, cos t_n, sin t_n, cos 2 t_n, ..., and zeros up to the padded
+    /// width.
     table: Vec<f64>,
+    /// The same table without the zeros, transposed: the samples of 1, of cos t, of sin t, ... Empty
+    /// where the fast transform is used.
+    columns: Vec<f64>,
     transforms: Option<Transforms>,
 }
 
@@ -35,18 +40,25 @@ impl Fourier {
             "{samples} samples cannot carry {harmonics} harmonics"
         );
         let width = blocks(harmonics);
-        let mut table = Vec::with_capacity(samples * width);
-        for n in 0..samples {
-            table.push(1.0);
+        let padded = padded(width);
+        let mut table = vec![0.0; samples * padded];
+        let by_table = harmonics <= TABLE_HARMONICS;
+        let mut columns = vec![1.0; if by_table { samples * width } else { 0 }];
+        for (n, row) in table.chunks_exact_mut(padded).enumerate() {
+            row[0] = 1.0;
             for k in 1..=harmonics {
                 // The angle is reduced in integers: exact periodicity whatever k n.
                 let turn = ((k * n) % samples) as f64 / samples as f64;
                 let (s, c) = (std::f64::consts::TAU * turn).sin_cos();
-                table.push(c);
-                table.push(s);
+                for (i, v) in [(cosine(k), c), (sine(k), s)] {
+                    row[i] = v;
+                    if by_table {
+                        columns[i * samples + n] = v;
+                    }
+                }
             }
         }
-        let transforms = (harmonics > TABLE_HARMONICS).then(|| {
+        let transforms = (!by_table).then(|| {
             let mut planner = FftPlanner::new();
             Transforms {
                 forward: planner.plan_fft_forward(samples),
@@ -57,6 +69,7 @@ impl Fourier {
             harmonics,
             samples,
             table,
+            columns,
             transforms,
         }
     }
@@ -75,13 +88,25 @@ impl Fourier {
     pub fn width(&self) -> usize {
         blocks(self.harmonics)
     }
+    /// Number of entries of a row of the synthesis table: the width, and at least one zero, up to
+    /// whole vectors of four numbers.
+    #[inline]
+    pub fn padded_width(&self) -> usize {
+        padded(self.width())
+    }
     /// Factors of the coefficients at sample `n`: 1, cos t_n, sin t_n, cos 2 t_n, ...
     #[inline]
     pub fn synthesis_row(&self, n: usize) -> &[f64] {
-        &self.table[n * self.width()..(n + 1) * self.width()]
+        &self.padded_row(n)[..self.width()]
+    }
+    /// The same factors with zeros behind them, up to the padded width.
+    #[inline]
+    pub fn padded_row(&self, n: usize) -> &[f64] {
+        let padded = self.padded_width();
+        &self.table[n * padded..(n + 1) * padded]
     }
 
-    /// All synthesis rows, N x (2H+1), row-major.
+    /// All padded rows, N x padded width, row-major.
     #[inline]
     pub fn synthesis(&self) -> &[f64] {
         &self.table
@@ -90,7 +115,6 @@ impl Fourier {
     /// Converts coefficients (2H+1) to samples (N).
     #[inline(always)]
     pub fn to_time(&self, coefficients: &[f64], signal: &mut [f64]) {
-        let width = self.width();
         if let Some(transforms) = &self.transforms {
             let mut spectrum = vec![Complex::new(0.0, 0.0); self.samples];
             spectrum[0].re = coefficients[0];
@@ -105,8 +129,10 @@ impl Fourier {
                 *x = z.re;
             }
         } else {
-            for (x, row) in signal.iter_mut().zip(self.table.chunks_exact(width)) {
-                *x = row.iter().zip(coefficients).map(|(t, c)| t * c).sum();
+            signal.fill(0.0);
+            let columns = self.columns.chunks_exact(self.samples);
+            for (column, c) in columns.zip(coefficients) {
+                signal.iter_mut().zip(column).for_each(|(x, t)| *x += c * t);
             }
         }
     }
@@ -125,11 +151,9 @@ impl Fourier {
                 coefficients[sine(k)] = -2.0 * scale * spectrum[k].im;
             }
         } else {
-            coefficients.fill(0.0);
-            for (&x, row) in signal.iter().zip(self.table.chunks_exact(self.width())) {
-                for (c, t) in coefficients.iter_mut().zip(row) {
-                    *c += x * t;
-                }
+            let columns = self.columns.chunks_exact(self.samples);
+            for (c, column) in coefficients.iter_mut().zip(columns) {
+                *c = eight_sums(signal, column);
             }
             coefficients[0] *= scale;
             for c in &mut coefficients[1..] {
@@ -137,6 +161,11 @@ impl Fourier {
             }
         }
     }
+}
+
+/// Least multiple of four above a width.
+fn padded(width: usize) -> usize {
+    (width + 1).next_multiple_of(4)
 }
 
 #[cfg(test)]
@@ -163,6 +192,12 @@ mod tests {
                         })
                         .sum::<f64>();
                 assert!((x - direct).abs() < 1e-12);
+            }
+            assert_eq!(fourier.padded_width() % 4, 0);
+            for n in 0..samples {
+                let (own, rest) = fourier.padded_row(n).split_at(fourier.width());
+                assert_eq!(own, fourier.synthesis_row(n));
+                assert!(!rest.is_empty() && rest.iter().all(|v| *v == 0.0));
             }
             let mut back = vec![0.0; fourier.width()];
             fourier.to_frequency(&signal, &mut back);

@@ -4,7 +4,7 @@
 //! [`sparse`] and [`dense`] have matrices and direct solvers, [`eigen`] natural modes, [`krylov`]
 //! an iterative solver, [`nonlinear`] Newton's method and the dogleg. [`fourier`] leads from the
 //! coefficients of a series to samples and back; [`spectrum`] alone knows in which order the
-//! coefficients of a periodic motion stand. [`vector`] has operations on long vectors, [`space`]
+//! coefficients of a periodic motion stand. [`dual`] has numbers with derivatives, [`vector`] has operations on long vectors, [`space`]
 //! vectors of three components. [`memory`] tells what the system leaves to the process, which is
 //! asked before a large factorisation.
 //!
@@ -35,6 +35,7 @@
 #![warn(missing_docs, clippy::missing_errors_doc)]
 
 pub mod dense;
+pub mod dual;
 pub mod eigen;
 pub mod fourier;
 pub mod krylov;

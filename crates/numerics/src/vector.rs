@@ -12,8 +12,9 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     Arch::new().dispatch(|| eight_sums(x, y))
 }
 
+/// As [`dot`], inlined where it is called.
 #[inline(always)]
-fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
     // Eight running sums: vectorisable, and the same order whatever the machine.
     let mut sums = [0.0; 8];
     let (xc, yc) = (x.chunks_exact(8), y.chunks_exact(8));

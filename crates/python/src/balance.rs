@@ -63,7 +63,7 @@ impl PyBalance {
         {
             return Arc::clone(jacobian);
         }
-        let made = |b: &Balance<'_>| b.linearise(&b.lambda_u(u));
+        let made = |b: &Balance<'_>| b.linearise(&b.evaluate(u));
         let jacobian = Arc::new(self.one.with(&self.subject.problem, &self.state, made));
         *lock() = Some((u.to_vec(), Arc::clone(&jacobian)));
         jacobian

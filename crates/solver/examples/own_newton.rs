@@ -92,7 +92,7 @@ pub fn amplitudes_m() -> Result<[f64; 2], Box<dyn Error>> {
 
 /// Jacobian at U, column by column, factored.
 fn formed(balance: &Balance<'_>, u: &[f64]) -> Lu {
-    let jacobian = balance.linearise(&balance.lambda_u(u));
+    let jacobian = balance.linearise(&balance.evaluate(u));
     let mut matrix = Mat::zeros(u.len(), u.len());
     for column in 0..u.len() {
         let mut unit = vec![0.0; u.len()];
@@ -117,7 +117,7 @@ pub fn bits() -> Result<Vec<[u64; 2]>, Box<dyn Error>> {
     u.iter_mut().zip(&v).for_each(|(u, v)| *u += v);
     Ok(one.with(&problem, &state, |balance| {
         let evaluation = balance.evaluate(&u);
-        let jacobian = balance.linearise(&evaluation.lambda_u);
+        let jacobian = balance.linearise(&evaluation);
         let product = balance.jacobian_times(&jacobian, &v);
         let both = evaluation.residual.iter().zip(&product);
         both.map(|(f, jv)| [f.to_bits(), jv.to_bits()]).collect()

@@ -2,7 +2,7 @@
 //! force, with which the pair would stick, gives the contact force (Nacivet et al. 2003, equations
 //! 20-26).
 
-use super::Real;
+use dovetail_numerics::dual::Real;
 
 /// Status of a pair at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,12 +84,16 @@ pub fn slip_tangent(trial: [f64; 3], friction: f64) -> SlipTangent {
 
 /// Fraction w of a way at which the trial force `from + step w` of a closed pair leaves the cone,
 /// at most `last`. It begins on the cone where the pair slips.
+#[inline(always)]
 pub fn leaves_cone<D: Real>(from: [D; 3], step: [D; 3], friction: f64, slips: bool, last: D) -> D {
     let zero = D::from(0.0);
     // The cone's equation along the way, a + b w + c w^2 with a <= 0.
     let mu2 = friction * friction;
-    let form = |p: [D; 3], q: [D; 3]| p[1] * q[1] + p[2] * q[2] - p[0] * q[0] * mu2;
-    let (a, b, c) = (form(from, from), form(from, step) * 2.0, form(step, step));
+    let (a, b, c) = (
+        form(from, from, mu2),
+        form(from, step, mu2) * 2.0,
+        form(step, step, mu2),
+    );
     let way = if slips || a.re() >= 0.0 {
         if b.re() >= 0.0 { zero } else { -b / c }
     } else {
@@ -109,6 +113,12 @@ pub fn leaves_cone<D: Real>(from: [D; 3], step: [D; 3], friction: f64, slips: bo
     } else {
         last
     }
+}
+
+/// Bilinear form of the cone, whose quadratic form is negative inside.
+#[inline(always)]
+fn form<D: Real>(p: [D; 3], q: [D; 3], mu2: f64) -> D {
+    p[1] * q[1] + p[2] * q[2] - p[0] * q[0] * mu2
 }
 
 /// Returns `true` if a force on the cone goes into the cone with this step.

@@ -23,13 +23,9 @@ pub mod coulomb;
 pub mod penalty;
 
 use coulomb::{Contact, SlipTangent};
-use num_dual::DualNum;
+use dovetail_numerics::dual::{Real, three, two};
 use penalty::PairStiffness;
 use serde::Serialize;
-
-/// A real number, with or without derivatives.
-pub trait Real: DualNum<Primitive = f64> + Copy {}
-impl<D: DualNum<Primitive = f64> + Copy> Real for D {}
 
 /// Contact law of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -133,7 +129,7 @@ impl<D: Real> State<D> {
     pub fn after(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
         Self {
             contact,
-            slid_n: [1, 2].map(|c| prediction[c] - force[c]),
+            slid_n: two(|c| prediction[c + 1] - force[c + 1]),
         }
     }
 
@@ -210,16 +206,17 @@ impl PredictedLaw {
 
     /// Fraction of the straight way from one prediction to another at which a closed pair leaves
     /// its cone, at most `last`, and its tangential force there, N.
+    #[inline(always)]
     pub fn leaves_cone<D: Real>(
         &self,
         [from, to]: [[D; 3]; 2],
         state: State<D>,
         last: D,
     ) -> (D, [D; 2]) {
-        let step = [0, 1, 2].map(|c| to[c] - from[c]);
+        let step = three(|c| to[c] - from[c]);
         let slips = state.contact == Contact::Slip;
         let way = coulomb::leaves_cone(state.trial(from), step, self.friction, slips, last);
-        let [_, t1, t2] = state.trial([0, 1, 2].map(|c| from[c] + step[c] * way));
+        let [_, t1, t2] = state.trial(three(|c| from[c] + step[c] * way));
         (way, [t1, t2])
     }
 

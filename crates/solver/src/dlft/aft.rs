@@ -5,8 +5,9 @@
 //! there sample after sample, and the contact force is analysed into harmonics. Changes of state
 //! between two samples count at their instants (`between_samples`).
 
-use super::between_samples::{self, Passed, Visit};
-use super::pair_signals::{PERIODICITY, PairInput, Periods, Signals, add_own};
+use super::between_samples::{self, ByInputs, Passed, Visit};
+use super::derivative_rows::{DerivativeSignals, fixed_point, own_state, state_columns};
+use super::pair_signals::{PERIODICITY, PairInput, Passage, Periods, Signals, add_own};
 use super::rounded;
 use crate::contact::coulomb::{Contact, SlipTangent};
 use crate::contact::{PredictedLaw, State};
@@ -19,6 +20,9 @@ use pulp::{Arch, Simd, WithSimd};
 pub const PLAIN_PERIODS: usize = 6;
 /// Number of periods after which a force that is still not periodic is given up.
 pub const MOST_PERIODS: usize = 40;
+/// A pair is where it was a period before when its state has moved by less than this fraction of the
+/// largest predicted force, which is rounding.
+const SAME: f64 = 4.0 * f64::EPSILON;
 /// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
@@ -46,6 +50,8 @@ pub struct PairEnd {
 enum History {
     /// A number of periods from the start.
     FromStart(usize),
+    /// The last period, in which the pair slides: its start, which is the fixed point of the period.
+    Periodic(State),
     /// The last period and one before it, as the state was solved for: `slipping` is the start of
     /// the last period that slid (the state is the fixed point of that period), `last` the start of
     /// the last period.
@@ -121,23 +127,38 @@ fn evaluate_pair(
     let mut slipping = state;
     for period in 1..=MOST_PERIODS {
         let before = state;
-        let (slips, memory) = one_period(samples, &input, signals, &mut state, &mut end);
+        // The rest of a period in which the pair is where it was in the one before is known.
+        let near_n = match input.periods {
+            Periods::UntilPeriodic if period > 1 => Some(SAME * scale),
+            _ => None,
+        };
+        let memory = one_period(samples, &input, signals, &mut state, near_n);
+        let passages = signals.passages.iter();
+        let slips = passages.clone().any(|passage| passage.slips);
         end.always_stuck &= !slips;
         if slips {
             slipping = before;
         }
-        end.history = if period <= PLAIN_PERIODS {
-            History::FromStart(period)
-        } else {
+        let contacts = signals.contact.iter();
+        end.open_samples = contacts.filter(|c| **c == Contact::Open).count();
+        end.slid_n = passages.clone().map(|passage| passage.slid_n).sum();
+        end.rubbed_n2 = passages.map(|passage| passage.rubbed_n2).sum();
+        // A pair that shakes down touches its cone without sliding: it keeps where it came from.
+        let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
+        end.periodic = match input.periods {
+            Periods::UntilPeriodic => state.distance_n(&before) <= PERIODICITY * scale,
+            Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
+        };
+        end.history = if period > PLAIN_PERIODS {
             History::FixedPoint {
                 slipping,
                 last: before,
                 touch_n: TOUCH * scale,
             }
-        };
-        end.periodic = match input.periods {
-            Periods::UntilPeriodic => state.distance_n(&before) <= PERIODICITY * scale,
-            Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
+        } else if slides && end.periodic && input.periods == Periods::UntilPeriodic {
+            History::Periodic(before)
+        } else {
+            History::FromStart(period)
         };
         if end.periodic {
             break;
@@ -145,7 +166,7 @@ fn evaluate_pair(
         if period >= PLAIN_PERIODS {
             // Newton's step on (state after a period) = (state before it).
             let moved = [0, 1].map(|c| state.slid_n[c] - before.slid_n[c]);
-            let step = memory.fixed_point_step(moved);
+            let step = memory.map_or(moved, |memory| memory.fixed_point_step(moved));
             state.slid_n = [0, 1].map(|c| before.slid_n[c] + step[c]);
         }
     }
@@ -178,62 +199,73 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
     }
 }
 
-/// Evaluates one period from `state`. Returns whether the pair did not stick at some sample, and
-/// the memory of the period.
+/// Evaluates one period from `state`, up to where the pair is within `near_n` of where it was in the
+/// period before, if that is given. Returns the memory of the period, if all of it is evaluated.
 #[inline(always)]
 fn one_period(
     samples: usize,
     input: &PairInput<'_>,
     signals: &mut Signals,
     state: &mut State,
-    end: &mut PairEnd,
-) -> (bool, Memory) {
-    let (mut slips, mut memory) = (false, Memory::Whole);
+    near_n: Option<f64>,
+) -> Option<Memory> {
+    let mut memory = Memory::Whole;
     let between = input.periods == Periods::UntilPeriodic;
-    (end.open_samples, end.slid_n, end.rubbed_n2) = (0, 0.0, 0.0);
     let compression = |prediction_n: f64| (-prediction_n).max(0.0);
     let mut before_n = compression(signals.prediction(samples - 1, input.law.shift_n)[0]);
     for n in 0..samples {
+        let was = State {
+            contact: signals.contact[n],
+            slid_n: signals.passages[n].position_n,
+        };
+        let mut passage = Passage::default();
         if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
             let window = signals.window(n, input.law.shift_n);
             let passed = between_samples::pass(&window, *state, None, input.law);
             for visit in passed.visits.iter().flatten() {
-                slips |= visit.contact != Contact::Stick;
-                end.slid_n += visit.slid_n;
+                passage.slips |= visit.contact != Contact::Stick;
+                passage.slid_n += visit.slid_n;
                 let now_n = compression(visit.trial[0]);
-                end.rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
+                passage.rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
                 before_n = now_n;
                 memory = memory.after(visit, &input.law);
             }
             *state = passed.state;
             signals.write(n, state.contact, passed.force);
-            end.open_samples += usize::from(state.contact == Contact::Open);
-            continue;
-        }
-        let predicted = signals.prediction(n, input.law.shift_n);
-        let now = input.law.evaluate(predicted, *state);
-        signals.write(n, now.state.contact, now.force);
-        let now_n = compression(predicted[0]);
-        let mean_n = 0.5 * (before_n + now_n);
-        before_n = now_n;
-        match now.state.contact {
-            Contact::Stick => {}
-            Contact::Slip => {
-                slips = true;
-                let slid_n = now.state.distance_n(state);
-                end.slid_n += slid_n;
-                end.rubbed_n2 += mean_n * slid_n;
-                memory = memory.after_slip(input.law.slip_tangent(now.trial));
+        } else {
+            let predicted = signals.prediction(n, input.law.shift_n);
+            let now = input.law.evaluate(predicted, *state);
+            signals.write(n, now.state.contact, now.force);
+            let now_n = compression(predicted[0]);
+            match now.state.contact {
+                Contact::Stick => {}
+                Contact::Slip => {
+                    passage.slips = true;
+                    passage.slid_n = now.state.distance_n(state);
+                    passage.rubbed_n2 = 0.5 * (before_n + now_n) * passage.slid_n;
+                    memory = memory.after_slip(input.law.slip_tangent(now.trial));
+                }
+                Contact::Open => {
+                    passage.slips = true;
+                    memory = Memory::Lost;
+                }
             }
-            Contact::Open => {
-                slips = true;
-                end.open_samples += 1;
-                memory = Memory::Lost;
-            }
+            before_n = now_n;
+            *state = now.state;
         }
-        *state = now.state;
+        passage.position_n = state.slid_n;
+        signals.passages[n] = passage;
+        let is_near =
+            |near_n: f64| was.contact == state.contact && state.distance_n(&was) <= near_n;
+        if near_n.is_some_and(is_near) {
+            *state = State {
+                contact: signals.contact[samples - 1],
+                slid_n: signals.passages[samples - 1].position_n,
+            };
+            return None;
+        }
     }
-    (slips, memory)
+    Some(memory)
 }
 
 /// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
@@ -348,74 +380,88 @@ fn differentiate_pair(
     end: &PairEnd,
     derivative: &mut [f64],
 ) {
-    let (samples, width) = (fourier.samples(), fourier.width());
-    let full = 3 * width;
-    let (rows, changes) = match input.rounding {
-        Some(rounding) => (
-            rounded::derivative_rows(fourier, &input, rounding, signals),
-            Vec::new(),
-        ),
+    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
+    let row = 3 * block;
+    let found = match input.rounding {
+        Some(rounding) => rounded::derivative_rows(fourier, &input, rounding, signals),
         None => derivative_signals(fourier, &input, signals, end),
     };
     // The coefficients of those signals: sums with the synthesis, weighted as in the analysis.
-    let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
-    let mut sums = Mat::zeros(width + 2 * full, width);
+    let synthesis =
+        MatRef::from_row_major_slice_with_stride(fourier.synthesis(), samples, width, block);
+    let mut sums = Mat::zeros(block + 2 * row, width);
     matmul(
         sums.as_mut(),
         Accum::Replace,
-        MatRef::from_column_major_slice(&rows, width + 2 * full, samples),
+        MatRef::from_column_major_slice(&found.signals, block + 2 * row, samples),
         synthesis,
         1.0 / samples as f64,
         Par::Seq,
     );
-    derivative.fill(0.0);
+    // Rows of all columns, component-major as the derivative.
+    let mut rows = vec![0.0; 3 * width * row];
     for h in 0..width {
         let weight = if h == 0 { 1.0 } else { 2.0 };
-        let (normal, tangential) = sums.col_as_slice(h).split_at(width);
-        let parts = [normal].into_iter().chain(tangential.chunks_exact(full));
+        let (normal, tangential) = sums.col_as_slice(h).split_at(block);
+        let parts = [normal].into_iter().chain(tangential.chunks_exact(row));
         for (c, part) in parts.enumerate() {
-            let row = &mut derivative[(c * width + h) * full..][..part.len()];
-            row.iter_mut().zip(part).for_each(|(d, v)| *d = weight * v);
+            let row = rows[(c * width + h) * row..].iter_mut();
+            row.zip(part).for_each(|(d, v)| *d = weight * v);
         }
     }
-    for change in &changes {
+    for (sample, change) in &found.normal_changes {
         let mut of_sample = vec![0.0; width];
-        between_samples::add_to_coefficients(fourier, change.sample, 1.0, &mut of_sample);
-        let first = change.component * width * full;
-        let rows = derivative[first..first + width * full].chunks_exact_mut(full);
-        for (row, by) in rows.zip(of_sample) {
-            let ends = row.iter_mut().zip(&change.row);
-            ends.for_each(|(d, v)| *d += by * v);
+        between_samples::add_to_coefficients(fourier, *sample, 1.0, &mut of_sample);
+        for (own, by) in rows.chunks_exact_mut(row).zip(of_sample) {
+            add(by, change, own);
+        }
+    }
+    let start = found.end.map(|end| fixed_point(&end, width, block));
+    for (out, row) in derivative
+        .chunks_exact_mut(3 * width)
+        .zip(rows.chunks_exact_mut(row))
+    {
+        if let Some([first, second]) = &start {
+            let [by_first, by_second] = state_columns(width, block).map(|column| row[column]);
+            for (d, (a, b)) in row.iter_mut().zip(first.iter().zip(second)) {
+                *d += by_first * a + by_second * b;
+            }
+        }
+        for (out, part) in out.chunks_exact_mut(width).zip(row.chunks_exact(block)) {
+            out.copy_from_slice(&part[..width]);
         }
     }
 }
 
-/// Derivative of the contact force at the samples of the last period, 2H+1 + 2 (3(2H+1)) each, and
-/// of its corrections.
 #[inline(always)]
 fn derivative_signals(
     fourier: &Fourier,
     input: &PairInput<'_>,
     signals: &Signals,
     end: &PairEnd,
-) -> (Vec<f64>, Vec<Change>) {
-    let (samples, width) = (fourier.samples(), fourier.width());
-    let full = 3 * width;
+) -> DerivativeSignals {
+    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
+    let row = 3 * block;
     let mut pass = Pass {
         fourier,
         input,
         signals,
         law: input.law,
         state: input.start,
-        history: vec![0.0; 2 * full],
-        force_rows: vec![0.0; 2 * full],
-        changes: Vec::new(),
+        history: vec![0.0; 2 * row],
+        force_rows: vec![0.0; 2 * row],
+        normal_changes: Vec::new(),
     };
+    let mut is_fixed_point = false;
     match end.history {
         History::FromStart(periods) => {
             for _ in 1..periods {
                 pass.period(None);
             }
+        }
+        History::Periodic(start) => {
+            is_fixed_point = true;
+            pass.state = start;
         }
         History::FixedPoint {
             slipping,
@@ -423,19 +469,26 @@ fn derivative_signals(
             touch_n,
         } => {
             pass.law.touch_n = touch_n;
-            // d state = (I - memory)^-1 d(period map).
             pass.state = slipping;
-            let memory = pass.period(None);
-            let (first, second) = pass.history.split_at_mut(full);
-            for (a, b) in first.iter_mut().zip(second) {
-                [*a, *b] = memory.fixed_point_step([*a, *b]);
+            is_fixed_point = slipping == last;
+            if !is_fixed_point {
+                pass.history = own_state(width, block);
+                pass.period(None);
+                pass.history = fixed_point(&pass.history, width, block).concat();
             }
             pass.state = last;
         }
     }
-    let mut rows = vec![0.0; (width + 2 * full) * samples];
+    if is_fixed_point {
+        pass.history = own_state(width, block);
+    }
+    let mut rows = vec![0.0; (block + 2 * row) * samples];
     pass.period(Some(&mut rows));
-    (rows, pass.changes)
+    DerivativeSignals {
+        signals: rows,
+        normal_changes: pass.normal_changes,
+        end: is_fixed_point.then_some(pass.history),
+    }
 }
 
 /// Propagation of the derivative of the state along the samples.
@@ -446,66 +499,60 @@ struct Pass<'a> {
     /// Law with which the pair goes from sample to sample.
     law: PredictedLaw,
     state: State,
-    /// Derivative d lambda_x / d lambda_u, two rows of 3(2H+1).
+    /// Derivative of lambda_x, two rows ([`DerivativeSignals`]).
     history: Vec<f64>,
     force_rows: Vec<f64>,
-    /// Derivatives of the corrections of the samples of the last period.
-    changes: Vec<Change>,
+    /// What the tangential predictions do to the normal force at samples, a row each.
+    normal_changes: Vec<(usize, Vec<f64>)>,
 }
 
 impl Pass<'_> {
-    /// Goes through one period. Writes the derivative of the force at each sample into `rows`, if
-    /// given: of its normal part by the coefficients of the normal prediction, and of both
-    /// tangential ones by all, 2H+1 + 2 (3(2H+1)).
+    /// Goes through one period. Adds the derivative of the force at each sample to `rows`, if given
+    /// ([`DerivativeSignals::signals`]).
     #[inline(always)]
-    fn period(&mut self, mut rows: Option<&mut [f64]>) -> Memory {
-        let (samples, width) = (self.fourier.samples(), self.fourier.width());
-        let full = 3 * width;
+    fn period(&mut self, mut rows: Option<&mut [f64]>) {
+        let (samples, block) = (self.fourier.samples(), self.fourier.padded_width());
+        let size = 7 * block;
         let between = self.input.periods == Periods::UntilPeriodic;
         let law = self.law;
-        let mut memory = Memory::Whole;
         for n in 0..samples {
-            let s = self.fourier.synthesis_row(n);
-            let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
-            let row = rows.as_deref_mut();
-            let is_last = row.is_some();
-            let row =
-                row.map(|r| r[n * (width + 2 * full)..][..width + 2 * full].split_at_mut(width));
-            if is_last && between {
-                self.add_changes(n);
+            let s = self.fourier.padded_row(n);
+            if let Some(rows) = rows.as_deref_mut()
+                && between
+                && self.signals.turns(n, &self.input.law)
+            {
+                self.add_corrections(n, rows);
             }
-            let passed = (between
-                && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n)))
-            .then(|| self.pass_interval(n))
-            .filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
+            let row = rows.as_deref_mut();
+            let row = row.map(|r| r[n * size..][..size].split_at_mut(block));
+            let passes =
+                between && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n));
+            let passed = passes.then(|| self.pass_interval(n));
+            let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
             if let Some(passed) = passed {
                 self.go_through_interval(n, &passed);
-                for visit in passed.visits.iter().flatten() {
-                    memory = memory.after(visit, &law);
-                }
                 if let Some(row) = row.filter(|_| passed.state.contact != Contact::Open) {
-                    prediction_rows(s, &self.history, row);
+                    add_prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
+            let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
             self.state = now.state;
             if now.state.contact == Contact::Stick {
                 if let Some(row) = row {
-                    prediction_rows(s, &self.history, row);
+                    add_prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
             if now.state.contact == Contact::Slip {
                 let tangent = law.slip_tangent(now.trial);
                 slip_rows(tangent, s, &self.history, &mut self.force_rows);
-                memory = memory.after_slip(tangent);
                 if let Some((normal, tangential)) = row {
-                    normal.copy_from_slice(s);
-                    tangential.copy_from_slice(&self.force_rows);
+                    add(1.0, s, normal);
+                    add(1.0, &self.force_rows, tangential);
                 }
             } else {
                 self.force_rows.fill(0.0);
-                memory = Memory::Lost;
             }
             // history = S_T - d lambda_T
             self.history
@@ -514,7 +561,6 @@ impl Pass<'_> {
                 .for_each(|(g, f)| *g = -f);
             add_own(s, &mut self.history);
         }
-        memory
     }
 
     /// Passes the interval that ends at sample `n`.
@@ -524,81 +570,87 @@ impl Pass<'_> {
     }
 
     /// Goes on to sample `n`, with the derivative of what happens before it.
+    #[inline(always)]
     fn go_through_interval(&mut self, n: usize, passed: &Passed<f64>) {
-        let rows = self.interval_rows(n, self.state, None, self.law, [6, 7]);
-        self.history = rows.concat();
+        let window = self.signals.window(n, self.law.shift_n);
+        let derivative = between_samples::derivative(&window, self.state, None, self.law);
+        let mut rows = vec![0.0; self.history.len()];
+        let (first, second) = rows.split_at_mut(3 * self.fourier.padded_width());
+        self.add_row(n, &derivative.slid_n[0], first);
+        self.add_row(n, &derivative.slid_n[1], second);
+        self.history = rows;
         self.state = passed.state;
     }
 
-    /// Adds the derivative of the corrections of the interval that ends at sample `n`. A pair that
-    /// touches its cone there without sliding sticks: it is corrected as one that sticks.
-    fn add_changes(&mut self, n: usize) {
+    /// Adds the derivative of the corrections of the interval that ends at sample `n` to the rows of
+    /// the samples that are corrected. A pair that touches its cone there without sliding sticks: it
+    /// is corrected as one that sticks.
+    #[inline(always)]
+    fn add_corrections(&mut self, n: usize, rows: &mut [f64]) {
         let law = self.input.law;
-        if !self.signals.turns(n, &law) {
-            return;
-        }
         let [before, now] = [self.signals.before(n), n];
         let [contact, at_end] = [before, now].map(|n| self.signals.contact[n]);
         let state = State {
             contact,
             ..self.state
         };
-        let rows = self.interval_rows(n, state, Some(at_end), law, [0, 1, 2, 3, 4, 5]);
-        let ends = [before, now]
-            .into_iter()
-            .flat_map(|n| [0, 1, 2].map(|c| (n, c)));
-        let changes = ends.zip(rows).map(|((sample, component), row)| Change {
-            sample,
-            component,
-            row,
-        });
-        self.changes.extend(changes);
-    }
-
-    /// Derivative of these outputs of the interval that ends at sample `n` by all coefficients.
-    fn interval_rows<const N: usize>(
-        &self,
-        n: usize,
-        state: State,
-        at_end: Option<Contact>,
-        law: PredictedLaw,
-        outputs: [usize; N],
-    ) -> [Vec<f64>; N] {
-        let width = self.fourier.width();
         let window = self.signals.window(n, law.shift_n);
-        let derivative = between_samples::derivative(&window, state, at_end, law);
-        let around = self.signals.around(n);
-        outputs.map(|output| {
-            let mut row = vec![0.0; 3 * width];
-            for (at, sample) in around.iter().enumerate() {
-                let s = self.fourier.synthesis_row(*sample);
-                for (c, own) in row.chunks_exact_mut(width).enumerate() {
-                    let by = derivative[(output, 3 * at + c)];
-                    own.iter_mut().zip(s).for_each(|(r, s)| *r += by * s);
-                }
+        let derivative = between_samples::derivative(&window, state, Some(at_end), law);
+        let block = self.fourier.padded_width();
+        let corrections = derivative.corrections.chunks_exact(3);
+        for (sample, by) in [before, now].into_iter().zip(corrections) {
+            let row = &mut rows[7 * block * sample..7 * block * (sample + 1)];
+            let (normal, tangential) = row.split_at_mut(block);
+            for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+                add(by[0][3 * at], self.fourier.padded_row(sample), normal);
             }
-            for (c, history) in self.history.chunks_exact(3 * width).enumerate() {
-                let by = derivative[(output, 12 + c)];
-                row.iter_mut().zip(history).for_each(|(r, g)| *r += by * g);
+            self.add_to_normal(n, sample, &by[0]);
+            let (first, second) = tangential.split_at_mut(3 * block);
+            self.add_row(n, &by[1], first);
+            self.add_row(n, &by[2], second);
+        }
+    }
+
+    /// Keeps the derivative of the normal correction of a sample by the tangential predictions, where a
+    /// pair opens or closes in the interval in which it reverses.
+    fn add_to_normal(&mut self, n: usize, sample: usize, by: &ByInputs) {
+        let mut tangential = *by;
+        (0..4).for_each(|at| tangential[3 * at] = 0.0);
+        if tangential.iter().any(|v| *v != 0.0) {
+            let mut row = vec![0.0; 3 * self.fourier.padded_width()];
+            self.add_row(n, &tangential, &mut row);
+            self.normal_changes.push((sample, row));
+        }
+    }
+
+    /// Adds to a row a derivative by the window of the interval that ends at sample `n`, and by the
+    /// state before it.
+    #[inline(always)]
+    fn add_row(&self, n: usize, by: &ByInputs, row: &mut [f64]) {
+        let block = self.fourier.padded_width();
+        for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+            let s = self.fourier.padded_row(sample);
+            for (c, own) in row.chunks_exact_mut(block).enumerate() {
+                add(by[3 * at + c], s, own);
             }
-            row
-        })
+        }
+        let (first, second) = self.history.split_at(3 * block);
+        add(by[12], first, row);
+        add(by[13], second, row);
     }
 }
 
-/// Derivative of a correction of a sample by all coefficients, 3(2H+1).
-struct Change {
-    sample: usize,
-    component: usize,
-    row: Vec<f64>,
+/// Adds a multiple of a row to another.
+#[inline(always)]
+fn add(by: f64, from: &[f64], to: &mut [f64]) {
+    to.iter_mut().zip(from).for_each(|(to, v)| *to += by * v);
 }
 
-/// Derivative where the force is the prediction: S_N, and S_T - history.
+/// Adds the derivative where the force is the prediction: S_N, and S_T - history.
 #[inline(always)]
-fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64], &mut [f64])) {
-    normal.copy_from_slice(s);
-    let ends = tangential.iter_mut().zip(history);
-    ends.for_each(|(t, g)| *t = -g);
+fn add_prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64], &mut [f64])) {
+    add(1.0, s, normal);
+    add(-1.0, history, tangential);
     add_own(s, tangential);
 }
 
@@ -776,6 +828,36 @@ mod tests {
                 assert!(own < 0.4 * at_samples, "{swing}: {own}, {at_samples}");
             }
         }
+    }
+
+    #[test]
+    fn a_period_that_is_cut_short_ends_as_a_whole_one() {
+        let fourier = Fourier::new(3, 64);
+        let mut slid = 0;
+        for trial in 0..30 {
+            let f = force(fourier.width(), trial as f64);
+            let input = shifted(&f);
+            let mut signals = Signals::new(64);
+            let mut lambda = vec![0.0; f.len()];
+            let end = contact_forces(&fourier, input, &mut signals, &mut lambda);
+            // Once more from where it ends, to its end.
+            let mut state = State {
+                contact: signals.contact[63],
+                slid_n: signals.passages[63].position_n,
+            };
+            let mut whole = Signals::new(64);
+            whole.lambda_u.copy_from_slice(&signals.lambda_u);
+            whole.reverses.copy_from_slice(&signals.reverses);
+            assert!(one_period(64, &input, &mut whole, &mut state, None).is_some());
+            assert_eq!(whole.contact, signals.contact);
+            for (a, b) in whole.lambda.iter().zip(&signals.lambda) {
+                assert!((a - b).abs() < 1e-10, "trial {trial}: {a} {b}");
+            }
+            let path: f64 = whole.passages.iter().map(|passage| passage.slid_n).sum();
+            assert!((path - end.slid_n).abs() < 1e-9, "{path} {}", end.slid_n);
+            slid += usize::from(path > 0.1);
+        }
+        assert!(slid > 10, "{slid}");
     }
 
     #[test]

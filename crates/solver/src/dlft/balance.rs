@@ -394,30 +394,31 @@ impl<'a> Balance<'a> {
         normal.map(|lambda| 0.0 - lambda).collect()
     }
 
-    /// Jacobian J at the U whose evaluation gave `lambda_u`.
-    pub fn linearise(&self, lambda_u: &[f64]) -> Jacobian {
-        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+    /// Jacobian J at the U of an evaluation.
+    pub fn linearise(&self, evaluation: &Evaluation) -> Jacobian {
+        let fourier = self.setting.fourier;
         let width = fourier.width();
-        let found: Vec<Option<Vec<f64>>> = (0..n / 3)
-            .into_par_iter()
+        let found: Vec<Option<Vec<f64>>> = (evaluation.ends.par_iter().enumerate())
             .with_min_len(8)
             .map_init(
                 || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
-                |(signals, lambda), pair| {
-                    let force = self.prediction(lambda_u, pair);
+                |(signals, lambda), (pair, end)| {
+                    let law = self.law(pair);
+                    if end.always_stuck && law.is_rigid {
+                        return None;
+                    }
+                    let force = self.prediction(&evaluation.lambda_u, pair);
                     let input = self.input(pair, &force);
                     let end = contact_forces(fourier, input, signals, lambda);
-                    (!(end.always_stuck && input.law.is_rigid)).then(|| {
-                        let mut derivative = vec![0.0; 9 * width * width];
-                        contact_force_derivative(fourier, input, signals, &end, &mut derivative);
-                        if !input.law.is_rigid {
-                            let parts = derivative.chunks_exact_mut(width);
-                            for (part, share) in parts.zip(input.law.shares.into_iter().cycle()) {
-                                part.iter_mut().for_each(|d| *d *= share);
-                            }
+                    let mut derivative = vec![0.0; 9 * width * width];
+                    contact_force_derivative(fourier, input, signals, &end, &mut derivative);
+                    if !law.is_rigid {
+                        let parts = derivative.chunks_exact_mut(width);
+                        for (part, share) in parts.zip(law.shares.into_iter().cycle()) {
+                            part.iter_mut().for_each(|d| *d *= share);
                         }
-                        derivative
-                    })
+                    }
+                    Some(derivative)
                 },
             )
             .collect();

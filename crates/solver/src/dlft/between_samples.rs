@@ -6,13 +6,14 @@
 //! to corner, and its integral over the interval replaces that of the rule. Without this, friction
 //! would reverse at whole samples only, and the motion would lock to them.
 //!
-//! All of it is written for real numbers and for numbers with derivatives alike.
+//! All of it is written for real numbers and for numbers with derivatives alike, and is inlined into
+//! functions that use the vectors of the processor.
 
 use crate::contact::coulomb::Contact;
-use crate::contact::{PredictedLaw, Real, State};
+use crate::contact::{PredictedLaw, State};
+use dovetail_numerics::dual::{Dual, Real, three, two};
 use dovetail_numerics::fourier::Fourier;
-use nalgebra_sparse::na::{SMatrix, SVector};
-use num_dual::{DualSVec64, jacobian};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Predicted forces (N with the clearance, t1, t2) at four samples, N: those two at the ends of the
 /// interval in the middle.
@@ -53,15 +54,18 @@ impl Visit {
 }
 
 /// Rates of the prediction at both ends of the interval, by central differences, N per interval.
+#[inline(always)]
 fn rates<D: Real>(window: &Window<D>) -> [[D; 3]; 2] {
-    [1, 2].map(|n| [0, 1, 2].map(|c| (window[n + 1][c] - window[n - 1][c]) * 0.5))
+    two(|i| three(|c| (window[i + 2][c] - window[i][c]) * 0.5))
 }
 
 /// Fraction of the interval at which the tangential prediction is slowest, where that is inside,
 /// with rates that are linear in time. On a straight line the prediction reverses there.
+#[inline(always)]
 fn reversal<D: Real>([first, last]: [[D; 3]; 2]) -> Option<D> {
     let change = [last[1] - first[1], last[2] - first[2]];
-    let [before, after] = [first, last].map(|r| r[1] * change[0] + r[2] * change[1]);
+    let along = |r: [D; 3]| r[1] * change[0] + r[2] * change[1];
+    let (before, after) = (along(first), along(last));
     (before.re() < 0.0 && after.re() > 0.0).then(|| -before / (after - before))
 }
 
@@ -78,6 +82,7 @@ pub fn reverses(window: [[f64; 2]; 4]) -> bool {
 /// beginning. `at_end` is the status of the pair at the end, where it is known: a pair that touches
 /// its cone there may stick or slip by rounding, and the next interval must start from the same
 /// status.
+#[inline(always)]
 pub fn pass<D: Real>(
     window: &Window<D>,
     state: State<D>,
@@ -101,17 +106,28 @@ pub fn pass<D: Real>(
     };
     let end = D::from(1.0);
     let [first, last] = rates(window);
-    let (middle, visit) = match reversal([first, last]).filter(|_| law.rubs()) {
-        None => (None, walk.go_to(end, to, [first, last])),
-        Some(at) => {
-            let slowest = [0, 1, 2].map(|c| first[c] + (last[c] - first[c]) * at);
-            let there = [0, 1, 2].map(|c| {
-                from[c] + (to[c] - from[c] - (last[c] - first[c]) * (-at + 1.0) * 0.5) * at
-            });
-            let middle = walk.go_to(at, there, [first, slowest]);
-            (Some(middle), walk.go_to(end, to, [slowest, last]))
-        }
-    };
+    let turn = reversal([first, last]).filter(|_| law.rubs());
+    let mut visits = [None; 2];
+    for (part, visit) in visits.iter_mut().enumerate() {
+        let (at, there, rates) = match (turn, part) {
+            (None, 0) => continue,
+            (None, _) => (end, to, [first, last]),
+            (Some(at), part) => {
+                let slowest = three(|c| first[c] + (last[c] - first[c]) * at);
+                match part {
+                    0 => {
+                        let there = three(|c| {
+                            let curve = (last[c] - first[c]) * (-at + 1.0) * 0.5;
+                            from[c] + (to[c] - from[c] - curve) * at
+                        });
+                        (at, there, [first, slowest])
+                    }
+                    _ => (end, to, [slowest, last]),
+                }
+            }
+        };
+        *visit = Some(walk.go_to(at, there, rates));
+    }
     let ends = [
         End {
             contact,
@@ -128,7 +144,7 @@ pub fn pass<D: Real>(
         state: walk.state,
         force: walk.force,
         corrections: walk.path.corrections(ends),
-        visits: [middle, Some(visit)],
+        visits,
     }
 }
 
@@ -161,10 +177,10 @@ struct Stretch<D> {
 
 impl<D: Real> Stretch<D> {
     /// Stretch with the rates of the prediction at its beginning and at its end.
+    #[inline(always)]
     fn new([begin, end]: [D; 2], from: [D; 3], to: [D; 3], rates: [[D; 3]; 2]) -> Self {
-        let step = [0, 1, 2].map(|c| to[c] - from[c]);
-        let along = rates.map(|r| r[1] * step[1] + r[2] * step[2]);
-        let [first, last] = along.map(positive);
+        let step = three(|c| to[c] - from[c]);
+        let [first, last] = two(|i| positive(rates[i][1] * step[1] + rates[i][2] * step[2]));
         let sum = first + last;
         let length = end - begin;
         Self {
@@ -173,7 +189,7 @@ impl<D: Real> Stretch<D> {
             from,
             step,
             rates,
-            curve: [0, 1, 2].map(|c| (rates[1][c] - rates[0][c]) * length * 0.5),
+            curve: three(|c| (rates[1][c] - rates[0][c]) * length * 0.5),
             bend: if sum.re() > 0.0 {
                 (last - first) / sum
             } else {
@@ -182,12 +198,15 @@ impl<D: Real> Stretch<D> {
         }
     }
     /// Fraction of the interval at a time of the stretch.
+    #[inline(always)]
     fn at(&self, time: D) -> D {
         self.begin + self.length * time
     }
+    #[inline(always)]
     fn way(&self, time: D) -> D {
         time * (-self.bend + 1.0) + time * time * self.bend
     }
+    #[inline(always)]
     fn time(&self, way: D) -> D {
         let start = -self.bend + 1.0;
         let under = start * start + self.bend * way * 4.0;
@@ -197,22 +216,25 @@ impl<D: Real> Stretch<D> {
         }
         way * 2.0 / (start + under.sqrt())
     }
+    #[inline(always)]
     fn tangential(&self, way: D) -> [D; 2] {
-        [1, 2].map(|c| self.from[c] + self.step[c] * way)
+        two(|c| self.from[c + 1] + self.step[c + 1] * way)
     }
     /// Integral and first moment over the interval of component `c` of the prediction minus
     /// `offset`, between two times.
+    #[inline(always)]
     fn integrals(&self, c: usize, offset: D, times: [D; 2]) -> [D; 2] {
         let level = self.from[c] - offset;
         let (straight, curve) = (self.step[c] - self.curve[c], self.curve[c]);
-        let [first, last] = times.map(|t| {
+        let [first, last] = two(|i| {
+            let t = times[i];
             let (square, cube) = (t * t, t * t * t);
             [
                 level * t + straight * square * 0.5 + curve * cube / 3.0,
                 level * square * 0.5 + straight * cube / 3.0 + curve * cube * t * 0.25,
             ]
         });
-        let [sum, moment] = [0, 1].map(|i| (last[i] - first[i]) * self.length);
+        let [sum, moment] = two(|i| (last[i] - first[i]) * self.length);
         [sum, self.begin * sum + self.length * moment]
     }
 }
@@ -220,9 +242,10 @@ impl<D: Real> Stretch<D> {
 impl<D: Real> Walk<D> {
     /// Goes on to where the prediction is `to`, and evaluates the law there. `rates` are the rates
     /// of the prediction at both ends.
+    #[inline(always)]
     fn go_to(&mut self, at: D, to: [D; 3], rates: [[D; 3]; 2]) -> Visit {
         let stretch = Stretch::new([self.at, at], self.predicted, to, rates);
-        let [zero, one] = [0.0, 1.0].map(D::from);
+        let (zero, one) = (D::from(0.0), D::from(1.0));
         let was_open = self.state.contact == Contact::Open;
         let opens = to[0].re() >= 0.0;
         // Time at which N is zero.
@@ -286,6 +309,7 @@ impl<D: Real> Walk<D> {
 }
 
 /// Positive part of `v`.
+#[inline(always)]
 fn positive<D: Real>(v: D) -> D {
     if v.re() > 0.0 { v } else { D::from(0.0) }
 }
@@ -307,6 +331,7 @@ struct Path<D> {
 }
 
 impl<D: Real> Path<D> {
+    #[inline(always)]
     fn new() -> Self {
         Self {
             force: [[D::from(0.0); 2]; 3],
@@ -316,17 +341,19 @@ impl<D: Real> Path<D> {
 
     /// Adds a part where component `c` of the force is the prediction minus `offset`, between two
     /// times.
+    #[inline(always)]
     fn follow(&mut self, stretch: &Stretch<D>, c: usize, offset: D, times: [D; 2]) {
         let [sum, moment] = stretch.integrals(c, offset, times);
         self.force[c][0] += sum;
         self.force[c][1] += moment;
-        let [first, last] = stretch.rates.map(|rate| rate[c] * stretch.length);
+        let [first, last] = two(|i| stretch.rates[i][c] * stretch.length);
         let [begin, end] = times;
         self.followed[c] +=
             first * (end - begin) + (last - first) * (end * end - begin * begin) * 0.5;
     }
 
     /// Adds a part where the pair sticks, between two times.
+    #[inline(always)]
     fn stick(&mut self, stretch: &Stretch<D>, state: [D; 2], times: [D; 2]) {
         if times[1].re() > 0.0 {
             self.follow(stretch, 1, state[0], times);
@@ -335,6 +362,7 @@ impl<D: Real> Path<D> {
     }
 
     /// Adds a part where the tangential force is linear in time.
+    #[inline(always)]
     fn straight(&mut self, begin: D, end: D, first: [D; 2], last: [D; 2]) {
         let length = end - begin;
         for c in 0..2 {
@@ -353,10 +381,11 @@ impl<D: Real> Path<D> {
     /// therefore added where the force follows the prediction at the end, and subtracted where it
     /// does so at the beginning. What the force follows moves from sample to sample so that no
     /// correction is left where it does so throughout.
+    #[inline(always)]
     fn corrections(&self, ends: [End<D>; 2]) -> [[D; 3]; 2] {
         let of = |c: usize| {
             let [sum, moment] = self.force[c];
-            let [first, last] = [0, 1].map(|i| ends[i].force[c]);
+            let [first, last] = two(|i| ends[i].force[c]);
             let followed = self.followed[c] / 12.0;
             let mut own = [
                 sum - moment - first / 3.0 - last / 6.0 + followed,
@@ -373,38 +402,77 @@ impl<D: Real> Path<D> {
             }
             own
         };
-        let [normal, t1, t2] = [0, 1, 2].map(of);
-        [0, 1].map(|end| [normal[end], t1[end], t2[end]])
+        let [normal, t1, t2] = three(of);
+        two(|end| [normal[end], t1[end], t2[end]])
     }
 }
 
 /// Number of entries of a window and of a state.
 pub const INPUTS: usize = 14;
-/// Number of entries of the two corrections and of the state after the interval.
-pub const OUTPUTS: usize = 8;
+/// Number of derivatives of a number: those by all inputs, and as many more as fill the vectors of a
+/// processor.
+const LANES: usize = INPUTS.next_multiple_of(8);
 
-/// Derivative of the corrections at the beginning (N, t1, t2) and at the end, and of the state
-/// after the interval. It is taken by the window, sample after sample, and the state before the
-/// interval.
+/// Derivative of something by the window, sample after sample, and by the state before the interval.
+pub type ByInputs = [f64; LANES];
+
+/// Derivatives of what an interval does.
+pub struct PassedDerivative {
+    /// Derivatives of the corrections at the beginning (N, t1, t2) and at the end.
+    pub corrections: [ByInputs; 6],
+    /// Derivatives of the state after the interval.
+    pub slid_n: [ByInputs; 2],
+}
+
+/// Derivatives of [`pass`].
 pub fn derivative(
     window: &Window<f64>,
     state: State,
     at_end: Option<Contact>,
     law: PredictedLaw,
-) -> SMatrix<f64, OUTPUTS, INPUTS> {
-    let inputs = window.iter().flatten().copied().chain(state.slid_n);
-    let through = |v: SVector<DualSVec64<INPUTS>, INPUTS>| {
-        let window = [0, 1, 2, 3].map(|n| [0, 1, 2].map(|c| v[3 * n + c]));
+) -> PassedDerivative {
+    Arch::new().dispatch(Differentiate {
+        window,
+        state,
+        at_end,
+        law,
+    })
+}
+
+/// [`derivative`] with the widest vectors of the processor.
+struct Differentiate<'a> {
+    window: &'a Window<f64>,
+    state: State,
+    at_end: Option<Contact>,
+    law: PredictedLaw,
+}
+
+impl WithSimd for Differentiate<'_> {
+    type Output = PassedDerivative;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PassedDerivative {
+        let number = Dual::<LANES>::independent;
+        let at = |n: usize| three(|c| number(self.window[n][c], 3 * n + c));
+        let window = [at(0), at(1), at(2), at(3)];
         let state = State {
-            contact: state.contact,
-            slid_n: [v[12], v[13]],
+            contact: self.state.contact,
+            slid_n: two(|c| number(self.state.slid_n[c], 12 + c)),
         };
-        let passed = pass(&window, state, at_end, law);
+        let passed = pass(&window, state, self.at_end, self.law);
         let [first, last] = passed.corrections;
-        let outputs = first.into_iter().chain(last).chain(passed.state.slid_n);
-        SVector::<DualSVec64<INPUTS>, OUTPUTS>::from_iterator(outputs)
-    };
-    jacobian(through, &SVector::from_iterator(inputs)).1
+        PassedDerivative {
+            corrections: [
+                first[0].by,
+                first[1].by,
+                first[2].by,
+                last[0].by,
+                last[1].by,
+                last[2].by,
+            ],
+            slid_n: two(|c| passed.state.slid_n[c].by),
+        }
+    }
 }
 
 /// Adds the correction of a sample to the coefficients of a signal (2H+1).

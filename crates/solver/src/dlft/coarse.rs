@@ -4,7 +4,9 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::Range;
 
 use super::linear_system::LinearSystem;
 use crate::problem::inexact::Inexact;
@@ -103,7 +105,7 @@ impl Columns {
     /// Block row `to` of `W^T J W`, transposed: all columns x motions.
     fn rows_of(&self, linear: &LinearSystem, to: usize) -> Mat<f32> {
         let (width, motions) = (linear.width(), self.motions);
-        let (size, full) = (width * motions, 3 * width);
+        let size = width * motions;
         let mut rows = Mat::<f32>::zeros(size, motions);
         let mut image = Mat::<f32>::zeros(size, 3 * PAIRS);
         let mut difference = vec![0.0_f32; motions];
@@ -111,37 +113,14 @@ impl Columns {
         for start in (0..pairs).step_by(PAIRS) {
             let end = pairs.min(start + PAIRS);
             image.fill(0.0);
-            for pair in start..end {
-                let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
-                for from in 0..width {
-                    for (row, part, sign) in self.coupled(from) {
-                        for c in 0..3 {
-                            // Entry (c, row) of the pair under the motions of block `from`.
-                            let i = 3 * pair + c;
-                            let force = part.col_as_slice(i);
-                            if row == to {
-                                let out = image.col_as_slice_mut(3 * (pair - start) + c);
-                                let out = out[from * motions..(from + 1) * motions].iter_mut();
-                                out.zip(force).for_each(|(o, f)| *o += sign * f);
-                            }
-                            let eps = if row == from { linear.eps[i] } else { 0.0 };
-                            let own = self.own.col_as_slice(i).iter();
-                            for ((a, f), w) in difference.iter_mut().zip(force).zip(own) {
-                                *a = sign * f - eps * w;
-                            }
-                            let d = &d[(c * width + row) * full..(c * width + row + 1) * full];
-                            for r in 0..3 {
-                                let by = d[r * width + to];
-                                if by != 0.0 {
-                                    let out = image.col_as_slice_mut(3 * (pair - start) + r);
-                                    let out = out[from * motions..(from + 1) * motions].iter_mut();
-                                    out.zip(&difference).for_each(|(o, a)| *o -= by * a);
-                                }
-                            }
-                        }
-                    }
-                }
-            }
+            Arch::new().dispatch(Images {
+                of: self,
+                linear,
+                to,
+                pairs: start..end,
+                image: &mut image,
+                difference: &mut difference,
+            });
             let count = 3 * (end - start);
             matmul(
                 rows.as_mut(),
@@ -171,5 +150,66 @@ impl Columns {
             }
         };
         [(from, own, 1.0)].into_iter().chain(other)
+    }
+}
+
+/// Columns of J W on some pairs, at block `to`, one after the other; made with the widest vectors of
+/// the processor.
+struct Images<'a> {
+    of: &'a Columns,
+    linear: &'a LinearSystem,
+    to: usize,
+    pairs: Range<usize>,
+    image: &'a mut Mat<f32>,
+    /// Room for one column.
+    difference: &'a mut [f32],
+}
+
+impl WithSimd for Images<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            of,
+            linear,
+            to,
+            pairs,
+            image,
+            difference,
+        } = self;
+        let (width, motions) = (linear.width(), of.motions);
+        let full = 3 * width;
+        for pair in pairs.clone() {
+            let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
+            for from in 0..width {
+                for (row, part, sign) in of.coupled(from) {
+                    for c in 0..3 {
+                        // Entry (c, row) of the pair under the motions of block `from`.
+                        let i = 3 * pair + c;
+                        let force = part.col_as_slice(i);
+                        if row == to {
+                            let out = image.col_as_slice_mut(3 * (pair - pairs.start) + c);
+                            let out = out[from * motions..(from + 1) * motions].iter_mut();
+                            out.zip(force).for_each(|(o, f)| *o += sign * f);
+                        }
+                        let eps = if row == from { linear.eps[i] } else { 0.0 };
+                        let own = of.own.col_as_slice(i).iter();
+                        for ((a, f), w) in difference.iter_mut().zip(force).zip(own) {
+                            *a = sign * f - eps * w;
+                        }
+                        let d = &d[(c * width + row) * full..(c * width + row + 1) * full];
+                        for r in 0..3 {
+                            let by = d[r * width + to];
+                            if by != 0.0 {
+                                let out = image.col_as_slice_mut(3 * (pair - pairs.start) + r);
+                                let out = out[from * motions..(from + 1) * motions].iter_mut();
+                                out.zip(&*difference).for_each(|(o, a)| *o -= by * a);
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
 }

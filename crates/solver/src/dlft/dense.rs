@@ -131,7 +131,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
     }
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
         let balance = self.evaluator.balance;
-        let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
+        let jacobian = balance.linearise(self.evaluator.at(x));
         formed(balance, &jacobian)
     }
 }

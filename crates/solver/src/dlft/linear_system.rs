@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dovetail_numerics::spectrum::blocks;
 use faer::{Mat, MatRef};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::retention::Retention;
 use crate::problem::dynamic_stiffness::Coefficients;
@@ -56,10 +57,27 @@ impl LinearSystem {
 
     /// Computes y := y - D a, with a from each entry of y, its row and its block.
     fn subtract_contact_response(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
-        let width = self.width();
+        Arch::new().dispatch(Subtract { of: self, y, a });
+    }
+}
+
+/// [`LinearSystem::subtract_contact_response`] with the widest vectors of the processor.
+struct Subtract<'a, A> {
+    of: &'a LinearSystem,
+    y: &'a mut Mat<f32>,
+    a: A,
+}
+
+impl<A: Fn(f32, usize, usize) -> f32> WithSimd for Subtract<'_, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { of, y, a } = self;
+        let width = of.width();
         let full = 3 * width;
         let (mut difference, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
-        for (slot, d) in self.derivatives.chunks_exact(full * full).enumerate() {
+        for (slot, d) in of.derivatives.chunks_exact(full * full).enumerate() {
             for c in 0..3 {
                 let i = 3 * slot + c;
                 for h in 0..width {

@@ -532,6 +532,7 @@ pub mod branch;
 mod coarse;
 pub mod demand;
 pub mod dense;
+mod derivative_rows;
 pub mod eps;
 mod gross_slip;
 #[cfg(test)]

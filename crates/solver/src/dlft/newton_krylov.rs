@@ -109,7 +109,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
 
     fn linearise(&mut self, x: &[f64]) {
         let balance = self.evaluator.balance;
-        let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
+        let jacobian = balance.linearise(self.evaluator.at(x));
         self.linear = Some(self.preconditioner.linear_system(balance, &jacobian));
     }
 

@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn products_with_the_jacobian_are_those_of_its_differences() {
         at_sample_points(|what, balance, u| {
-            let jacobian = balance.linearise(&balance.lambda_u(u));
+            let jacobian = balance.linearise(&balance.evaluate(u));
             let mut product = Mat::zeros(u.len(), u.len());
             for j in 0..u.len() {
                 let mut unit = vec![0.0; u.len()];

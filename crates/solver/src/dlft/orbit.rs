@@ -7,7 +7,6 @@ use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduction::{Load, ObservedPoint};
-use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
 use faer::c64;
@@ -188,45 +187,51 @@ pub fn amplitude(coefficients: &[f64]) -> f64 {
         0 => 0.0,
         1 => coefficients[1].hypot(coefficients[2]),
         _ => {
-            let fourier = Fourier::new(harmonics, AMPLITUDE_INSTANTS.max(8 * harmonics));
-            let mut signal = vec![0.0; fourier.samples()];
-            fourier.to_time(coefficients, &mut signal);
-            let departure = |v: &f64| (v - coefficients[0]).abs();
-            let (n, sampled) = signal
-                .iter()
-                .map(departure)
-                .enumerate()
-                .max_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or_default();
-            let start = TAU * n as f64 / signal.len() as f64;
+            let instants = AMPLITUDE_INSTANTS.max(8 * harmonics);
+            let step = c64::cis(TAU / instants as f64);
+            let (mut farthest, mut sampled) = (0, 0.0);
+            let mut turn = c64::ONE;
+            for n in 0..instants {
+                let departure = departure(coefficients, turn)[0].abs();
+                if departure >= sampled {
+                    (farthest, sampled) = (n, departure);
+                }
+                turn *= step;
+            }
+            let start = TAU * farthest as f64 / instants as f64;
             sampled.max(refined(coefficients, start).abs())
         }
     }
 }
 
+/// Departure from the mean at the instant t of a signal given by its coefficients, and its first and
+/// second derivative; `turn` is e^it.
+fn departure(coefficients: &[f64], turn: c64) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    let mut of_harmonic = c64::ONE;
+    for (i, pair) in coefficients[1..].chunks_exact(2).enumerate() {
+        of_harmonic *= turn;
+        let (k, c64 { re: c, im: s }) = ((i + 1) as f64, of_harmonic);
+        let part = pair[0] * c + pair[1] * s;
+        sums[0] += part;
+        sums[1] += k * (pair[1] * c - pair[0] * s);
+        sums[2] -= k * k * part;
+    }
+    sums
+}
+
 /// Departure from the mean at the extremum next to `start`: Newton's method on the derivative,
 /// within one instant's distance.
 fn refined(coefficients: &[f64], start: f64) -> f64 {
-    let parts = |t: f64| {
-        let mut sums = [0.0; 3];
-        for (i, pair) in coefficients[1..].chunks_exact(2).enumerate() {
-            let k = (i + 1) as f64;
-            let (s, c) = (k * t).sin_cos();
-            sums[0] += pair[0] * c + pair[1] * s;
-            sums[1] += k * (pair[1] * c - pair[0] * s);
-            sums[2] -= k * k * (pair[0] * c + pair[1] * s);
-        }
-        sums
-    };
     let reach = TAU / AMPLITUDE_INSTANTS as f64;
     let mut t = start;
     for _ in 0..3 {
-        let [_, slope, curvature] = parts(t);
+        let [_, slope, curvature] = departure(coefficients, c64::cis(t));
         if curvature != 0.0 {
             t = (t - slope / curvature).clamp(start - reach, start + reach);
         }
     }
-    parts(t)[0]
+    departure(coefficients, c64::cis(t))[0]
 }
 
 /// Complex loads on the modes of harmonic k: `cosine - i sine`.

@@ -55,6 +55,21 @@ pub struct Signals {
     /// True for each sample if the tangential prediction reverses between the sample before and
     /// this one.
     pub reverses: Vec<bool>,
+    /// What the pair does from the sample before to each sample.
+    pub passages: Vec<Passage>,
+}
+
+/// What a pair does from one sample to the next.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Passage {
+    /// Position along the contact at the end, N ([`State::slid_n`]).
+    pub position_n: [f64; 2],
+    /// True if the pair slips or is open at some instant that is looked at.
+    pub slips: bool,
+    /// Path slid, N.
+    pub slid_n: f64,
+    /// Compression times path slid, N2.
+    pub rubbed_n2: f64,
 }
 
 impl Signals {
@@ -65,6 +80,7 @@ impl Signals {
             lambda: vec![0.0; 3 * samples],
             contact: vec![Contact::Stick; samples],
             reverses: vec![false; samples],
+            passages: vec![Passage::default(); samples],
         }
     }
 
@@ -172,7 +188,8 @@ impl Signals {
     }
 }
 
-/// Adds S_T to two rows of 3(2H+1), the derivatives by all coefficients of lambda_u.
+/// Adds S_T to two rows of three blocks, the derivatives by all coefficients of lambda_u; `s` has
+/// the length of a block.
 #[inline(always)]
 pub fn add_own(s: &[f64], rows: &mut [f64]) {
     let width = s.len();

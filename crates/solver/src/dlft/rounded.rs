@@ -7,6 +7,7 @@
 //! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
 //! motion at a small q from far away, and follows it as q grows.
 
+use super::derivative_rows::{DerivativeSignals, own_state};
 use super::pair_signals::{PERIODICITY, PairInput, Rounding, Signals, add_own};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
@@ -158,55 +159,46 @@ pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut S
     is_periodic
 }
 
-/// Signals of the derivative of the force, 2H+1 + 2 (3(2H+1)) a sample: of its normal part by the
-/// coefficients of the normal prediction, and of both tangential ones by all.
+/// Derivative of the force over the periodic period.
 pub fn derivative_rows(
     fourier: &Fourier,
     input: &PairInput<'_>,
     rounding: Rounding,
     signals: &Signals,
-) -> Vec<f64> {
-    let (samples, width) = (fourier.samples(), fourier.width());
-    let full = 3 * width;
+) -> DerivativeSignals {
+    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
+    let full = 3 * block;
     let (march, _) = periodic(input, signals, rounding);
-    // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic
-    // state.
-    let mut history = vec![0.0; 2 * full];
-    let mut rows = vec![0.0; (width + 2 * full) * samples];
-    for is_last in [false, true] {
-        let mut state = march.start;
-        for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
-            let s = fourier.synthesis_row(n);
-            let (law, after) = at_sample(n, input, signals, rounding, state);
-            let (normal, force) = row.split_at_mut(width);
-            if is_last {
-                let slope = law.normal_by_normal;
-                normal.iter_mut().zip(s).for_each(|(n, s)| *n = slope * s);
+    let mut history = own_state(width, block);
+    let mut rows = vec![0.0; (block + 2 * full) * samples];
+    let mut state = march.start;
+    for (n, row) in rows.chunks_exact_mut(block + 2 * full).enumerate() {
+        let s = fourier.padded_row(n);
+        let (law, after) = at_sample(n, input, signals, rounding, state);
+        let (normal, force) = row.split_at_mut(block);
+        let slope = law.normal_by_normal;
+        normal.iter_mut().zip(s).for_each(|(n, s)| *n = slope * s);
+        // d force = B (S - history) + b S_N.
+        let (h1, h2) = history.split_at(full);
+        for (i, force) in force.chunks_exact_mut(full).enumerate() {
+            let [b1, b2] = law.by_tangential[i];
+            for (f, (h1, h2)) in force.iter_mut().zip(h1.iter().zip(h2)) {
+                *f = -b1 * h1 - b2 * h2;
             }
-            // d force = B (S - history) + b S_N.
-            let (h1, h2) = history.split_at(full);
-            for (i, force) in force.chunks_exact_mut(full).enumerate() {
-                let [b1, b2] = law.by_tangential[i];
-                for (f, (h1, h2)) in force.iter_mut().zip(h1.iter().zip(h2)) {
-                    *f = -b1 * h1 - b2 * h2;
-                }
-                for (c, by) in [law.by_normal[i], b1, b2].into_iter().enumerate() {
-                    let own = force[c * width..(c + 1) * width].iter_mut();
-                    own.zip(s).for_each(|(f, s)| *f += by * s);
-                }
-            }
-            history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);
-            add_own(s, &mut history);
-            state = after;
-        }
-        if !is_last {
-            let (first, second) = history.split_at_mut(full);
-            for (a, b) in first.iter_mut().zip(second) {
-                [*a, *b] = without_memory(march.memory, [*a, *b]).unwrap_or([*a, *b]);
+            for (c, by) in [law.by_normal[i], b1, b2].into_iter().enumerate() {
+                let own = force[c * block..(c + 1) * block].iter_mut();
+                own.zip(s).for_each(|(f, s)| *f += by * s);
             }
         }
+        history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);
+        add_own(s, &mut history);
+        state = after;
     }
-    rows
+    DerivativeSignals {
+        signals: rows,
+        normal_changes: Vec::new(),
+        end: Some(history),
+    }
 }
 
 /// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.

@@ -27,7 +27,7 @@ pub mod transformation;
 mod truncation;
 pub mod waves;
 
-use faer::{ColRef, Mat, c64};
+use faer::{Mat, c64};
 
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +35,7 @@ use crate::structure::{Quantity, SteadyCause};
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
+use dovetail_numerics::vector::dot;
 
 pub use all_sectors::AllSectors;
 pub use assembly::{reduce, stuck_displacement, stuck_modes, stuck_shapes};
@@ -333,15 +334,22 @@ impl ReducedModel {
 
     /// Products `p^T X`, m, and the displacements of the dashpots by X alone, d.
     pub fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
+        let parts = [0, 1].map(|part| {
+            let part = x.iter().map(|x| if part == 0 { x.re } else { x.im });
+            part.collect::<Vec<f64>>()
+        });
+        // Harmonics that nothing moves are frequent.
+        let moves = parts.each_ref().map(|part| part.iter().any(|v| *v != 0.0));
         self.coupling_and_dashpots().map(|columns| {
-            let on_column = |column: ColRef<'_, f64>| {
-                let mut sum = c64::new(0.0, 0.0);
-                for (x, v) in x.iter().zip(column.iter()) {
-                    sum += x * *v;
-                }
-                sum
-            };
-            columns.col_iter().map(on_column).collect()
+            let mut sums = vec![c64::ZERO; columns.ncols()];
+            for (j, sum) in sums.iter_mut().enumerate() {
+                let of = |part: usize| match moves[part] {
+                    true => dot(&parts[part], &columns.col_as_slice(j)[..x.len()]),
+                    false => 0.0,
+                };
+                *sum = c64::new(of(0), of(1));
+            }
+            sums
         })
     }
 

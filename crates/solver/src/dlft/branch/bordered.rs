@@ -205,7 +205,7 @@ pub fn direction(
     } = solution;
     let own = u.len();
     let solver = solvers.at(abscissa)?;
-    let jacobian = balance.linearise(&evaluation.lambda_u);
+    let jacobian = balance.linearise(evaluation);
     let place = solvers.place(balance, u, abscissa);
     let border = Border {
         columns: vec![solvers.over.column(place, &jacobian, Use::Direction)?],
@@ -375,7 +375,7 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
         self.go_to(further);
         self.at(u);
         let (_, evaluation) = self.last.as_ref().expect("just evaluated");
-        let jacobian = self.balance.linearise(&evaluation.lambda_u);
+        let jacobian = self.balance.linearise(evaluation);
         let [rows, corner] = self.family.derivatives(u, further);
         let columns = (self.family).columns(&self.balance, &jacobian, u, further)?;
         let border = Border {

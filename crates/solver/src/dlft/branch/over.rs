@@ -186,7 +186,7 @@ mod tests {
             };
             let step = 1e-7;
             let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
-            let jacobian = balance.linearise(&balance.evaluate(u).lambda_u);
+            let jacobian = balance.linearise(&balance.evaluate(u));
             let place = Place {
                 balance,
                 level: 0,

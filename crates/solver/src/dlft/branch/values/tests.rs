@@ -327,7 +327,7 @@ fn the_column_of_a_value_is_that_by_differences() {
                 let moved = |(i, u): (usize, &f64)| u * (1.0 + 0.01 * made_up_number(i));
                 let u: Vec<f64> = solved.u.iter().enumerate().map(moved).collect();
                 let evaluation = solved.balance.evaluate(&u);
-                let jacobian = solved.balance.linearise(&evaluation.lambda_u);
+                let jacobian = solved.balance.linearise(&evaluation);
                 let place = Place {
                     balance: &solved.balance,
                     level: 0,
