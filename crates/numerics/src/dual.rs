@@ -35,13 +35,13 @@ impl Real for f64 {
     }
 }
 
-/// What `of` gives for 0 and 1. (`map` of an array calls a function for each number.)
+/// Values of `of` at 0 and 1. (`map` of an array calls a function for each number.)
 #[inline(always)]
 pub fn two<T>(of: impl Fn(usize) -> T) -> [T; 2] {
     [of(0), of(1)]
 }
 
-/// What `of` gives for 0, 1 and 2, as [`two`].
+/// Values of `of` at 0, 1 and 2, as [`two`].
 #[inline(always)]
 pub fn three<T>(of: impl Fn(usize) -> T) -> [T; 3] {
     [of(0), of(1), of(2)]

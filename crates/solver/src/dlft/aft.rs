@@ -5,7 +5,7 @@
 //! there sample after sample, and the contact force is analysed into harmonics. Changes of state
 //! between two samples count at their instants (`between_samples`).
 
-use super::between_samples::{self, ByInputs, Passed, Visit};
+use super::between_samples::{self, ByInputs, Passed, PassedDerivative, Visit};
 use super::derivative_rows::{DerivativeSignals, fixed_point, own_state, state_columns};
 use super::pair_signals::{PERIODICITY, PairInput, Passage, Periods, Signals, add_own};
 use super::rounded;
@@ -133,18 +133,11 @@ fn evaluate_pair(
             _ => None,
         };
         let memory = one_period(samples, &input, signals, &mut state, near_n);
-        let passages = signals.passages.iter();
-        let slips = passages.clone().any(|passage| passage.slips);
+        let slips = signals.passages.iter().any(|passage| passage.slips);
         end.always_stuck &= !slips;
         if slips {
             slipping = before;
         }
-        let contacts = signals.contact.iter();
-        end.open_samples = contacts.filter(|c| **c == Contact::Open).count();
-        end.slid_n = passages.clone().map(|passage| passage.slid_n).sum();
-        end.rubbed_n2 = passages.map(|passage| passage.rubbed_n2).sum();
-        // A pair that shakes down touches its cone without sliding: it keeps where it came from.
-        let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
         end.periodic = match input.periods {
             Periods::UntilPeriodic => state.distance_n(&before) <= PERIODICITY * scale,
             Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
@@ -155,8 +148,6 @@ fn evaluate_pair(
                 last: before,
                 touch_n: TOUCH * scale,
             }
-        } else if slides && end.periodic && input.periods == Periods::UntilPeriodic {
-            History::Periodic(before)
         } else {
             History::FromStart(period)
         };
@@ -169,6 +160,20 @@ fn evaluate_pair(
             let step = memory.map_or(moved, |memory| memory.fixed_point_step(moved));
             state.slid_n = [0, 1].map(|c| before.slid_n[c] + step[c]);
         }
+    }
+    let (contacts, passages) = (signals.contact.iter(), signals.passages.iter());
+    end.open_samples = contacts.filter(|c| **c == Contact::Open).count();
+    end.slid_n = passages.clone().map(|passage| passage.slid_n).sum();
+    end.rubbed_n2 = passages.map(|passage| passage.rubbed_n2).sum();
+    // A pair that shakes down touches its cone without sliding: it keeps where it came from. Of one
+    // that slides, the last period that slips is the last one.
+    let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
+    if slides
+        && end.periodic
+        && input.periods == Periods::UntilPeriodic
+        && matches!(end.history, History::FromStart(_))
+    {
+        end.history = History::Periodic(slipping);
     }
     signals.to_frequency(fourier, lambda);
     if !end.always_stuck && input.periods == Periods::UntilPeriodic {
@@ -433,6 +438,7 @@ fn differentiate_pair(
     }
 }
 
+/// Derivative of the contact force at the samples of the last period.
 #[inline(always)]
 fn derivative_signals(
     fourier: &Fourier,
@@ -502,7 +508,7 @@ struct Pass<'a> {
     /// Derivative of lambda_x, two rows ([`DerivativeSignals`]).
     history: Vec<f64>,
     force_rows: Vec<f64>,
-    /// What the tangential predictions do to the normal force at samples, a row each.
+    /// Derivatives of the normal force at samples by the tangential predictions, a row each.
     normal_changes: Vec<(usize, Vec<f64>)>,
 }
 
@@ -517,12 +523,9 @@ impl Pass<'_> {
         let law = self.law;
         for n in 0..samples {
             let s = self.fourier.padded_row(n);
-            if let Some(rows) = rows.as_deref_mut()
-                && between
-                && self.signals.turns(n, &self.input.law)
-            {
-                self.add_corrections(n, rows);
-            }
+            let turns = between && self.signals.turns(n, &self.input.law);
+            let walked = rows.as_deref_mut().filter(|_| turns);
+            let walked = walked.map(|rows| self.add_corrections(n, rows));
             let row = rows.as_deref_mut();
             let row = row.map(|r| r[n * size..][..size].split_at_mut(block));
             let passes =
@@ -530,7 +533,7 @@ impl Pass<'_> {
             let passed = passes.then(|| self.pass_interval(n));
             let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
             if let Some(passed) = passed {
-                self.go_through_interval(n, &passed);
+                self.go_through_interval(n, &passed, walked);
                 if let Some(row) = row.filter(|_| passed.state.contact != Contact::Open) {
                     add_prediction_rows(s, &self.history, row);
                 }
@@ -569,11 +572,20 @@ impl Pass<'_> {
         between_samples::pass(&window, self.state, None, self.law)
     }
 
-    /// Goes on to sample `n`, with the derivative of what happens before it.
+    /// Goes on to sample `n`, with the derivative of what happens before it. That of its corrections,
+    /// where it is known, serves unless touching counts as slipping.
     #[inline(always)]
-    fn go_through_interval(&mut self, n: usize, passed: &Passed<f64>) {
-        let window = self.signals.window(n, self.law.shift_n);
-        let derivative = between_samples::derivative(&window, self.state, None, self.law);
+    fn go_through_interval(
+        &mut self,
+        n: usize,
+        passed: &Passed<f64>,
+        walked: Option<PassedDerivative>,
+    ) {
+        let walked = walked.filter(|_| self.law == self.input.law);
+        let derivative = walked.unwrap_or_else(|| {
+            let window = self.signals.window(n, self.law.shift_n);
+            between_samples::derivative(&window, self.state, None, self.law)
+        });
         let mut rows = vec![0.0; self.history.len()];
         let (first, second) = rows.split_at_mut(3 * self.fourier.padded_width());
         self.add_row(n, &derivative.slid_n[0], first);
@@ -584,9 +596,9 @@ impl Pass<'_> {
 
     /// Adds the derivative of the corrections of the interval that ends at sample `n` to the rows of
     /// the samples that are corrected. A pair that touches its cone there without sliding sticks: it
-    /// is corrected as one that sticks.
+    /// is corrected as one that sticks. Returns the derivative of the interval.
     #[inline(always)]
-    fn add_corrections(&mut self, n: usize, rows: &mut [f64]) {
+    fn add_corrections(&mut self, n: usize, rows: &mut [f64]) -> PassedDerivative {
         let law = self.input.law;
         let [before, now] = [self.signals.before(n), n];
         let [contact, at_end] = [before, now].map(|n| self.signals.contact[n]);
@@ -597,8 +609,7 @@ impl Pass<'_> {
         let window = self.signals.window(n, law.shift_n);
         let derivative = between_samples::derivative(&window, state, Some(at_end), law);
         let block = self.fourier.padded_width();
-        let corrections = derivative.corrections.chunks_exact(3);
-        for (sample, by) in [before, now].into_iter().zip(corrections) {
+        for (sample, by) in [before, now].into_iter().zip(&derivative.corrections) {
             let row = &mut rows[7 * block * sample..7 * block * (sample + 1)];
             let (normal, tangential) = row.split_at_mut(block);
             for (at, sample) in self.signals.around(n).into_iter().enumerate() {
@@ -609,6 +620,7 @@ impl Pass<'_> {
             self.add_row(n, &by[1], first);
             self.add_row(n, &by[2], second);
         }
+        derivative
     }
 
     /// Keeps the derivative of the normal correction of a sample by the tangential predictions, where a

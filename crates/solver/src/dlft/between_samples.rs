@@ -408,7 +408,7 @@ impl<D: Real> Path<D> {
 }
 
 /// Number of entries of a window and of a state.
-pub const INPUTS: usize = 14;
+const INPUTS: usize = 14;
 /// Number of derivatives of a number: those by all inputs, and as many more as fill the vectors of a
 /// processor.
 const LANES: usize = INPUTS.next_multiple_of(8);
@@ -419,7 +419,7 @@ pub type ByInputs = [f64; LANES];
 /// Derivatives of what an interval does.
 pub struct PassedDerivative {
     /// Derivatives of the corrections at the beginning (N, t1, t2) and at the end.
-    pub corrections: [ByInputs; 6],
+    pub corrections: [[ByInputs; 3]; 2],
     /// Derivatives of the state after the interval.
     pub slid_n: [ByInputs; 2],
 }
@@ -460,16 +460,8 @@ impl WithSimd for Differentiate<'_> {
             slid_n: two(|c| number(self.state.slid_n[c], 12 + c)),
         };
         let passed = pass(&window, state, self.at_end, self.law);
-        let [first, last] = passed.corrections;
         PassedDerivative {
-            corrections: [
-                first[0].by,
-                first[1].by,
-                first[2].by,
-                last[0].by,
-                last[1].by,
-                last[2].by,
-            ],
+            corrections: two(|end| three(|c| passed.corrections[end][c].by)),
             slid_n: two(|c| passed.state.slid_n[c].by),
         }
     }

@@ -9,12 +9,15 @@
 /// Determinant of I - memory, at least, of a pair whose periodic state is solved for.
 const FORGETS: f64 = 1e-12;
 
+/// Matrix of two rows and two columns, row by row.
+pub type Square = [[f64; 2]; 2];
+
 /// Derivative of the contact force over a period.
 pub struct DerivativeSignals {
     /// Derivative of the force at the samples, a block for its normal part, which the normal
     /// prediction alone determines, and two rows for each sample.
     pub signals: Vec<f64>,
-    /// What tangential predictions do to the normal force at samples, a row each.
+    /// Derivatives of the normal force at samples by the tangential predictions, a row each.
     pub normal_changes: Vec<(usize, Vec<f64>)>,
     /// Rows of lambda_x at the end of the period where it is also that at the start.
     pub end: Option<Vec<f64>>,
@@ -40,21 +43,28 @@ pub fn own_state(width: usize, block: usize) -> Vec<f64> {
 pub fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>; 2] {
     let (first, second) = end.split_at(3 * block);
     let columns = state_columns(width, block);
-    let [[a, b], [c, d]] = [first, second].map(|row| columns.map(|column| row[column]));
-    let (a, d) = (1.0 - a, 1.0 - d);
-    let determinant = a * d - b * c;
+    let memory = [first, second].map(|row| columns.map(|column| row[column]));
     let mut rows = [first.to_vec(), second.to_vec()];
-    if determinant > FORGETS {
-        let inverse = [[d, b], [c, a]].map(|row| row.map(|v| v / determinant));
-        for (row, [by_first, by_second]) in rows.iter_mut().zip(inverse) {
-            for (v, (a, b)) in row.iter_mut().zip(first.iter().zip(second)) {
-                *v = by_first * a + by_second * b;
-            }
-        }
+    let [first, second] = &mut rows;
+    for (a, b) in first.iter_mut().zip(second) {
+        [*a, *b] = without_memory(memory, [*a, *b]).unwrap_or([*a, *b]);
     }
     // The start does not depend on itself.
     for row in &mut rows {
         columns.into_iter().for_each(|column| row[column] = 0.0);
     }
     rows
+}
+
+/// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.
+pub fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
+    let [[a, b], [c, d]] = memory;
+    let (a, d) = (1.0 - a, 1.0 - d);
+    let determinant = a * d - b * c;
+    (determinant > FORGETS).then(|| {
+        [
+            (d * r[0] + b * r[1]) / determinant,
+            (a * r[1] + c * r[0]) / determinant,
+        ]
+    })
 }

@@ -55,11 +55,11 @@ pub struct Signals {
     /// True for each sample if the tangential prediction reverses between the sample before and
     /// this one.
     pub reverses: Vec<bool>,
-    /// What the pair does from the sample before to each sample.
+    /// Passage of the pair from the sample before to each sample.
     pub passages: Vec<Passage>,
 }
 
-/// What a pair does from one sample to the next.
+/// Passage of a pair from one sample to the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Passage {
     /// Position along the contact at the end, N ([`State::slid_n`]).

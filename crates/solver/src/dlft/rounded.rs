@@ -7,7 +7,7 @@
 //! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
 //! motion at a small q from far away, and follows it as q grows.
 
-use super::derivative_rows::{DerivativeSignals, own_state};
+use super::derivative_rows::{DerivativeSignals, Square, own_state, without_memory};
 use super::pair_signals::{PERIODICITY, PairInput, Rounding, Signals, add_own};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
@@ -15,9 +15,6 @@ use dovetail_numerics::fourier::Fourier;
 /// Most periods evaluated; each but the first begins where Newton's method expects the periodic
 /// state.
 const MOST_PERIODS: usize = 40;
-
-/// Matrix of two rows and two columns, row by row.
-type Square = [[f64; 2]; 2];
 
 /// Rounded law at one instant.
 struct Rounded {
@@ -199,19 +196,6 @@ pub fn derivative_rows(
         normal_changes: Vec::new(),
         end: Some(history),
     }
-}
-
-/// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.
-fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
-    let [[a, b], [c, d]] = memory;
-    let (a, d) = (1.0 - a, 1.0 - d);
-    let determinant = a * d - b * c;
-    (determinant > 1e-12).then(|| {
-        [
-            (d * r[0] + b * r[1]) / determinant,
-            (a * r[1] + c * r[0]) / determinant,
-        ]
-    })
 }
 
 fn product(a: Square, b: Square) -> Square {
