@@ -304,13 +304,11 @@ impl<'a> Refinement<'a> {
             None => {
                 let mut judges = vec![level + 1, self.level_of(twice(harmonics))];
                 judges.dedup();
-                let estimated = judges.into_iter().enumerate().map(|(i, judge)| {
-                    let work = work.of_estimate(i);
-                    let finer = &self.levels[judge];
-                    let finer = finer.estimate_truncation(solved, frequency_hz, work);
-                    (self.harmonics(judge), finer)
-                });
-                estimated.collect()
+                let finer: Vec<&FrequencySolver<'_>> =
+                    judges.iter().map(|judge| &self.levels[*judge]).collect();
+                let found = FrequencySolver::truncations(&finer, solved, frequency_hz, work);
+                let harmonics = judges.iter().map(|judge| self.harmonics(*judge));
+                harmonics.zip(found).collect()
             }
         };
         let mut errors = vec![0.0_f64; finer[0].1.changes.len()];

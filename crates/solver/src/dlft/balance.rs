@@ -129,6 +129,21 @@ pub struct Evaluation {
     pub ends: Vec<PairEnd>,
 }
 
+impl Evaluation {
+    /// Evaluation by a balance with the harmonics of the first `width` blocks alone, 2H+1, at a U
+    /// whose further harmonics are zero. It has the same samples, eps and excitations.
+    pub fn truncated(&self, width: usize) -> Self {
+        let unknowns = 3 * self.ends.len() * width;
+        let first = |v: &[f64]| v[..unknowns].to_vec();
+        Self {
+            residual: first(&self.residual),
+            lambda_u: first(&self.lambda_u),
+            lambda: first(&self.lambda),
+            ends: self.ends.clone(),
+        }
+    }
+}
+
 /// Balance that keeps its last evaluation, and does not evaluate the same U twice in a row.
 pub struct Evaluator<'a, 'b> {
     /// Balance that is evaluated.
@@ -143,6 +158,11 @@ impl<'a, 'b> Evaluator<'a, 'b> {
             balance,
             last: None,
         }
+    }
+
+    /// Keeps the evaluation at U, where it is known.
+    pub fn keep(&mut self, u: &[f64], known: Option<Evaluation>) {
+        self.last = known.map(|evaluation| (u.to_vec(), evaluation));
     }
 
     /// Evaluation at U, computed unless U was the last.
@@ -474,6 +494,25 @@ impl<'a> Balance<'a> {
 }
 
 impl Jacobian {
+    /// Jacobian of a balance with the harmonics of the first `width` blocks alone, as in
+    /// [`Evaluation::truncated`].
+    pub fn truncated(&self, width: usize) -> Self {
+        let truncated = |derivative: &Vec<f64>| {
+            let own = derivative.len().isqrt() / 3;
+            let indices = (0..3).flat_map(|c| (0..width).map(move |h| c * own + h));
+            let rows = indices.clone();
+            rows.flat_map(|row| {
+                let row = &derivative[3 * own * row..];
+                indices.clone().map(|column| row[column])
+            })
+            .collect()
+        };
+        Self {
+            active: self.active.clone(),
+            derivatives: self.derivatives.iter().map(truncated).collect(),
+        }
+    }
+
     /// Computes (I - D) v for forces v on all pairs, (2H+1) n: the part of them that the contact
     /// forces do not balance. It is 0 on pairs that stick throughout.
     pub fn less_contact_response(&self, v: &[f64], n: usize) -> Vec<f64> {

@@ -18,13 +18,15 @@ use faer::{Accum, Mat, MatRef, Par};
 pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Solves one frequency from `u` by Newton's method, with exact corrections and
-/// [`Damping::Persistent`]. Returns the evaluation at its end, too.
+/// [`Damping::Persistent`]. `known` is the evaluation there, if there is one. Returns the evaluation
+/// at its end, too.
 pub fn exact_newton(
     balance: &Balance<'_>,
-    u: &mut [f64],
+    (u, known): (&mut [f64], Option<Evaluation>),
     options: NewtonOptions,
 ) -> (NewtonEnd, Evaluation) {
     let mut system = ExactSystem::new(balance, options);
+    system.dense.evaluator.keep(u, known);
     let end = newton(&mut system, u, options);
     (end, system.dense.evaluator.take(u))
 }
@@ -45,10 +47,11 @@ pub fn exact_correction(
 /// Like [`exact_newton`], by the dogleg.
 pub fn powell(
     balance: &Balance<'_>,
-    u: &mut [f64],
+    (u, known): (&mut [f64], Option<Evaluation>),
     options: NewtonOptions,
 ) -> (NewtonEnd, Evaluation) {
     let mut system = DenseBalance::new(balance, options);
+    system.evaluator.keep(u, known);
     let end = dogleg(&mut system, u, options);
     (end, system.evaluator.take(u))
 }

@@ -8,7 +8,7 @@
 //! one where the pairs that stick hold every motion that nothing else holds, and otherwise the
 //! retained one, whichever way it was found.
 
-use super::balance::{Balance, Deadline, Evaluation, Setting};
+use super::balance::{Balance, Deadline, Evaluation, Jacobian, Setting};
 use super::dense::{MOST_DENSE_UNKNOWNS, exact_correction, exact_newton, powell};
 use super::gross_slip::{GROSS_SLIP, slides_past};
 use super::newton_krylov::{
@@ -20,7 +20,7 @@ use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use super::{Attempt, Orbit, Told};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
+use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -207,6 +207,37 @@ impl Truncation {
     }
 }
 
+/// Evaluation of a balance at one U, and its Jacobian there.
+struct Linearised {
+    samples: usize,
+    evaluation: Evaluation,
+    jacobian: Jacobian,
+}
+
+impl Linearised {
+    /// Linearises a balance at U, or takes what is known of one with more harmonics and the same
+    /// eps, where it has as many samples.
+    fn at(balance: &Balance<'_>, u: &[f64], finer: Option<Self>) -> Self {
+        let fourier = balance.setting.fourier;
+        let (samples, width) = (fourier.samples(), fourier.width());
+        match finer {
+            Some(finer) if finer.samples == samples => Self {
+                samples,
+                evaluation: finer.evaluation.truncated(width),
+                jacobian: finer.jacobian.truncated(width),
+            },
+            _ => {
+                let evaluation = balance.evaluate(u);
+                Self {
+                    samples,
+                    jacobian: balance.linearise(&evaluation),
+                    evaluation,
+                }
+            }
+        }
+    }
+}
+
 /// Size of a change relative to `of`: at most 1, and 1 where a number is not finite.
 fn relative(change: f64, of: f64) -> f64 {
     match change.abs() {
@@ -341,20 +372,56 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
-    /// Corrects a solution with fewer harmonics by one Newton step of this balance.
-    pub fn estimate_truncation(
+    /// Corrects a solution by one Newton step of each of these finer balances, in ascending order of
+    /// their harmonics.
+    ///
+    /// Their eps is that of the solution. Where they have as many samples as the finest of them, their
+    /// contact forces and derivatives are those of the finest up to their own harmonics, and are
+    /// computed once.
+    pub fn truncations(
+        finer: &[&Self],
+        coarse: &Solution<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> Vec<Truncation> {
+        let mut linearised = None;
+        let ascending = finer.iter().enumerate();
+        let mut found: Vec<Truncation> = ascending
+            .rev()
+            .map(|(i, finer)| {
+                let work = work.of_estimate(i);
+                finer.estimate_truncation(coarse, frequency_hz, work, &mut linearised)
+            })
+            .collect();
+        found.reverse();
+        found
+    }
+
+    /// Corrects a solution with fewer harmonics by one Newton step of this balance. `linearised` is
+    /// that of a balance with more harmonics, if any, and becomes the one that was used.
+    fn estimate_truncation(
         &self,
         coarse: &Solution<'_>,
         frequency_hz: f64,
         work: &mut Work,
+        linearised: &mut Option<Linearised>,
     ) -> Truncation {
         let u = resized(&coarse.u, self.unknowns());
-        let Some(balance) = self.balance(frequency_hz, coarse.balance.mean()) else {
+        let setting = Setting {
+            eps: coarse.balance.setting.eps,
+            ..self.setting
+        };
+        let with_its_eps = FrequencySolver { setting, ..*self };
+        let Some(balance) = with_its_eps.balance(frequency_hz, coarse.balance.mean()) else {
             return Truncation::unknown(u, &coarse.balance);
         };
         let dx = match self.stepping() {
             Method::Exact => exact_correction(&balance, &u, self.newton),
-            Method::Krylov(_) | Method::Dogleg => self.krylov_correction(&balance, &u, work),
+            Method::Krylov(_) | Method::Dogleg => {
+                let known = linearised.take();
+                let known = linearised.insert(Linearised::at(&balance, &u, known));
+                self.krylov_correction(&balance, known, work)
+            }
         };
         work.newton_iterations += 1;
         let Some(dx) = dx else {
@@ -364,24 +431,28 @@ impl<'a> FrequencySolver<'a> {
         Truncation::between(&balance, &u, corrected, frequency_hz)
     }
 
-    /// Newton's correction at U, solved for loosely; `None` where it is not found.
+    /// Newton's correction where a balance is linearised, solved for loosely; `None` where it is not
+    /// found.
     fn krylov_correction(
         &self,
         balance: &Balance<'_>,
-        u: &[f64],
+        linearised: &Linearised,
         work: &mut Work,
     ) -> Option<Vec<f64>> {
-        let anywhere = |_: &[f64]| false;
-        let mut system = KrylovSystem::new(
-            balance,
-            &mut work.preconditioner,
-            LOOSE_KRYLOV_TOLERANCE,
-            self.newton.tolerance,
-            &anywhere,
-        );
-        let found = correction(&mut system, u, self.newton.tolerance);
-        work.krylov_iterations += system.krylov_iterations;
-        found
+        let f = &linearised.evaluation.residual;
+        let (n, tolerance) = (balance.unknowns_per_block(), self.newton.tolerance);
+        let scale = load_scale(balance, tolerance);
+        let mut dx = vec![0.0; f.len()];
+        if relative_residual(f, n, scale) <= tolerance {
+            return Some(dx);
+        }
+        let kept = &mut work.preconditioner;
+        let linear = kept.linear_system(balance, &linearised.jacobian);
+        let right: Vec<f64> = f.iter().map(|f| -f).collect();
+        let within = LOOSE_KRYLOV_TOLERANCE;
+        work.krylov_iterations +=
+            kept.solve(balance, &linear, None, &right, scale, within, &mut dx);
+        dx.iter().all(|d| d.is_finite()).then_some(dx)
     }
 
     /// Decides between the free and the retained balance for a solution of either.
@@ -425,7 +496,7 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// Like [`FrequencySolver::estimate_truncation`], but solves this balance instead of correcting
+    /// Like [`FrequencySolver::truncations`], but solves this balance instead of correcting
     /// once.
     pub fn truncation_by_finer_solution(
         &self,
@@ -441,7 +512,7 @@ impl<'a> FrequencySolver<'a> {
         ];
         let solved = self.solve_by(&strategies, frequency_hz, Some(&start), work);
         if !solved.is_converged() {
-            return self.estimate_truncation(coarse, frequency_hz, work);
+            return self.estimate_truncation(coarse, frequency_hz, work, &mut None);
         }
         Truncation::between(&solved.balance, &u, solved.u, frequency_hz)
     }
@@ -593,21 +664,28 @@ impl<'a> FrequencySolver<'a> {
         match strategy {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
-                let mut starts = last?.starts(frequency_hz, self.unknowns());
+                let evaluated = last?.starts(frequency_hz, self.unknowns()).into_iter();
+                let mut starts: Vec<(Vec<f64>, Evaluation)> =
+                    evaluated.map(|u| (u.clone(), balance.evaluate(&u))).collect();
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
                     let scale = load_scale(&balance, self.newton.tolerance);
                     let n = balance.unknowns_per_block();
                     let measure =
-                        |u: &[f64]| relative_residual(&balance.evaluate(u).residual, n, scale);
+                        |of: &(_, Evaluation)| relative_residual(&of.1.residual, n, scale);
                     if measure(&starts[1]) < measure(&starts[0]) {
                         starts.swap(0, 1);
                     }
                 }
                 let mut best: Option<Solution<'_>> = None;
-                for u in starts {
-                    let balance = self.balance(frequency_hz, mean)?;
-                    let solved = self.iterate(balance, u, method, self.newton, work);
+                let mut first = Some(balance);
+                for (u, evaluation) in starts {
+                    let balance = match first.take() {
+                        Some(balance) => balance,
+                        None => self.balance(frequency_hz, mean)?,
+                    };
+                    let start = (u, Some(evaluation));
+                    let solved = self.iterate_from(balance, start, method, self.newton, work);
                     if solved.is_converged() {
                         return Some(solved);
                     }
@@ -801,8 +879,20 @@ impl<'a> FrequencySolver<'a> {
 
     fn iterate<'b>(
         &self,
+        balance: Balance<'b>,
+        u: Vec<f64>,
+        method: Method,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Solution<'b> {
+        self.iterate_from(balance, (u, None), method, options, work)
+    }
+
+    /// Like [`FrequencySolver::iterate`], from a U at which the balance may be evaluated already.
+    fn iterate_from<'b>(
+        &self,
         mut balance: Balance<'b>,
-        mut u: Vec<f64>,
+        (mut u, evaluation): (Vec<f64>, Option<Evaluation>),
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
@@ -818,12 +908,13 @@ impl<'a> FrequencySolver<'a> {
                     options.tolerance,
                     &walked_off,
                 );
+                system.evaluator.keep(&u, evaluation);
                 let end = newton(&mut system, &mut u, options);
                 work.krylov_iterations += system.krylov_iterations;
                 (end, system.evaluator.take(&u))
             }
-            Method::Exact => exact_newton(&balance, &mut u, options),
-            Method::Dogleg => powell(&balance, &mut u, options),
+            Method::Exact => exact_newton(&balance, (&mut u, evaluation), options),
+            Method::Dogleg => powell(&balance, (&mut u, evaluation), options),
         };
         work.newton_iterations += end.iterations;
         work.residuals.push(end.residuals.clone());
