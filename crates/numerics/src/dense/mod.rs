@@ -2,18 +2,21 @@
 //!
 //! The functions of this module itself run on the calling thread (`sequential.rs`): products, LU
 //! and Cholesky factors, eigenvalues. [`parallel`] has products on all threads, which cut the work
-//! into fixed parts. [`PackedSymmetric`] holds a symmetric matrix in single precision for products
-//! that are bound by memory.
+//! into fixed parts. For products that are bound by the memory that they read, [`PackedSymmetric`]
+//! holds a symmetric matrix in single precision, and [`NearField`] the blocks of it that are not
+//! small.
 //!
 //! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`)
 //! take the number of threads from a setting of the process, which belongs to the program and not
 //! to a library. The libraries call these functions in their place.
 
+mod near_field;
 mod packed;
 pub mod parallel;
 mod sequential;
 
-pub use packed::PackedSymmetric;
+pub use near_field::NearField;
+pub use packed::{PackedSymmetric, symmetric_product};
 pub use sequential::{
     Lu, add_product, cholesky, is_definite, lowest_eigenvalue, product, self_adjoint_eigen,
     self_adjoint_eigenvalues, solve_in_place, symmetrised,

@@ -665,8 +665,9 @@ impl<'a> FrequencySolver<'a> {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
                 let evaluated = last?.starts(frequency_hz, self.unknowns()).into_iter();
-                let mut starts: Vec<(Vec<f64>, Evaluation)> =
-                    evaluated.map(|u| (u.clone(), balance.evaluate(&u))).collect();
+                let mut starts: Vec<(Vec<f64>, Evaluation)> = evaluated
+                    .map(|u| (u.clone(), balance.evaluate(&u)))
+                    .collect();
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
                     let scale = load_scale(&balance, self.newton.tolerance);

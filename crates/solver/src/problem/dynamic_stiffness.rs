@@ -20,7 +20,7 @@ use crate::reduction::{HarmonicModel, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
+use faer::{Accum, Mat, MatRef, Par, c64};
 use std::ops::Range;
 
 pub use super::elimination::{Coefficients, LowRank};
@@ -300,8 +300,8 @@ impl Product<'_> {
         let n = model.stiffness.nrows();
         // In parallel where a core is free, as at the end of a sweep when its other half is done.
         let (stiff, inert) = rayon::join(
-            || times(model.stiffness.as_ref(), v),
-            || times(model.mass.as_ref(), &v[n..]),
+            || symmetric_times(model.stiffness.as_ref(), v),
+            || symmetric_times(model.mass.as_ref(), &v[n..]),
         );
         y[..n].copy_from_slice(&stiff[..n]);
         self.combined(&v[n..], [&stiff[n..], &inert], &mut y[n..]);
@@ -398,17 +398,22 @@ impl Product<'_> {
 
 /// Product of a matrix with columns that stand one after the other.
 fn times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
-    let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
-    let mut out = vec![0.0; rows * columns];
-    matmul(
-        MatMut::from_column_major_slice_mut(&mut out, rows, columns),
-        Accum::Replace,
-        a,
-        MatRef::from_column_major_slice(b, a.ncols(), columns),
-        1.0,
-        Par::Seq,
-    );
-    out
+    let columns = b.len() / a.ncols().max(1);
+    let b = MatRef::from_column_major_slice(b, a.ncols(), columns);
+    entries(&dense::product(a, b))
+}
+
+/// [`times`] for a symmetric matrix.
+fn symmetric_times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
+    let columns = b.len() / a.ncols().max(1);
+    let b = MatRef::from_column_major_slice(b, a.ncols(), columns);
+    entries(&dense::symmetric_product(a, b))
+}
+
+/// Entries of a matrix, column by column.
+fn entries(a: &Mat<f64>) -> Vec<f64> {
+    let columns = (0..a.ncols()).map(|j| a.col_as_slice(j));
+    columns.flatten().copied().collect()
 }
 
 impl<'a> HarmonicStiffness<'a> {
