@@ -131,7 +131,7 @@ pub struct Evaluation {
 
 impl Evaluation {
     /// Evaluation by a balance with the harmonics of the first `width` blocks alone, 2H+1, at a U
-    /// whose further harmonics are zero. It has the same samples, eps and excitations.
+    /// whose further harmonics are zero, where nothing excites these. It has the same samples and eps.
     pub fn truncated(&self, width: usize) -> Self {
         let unknowns = 3 * self.ends.len() * width;
         let first = |v: &[f64]| v[..unknowns].to_vec();
@@ -581,7 +581,9 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points, with_changed, without_contact};
+    use crate::dlft::jacobians::{
+        OMEGA_RAD_S, at_sample_points, at_sample_points_of_waves_too, with_changed, without_contact,
+    };
     use crate::problem::Problem;
 
     #[test]
@@ -669,6 +671,50 @@ mod tests {
                     assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
                 }
             });
+        });
+    }
+
+    #[test]
+    fn a_finer_balance_has_the_evaluation_and_the_jacobian_of_a_coarser_one() {
+        at_sample_points_of_waves_too(|what, sample, u| {
+            let fourier = sample.setting.fourier;
+            let (width, samples) = (fourier.width(), fourier.samples());
+            let finer = Fourier::new(fourier.harmonics() + 3, samples);
+            let setting = Setting {
+                fourier: &finer,
+                ..*sample.setting
+            };
+            let with_force = |setting| {
+                let mut balance = Balance::new(setting, OMEGA_RAD_S);
+                let (own, further) = balance.force.split_at_mut(sample.force.len());
+                own.copy_from_slice(&sample.force);
+                // One of the excitations has a harmonic that the coarser balance leaves out.
+                further.fill(0.0);
+                balance
+            };
+            let (fine, coarse) = (with_force(&setting), with_force(sample.setting));
+            let mut longer = u.to_vec();
+            longer.resize(fine.force.len(), 0.0);
+            let [of_finer, own] = [(&fine, &longer[..]), (&coarse, u)].map(|(balance, u)| {
+                let evaluation = balance.evaluate(u);
+                let jacobian = balance.linearise(&evaluation);
+                (evaluation, jacobian)
+            });
+            let of_finer = (of_finer.0.truncated(width), of_finer.1.truncated(width));
+            let compare = |a: &[f64], b: &[f64]| {
+                let largest = b.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                assert_eq!(a.len(), b.len(), "{what}");
+                for (a, b) in a.iter().zip(b) {
+                    assert!((a - b).abs() <= 1e-9 * largest, "{what}: {a} {b}");
+                }
+            };
+            compare(&of_finer.0.residual, &own.0.residual);
+            compare(&of_finer.0.lambda_u, &own.0.lambda_u);
+            compare(&of_finer.0.lambda, &own.0.lambda);
+            assert_eq!(of_finer.1.active, own.1.active, "{what}");
+            for (a, b) in of_finer.1.derivatives.iter().zip(&own.1.derivatives) {
+                compare(a, b);
+            }
         });
     }
 

@@ -210,30 +210,45 @@ impl Truncation {
 /// Evaluation of a balance at one U, and its Jacobian there.
 struct Linearised {
     samples: usize,
+    harmonics: usize,
     evaluation: Evaluation,
     jacobian: Jacobian,
 }
 
 impl Linearised {
     /// Linearises a balance at U, or takes what is known of one with more harmonics and the same
-    /// eps, where it has as many samples.
+    /// eps, where it has as many samples and nothing excites its further harmonics.
     fn at(balance: &Balance<'_>, u: &[f64], finer: Option<Self>) -> Self {
-        let fourier = balance.setting.fourier;
-        let (samples, width) = (fourier.samples(), fourier.width());
-        match finer {
-            Some(finer) if finer.samples == samples => Self {
-                samples,
-                evaluation: finer.evaluation.truncated(width),
-                jacobian: finer.jacobian.truncated(width),
-            },
-            _ => {
+        let Setting {
+            fourier, system, ..
+        } = balance.setting;
+        let (samples, harmonics) = (fourier.samples(), fourier.harmonics());
+        let excited = system.problem.excitations.iter().map(|load| load.harmonic);
+        let excites = |further: std::ops::RangeInclusive<usize>| {
+            excited.clone().any(|harmonic| further.contains(&harmonic))
+        };
+        let serves =
+            |finer: &Self| finer.samples == samples && !excites(harmonics + 1..=finer.harmonics);
+        let (evaluation, jacobian) = match finer.filter(serves) {
+            Some(Self {
+                evaluation,
+                jacobian,
+                ..
+            }) => (
+                evaluation.truncated(fourier.width()),
+                jacobian.truncated(fourier.width()),
+            ),
+            None => {
                 let evaluation = balance.evaluate(u);
-                Self {
-                    samples,
-                    jacobian: balance.linearise(&evaluation),
-                    evaluation,
-                }
+                let jacobian = balance.linearise(&evaluation);
+                (evaluation, jacobian)
             }
+        };
+        Self {
+            samples,
+            harmonics,
+            evaluation,
+            jacobian,
         }
     }
 }
@@ -375,9 +390,9 @@ impl<'a> FrequencySolver<'a> {
     /// Corrects a solution by one Newton step of each of these finer balances, in ascending order of
     /// their harmonics.
     ///
-    /// Their eps is that of the solution. Where they have as many samples as the finest of them, their
-    /// contact forces and derivatives are those of the finest up to their own harmonics, and are
-    /// computed once.
+    /// Their eps is that of the solution. Where they have as many samples as the finest of them, and
+    /// nothing excites its further harmonics, their contact forces and derivatives are those of the
+    /// finest up to their own harmonics, and are computed once.
     pub fn truncations(
         finer: &[&Self],
         coarse: &Solution<'_>,

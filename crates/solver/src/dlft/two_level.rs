@@ -3,7 +3,7 @@
 //! The softest motions, all harmonics coupled, are solved for directly ([`super::coarse`]). What is
 //! left is stiff and local: dividing by eps suffices for it, which is the diagonal of J where eps
 //! is that of K. The number of iterations therefore depends little on how fine the flanks are, and
-//! each reads K once, in single precision.
+//! each reads K once, in single precision, or where the flanks are large its near field.
 
 use faer::Mat;
 

@@ -1,6 +1,7 @@
 //! Dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take
-//! part alone, with K in single precision, and the mass through the coarse space of the softest
-//! motions. Inertia matters where motions are soft; in the others it is below single precision.
+//! part alone, with K in single precision or its near field, and the mass through the coarse space of
+//! the softest motions. Inertia matters where motions are soft; in the others it is below single
+//! precision.
 //! `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
 //!
 //! Harmonics that are waves round a disc have matrices of their own, whole and in single precision.
