@@ -13,28 +13,27 @@ const BLOCK: usize = 192;
 /// Most rows of a matrix that is one block: it stays in a cache as it is.
 const ONE_BLOCK: usize = 1200;
 
-/// Number of rows and columns of a block of a matrix with `size` rows.
-fn block_size(size: usize) -> usize {
-    if size <= ONE_BLOCK {
+/// Rows and columns of the blocks of a lower triangle, column of blocks by column of blocks.
+fn lower_blocks(size: usize) -> impl Iterator<Item = [Range<usize>; 2]> {
+    let block = if size <= ONE_BLOCK {
         size.max(1)
     } else {
         BLOCK
-    }
+    };
+    let places = move |first: usize| first..size.min(first + block);
+    let columns = (0..size).step_by(block);
+    columns.flat_map(move |column| {
+        let rows = (column..size).step_by(block);
+        rows.map(move |row| [places(row), places(column)])
+    })
 }
 
-/// Product a b with a symmetric a, of which the lower triangle alone is read where it is large.
-pub fn symmetric_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let size = a.nrows();
-    let mut product = Mat::zeros(size, b.ncols());
-    let block = block_size(size);
-    for column in (0..size).step_by(block) {
-        for row in (column..size).step_by(block) {
-            let (rows, columns) = (row..size.min(row + block), column..size.min(column + block));
-            let of_block = a.get(rows.clone(), columns.clone());
-            add_block(of_block, [rows, columns], b, product.as_mut());
-        }
+/// Computes y += a x with a symmetric a, of which the lower triangle alone is read where it is large.
+pub fn add_symmetric_product(a: MatRef<'_, f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
+    for [rows, columns] in lower_blocks(a.nrows()) {
+        let block = a.get(rows.clone(), columns.clone());
+        add_block(block, [rows, columns], x, y.rb_mut());
     }
-    product
 }
 
 /// Adds to y what a block of a symmetric matrix and its mirror image make of x.
@@ -79,20 +78,16 @@ impl PackedSymmetric {
     /// ascend.
     pub fn of(matrix: MatRef<'_, f64>, indices: &[usize]) -> Self {
         let size = indices.len();
+        let count = lower_blocks(size).map(|[rows, columns]| rows.len() * columns.len());
+        let mut entries = Vec::with_capacity(count.sum());
         let mut blocks = vec![];
-        let block = block_size(size);
-        let mut entries = Vec::with_capacity(size * (size + block) / 2 + block * block);
-        for column in (0..size).step_by(block) {
-            for row in (column..size).step_by(block) {
-                let start = entries.len();
-                let [rows, columns] = [row, column].map(|first| first..size.min(first + block));
-                for &j in &indices[columns.clone()] {
-                    let rows = &indices[rows.clone()];
-                    entries.extend(rows.iter().map(|&i| matrix[(i, j)] as f32));
-                }
-                let places = [rows, columns];
-                blocks.push(Block { places, start });
+        for places in lower_blocks(size) {
+            let start = entries.len();
+            let [rows, columns] = places.clone().map(|of| &indices[of]);
+            for &j in columns {
+                entries.extend(rows.iter().map(|&i| matrix[(i, j)] as f32));
             }
+            blocks.push(Block { places, start });
         }
         let middle = blocks.partition_point(|block| block.start < entries.len() / 2);
         Self {
@@ -101,6 +96,11 @@ impl PackedSymmetric {
             entries,
             middle,
         }
+    }
+
+    /// Returns `true` if the matrix is so small that it stays in a cache, in one block.
+    pub fn is_one_block(&self) -> bool {
+        self.blocks.len() <= 1
     }
 
     /// Computes y = A x, x and y of `size` rows.
@@ -168,7 +168,9 @@ mod tests {
             });
             let x = Mat::from_fn(n, 3, |i, j| ((i + 5 * j) as f64).cos());
             let exact = crate::dense::product(full.as_ref(), x.as_ref());
-            let off = &symmetric_product(half.as_ref(), x.as_ref()) - &exact;
+            let mut product = Mat::zeros(n, 3);
+            add_symmetric_product(half.as_ref(), x.as_ref(), product.as_mut());
+            let off = &product - &exact;
             assert!(off.norm_max() < 1e-10, "{n}: {}", off.norm_max());
         }
     }

@@ -679,10 +679,12 @@ impl<'a> FrequencySolver<'a> {
         match strategy {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
-                let evaluated = last?.starts(frequency_hz, self.unknowns()).into_iter();
-                let mut starts: Vec<(Vec<f64>, Evaluation)> = evaluated
-                    .map(|u| (u.clone(), balance.evaluate(&u)))
-                    .collect();
+                let with_evaluation = |u: Vec<f64>| {
+                    let evaluation = balance.evaluate(&u);
+                    (u, evaluation)
+                };
+                let starts = last?.starts(frequency_hz, self.unknowns());
+                let mut starts: Vec<_> = starts.into_iter().map(with_evaluation).collect();
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
                     let scale = load_scale(&balance, self.newton.tolerance);

@@ -9,6 +9,7 @@ use faer::Mat;
 
 use super::coarse::Coarse;
 use super::linear_system::{LinearSystem, widen};
+use dovetail_numerics::dense::NearField;
 use dovetail_numerics::krylov::{GmresEnd, gmres};
 use dovetail_numerics::vector::{axpy, dot, norm};
 
@@ -84,13 +85,13 @@ struct Bordered<'a> {
 impl<'a> Bordered<'a> {
     fn new(
         system: &LinearSystem,
-        stiffness: Stiffness,
+        near: Option<&NearField>,
         coarse: Option<&Coarse>,
         border: &'a Border,
     ) -> Self {
         let columns = border.columns.iter();
         let (solved, images): (Vec<_>, Vec<_>) = columns
-            .map(|column| solved_and_image(system, stiffness, coarse, column).into())
+            .map(|column| solved_and_image(system, near, coarse, column).into())
             .unzip();
         let of_row = |(row, corner): (&Vec<f64>, &Vec<f64>)| {
             let entries = corner.iter().zip(&solved);
@@ -117,19 +118,13 @@ const MOST_ROUNDS: usize = 6;
 /// A solution with the near field of K goes on where it leaves less than this of the residual.
 const PROGRESS: f64 = 0.7;
 
-/// K as the products of an iteration take it.
-#[derive(Clone, Copy, PartialEq)]
-enum Stiffness {
-    Whole,
-    /// The blocks of pairs that are near each other.
-    Near,
-}
-
 /// Linear system with its preconditioner and border.
 struct Solver<'a> {
     system: &'a LinearSystem,
     coarse: Option<&'a Coarse>,
-    border: Option<&'a Border>,
+    /// Near field of K, in place of K in the iterations.
+    near: Option<&'a NearField>,
+    bordered: Option<Bordered<'a>>,
     /// Weight of the vibrating part of residuals.
     vibration_weight: f64,
 }
@@ -149,33 +144,35 @@ pub fn solve(
     tolerance: f64,
     max_iterations: usize,
 ) -> (Vec<f64>, GmresEnd) {
+    let near = system.inexact.near_stiffness.as_ref();
     let solver = Solver {
         system,
         coarse,
-        border,
+        near,
+        bordered: border.map(|border| Bordered::new(system, near, coarse, border)),
         vibration_weight,
     };
-    if !system.inexact.has_near_stiffness() {
-        return solver.gmres(Stiffness::Whole, b, tolerance, max_iterations);
+    if near.is_none() {
+        return solver.gmres(b, tolerance, max_iterations);
     }
-    let weighed = |v: &[f64]| norm(&solver.weighed(v, vibration_weight));
+    let weighed = |v: &[f64]| norm(&solver.weighed(v));
     let whole = weighed(b);
     let within = |left: f64| (PROGRESS * tolerance * whole / left).min(PROGRESS);
-    let (mut x, mut end) = solver.gmres(Stiffness::Near, b, within(whole), max_iterations);
+    let (mut x, mut end) = solver.gmres(b, within(whole), max_iterations);
     let mut before = whole;
-    for _ in 0..MOST_ROUNDS {
+    for round in 0..=MOST_ROUNDS {
         let image = solver.image(&x);
         let rest: Vec<f64> = b.iter().zip(&image).map(|(b, image)| b - image).collect();
         let left = weighed(&rest);
         end.relative_residual = if whole > 0.0 { left / whole } else { 0.0 };
         end.converged = end.relative_residual <= tolerance;
         let goes_on = left < PROGRESS * before && end.iterations < max_iterations;
-        if end.converged || !goes_on {
+        if end.converged || !goes_on || round == MOST_ROUNDS {
             break;
         }
         before = left;
         let most = max_iterations - end.iterations;
-        let (dx, of_rest) = solver.gmres(Stiffness::Near, &rest, within(left), most);
+        let (dx, of_rest) = solver.gmres(&rest, within(left), most);
         x.iter_mut().zip(&dx).for_each(|(x, d)| *x += d);
         end.iterations += of_rest.iterations;
     }
@@ -188,11 +185,16 @@ impl Solver<'_> {
         self.system.inexact.unknowns() * self.system.width()
     }
 
-    /// A vector with its vibrating part times a factor.
-    fn weighed(&self, v: &[f64], by: f64) -> Vec<f64> {
-        let mut v = v.to_vec();
+    /// Multiplies the vibrating part of a vector by a factor.
+    fn weigh(&self, v: &mut [f64], by: f64) {
         let vibrating = self.system.inexact.unknowns()..self.own();
         v[vibrating].iter_mut().for_each(|v| *v *= by);
+    }
+
+    /// A residual with its vibrating part weighted.
+    fn weighed(&self, v: &[f64]) -> Vec<f64> {
+        let mut v = v.to_vec();
+        self.weigh(&mut v, self.vibration_weight);
         v
     }
 
@@ -207,7 +209,7 @@ impl Solver<'_> {
             self.system.apply(narrow.as_ref(), forces).as_ref(),
             &mut image,
         );
-        if let Some(border) = self.border {
+        if let Some(Bordered { border, .. }) = &self.bordered {
             for (further, column) in further.iter().zip(&border.columns) {
                 axpy(*further, column, &mut image);
             }
@@ -218,33 +220,22 @@ impl Solver<'_> {
     }
 
     /// Solves A x = b by GMRES.
-    fn gmres(
-        &self,
-        stiffness: Stiffness,
-        b: &[f64],
-        tolerance: f64,
-        max_iterations: usize,
-    ) -> (Vec<f64>, GmresEnd) {
-        let (system, coarse, own) = (self.system, self.coarse, self.own());
-        let m = system.inexact.unknowns();
-        let weigh = |v: &mut [f64], by: f64| v[m..own].iter_mut().for_each(|v| *v *= by);
-        let vibration_weight = self.vibration_weight;
-        let bordered = self
-            .border
-            .map(|border| Bordered::new(system, stiffness, coarse, border));
-        let right = self.weighed(b, vibration_weight);
+    fn gmres(&self, b: &[f64], tolerance: f64, max_iterations: usize) -> (Vec<f64>, GmresEnd) {
+        let (system, coarse, near, own) = (self.system, self.coarse, self.near, self.own());
+        let (bordered, vibration_weight) = (&self.bordered, self.vibration_weight);
+        let right = self.weighed(b);
         let mut x = vec![0.0; b.len()];
         let end = gmres(
             |v, w| {
                 let mut v = v.to_vec();
-                weigh(&mut v, vibration_weight.recip());
-                match &bordered {
+                self.weigh(&mut v, vibration_weight.recip());
+                match bordered {
                     None => {
-                        let image = image(system, stiffness, preconditioned(system, coarse, &v));
+                        let image = image(system, near, preconditioned(system, coarse, &v));
                         widen(image.as_ref(), w);
                     }
                     Some(bordered) => {
-                        let [z, image] = solved_and_image(system, stiffness, coarse, &v[..own]);
+                        let [z, image] = solved_and_image(system, near, coarse, &v[..own]);
                         let further = bordered.further_unknowns(&z, &v[own..]);
                         w[..own].copy_from_slice(&image);
                         for (i, further) in further.iter().enumerate() {
@@ -255,13 +246,13 @@ impl Solver<'_> {
                         w[own..].copy_from_slice(&v[own..]);
                     }
                 }
-                weigh(w, vibration_weight);
+                self.weigh(w, vibration_weight);
             },
             |v| {
-                weigh(v, vibration_weight.recip());
+                self.weigh(v, vibration_weight.recip());
                 let Preconditioned { soft, local, .. } = preconditioned(system, coarse, &v[..own]);
                 widen((soft + local).as_ref(), &mut v[..own]);
-                if let Some(bordered) = &bordered {
+                if let Some(bordered) = bordered {
                     let further = bordered.further_unknowns(&v[..own], &v[own..]);
                     for (further, solved) in further.iter().zip(&bordered.solved) {
                         axpy(-further, solved, &mut v[..own]);
@@ -281,14 +272,14 @@ impl Solver<'_> {
 /// Approximate solution z of J z = v, and J z.
 fn solved_and_image(
     system: &LinearSystem,
-    stiffness: Stiffness,
+    near: Option<&NearField>,
     coarse: Option<&Coarse>,
     v: &[f64],
 ) -> [Vec<f64>; 2] {
     let [mut z, mut jz] = [v, v].map(|v| vec![0.0; v.len()]);
     let parts = preconditioned(system, coarse, v);
     widen((parts.soft.clone() + &parts.local).as_ref(), &mut z);
-    widen(image(system, stiffness, parts).as_ref(), &mut jz);
+    widen(image(system, near, parts).as_ref(), &mut jz);
     [z, jz]
 }
 
@@ -315,13 +306,12 @@ fn preconditioned(system: &LinearSystem, coarse: Option<&Coarse>, v: &[f64]) -> 
     }
 }
 
-/// Computes J z.
-fn image(system: &LinearSystem, stiffness: Stiffness, z: Preconditioned) -> Mat<f32> {
-    let near = match stiffness {
-        Stiffness::Near => system.inexact.near_stiffness_times(z.local.as_ref()),
-        Stiffness::Whole => None,
+/// Computes J z, with the near field of K for what is local where it is given.
+fn image(system: &LinearSystem, near: Option<&NearField>, z: Preconditioned) -> Mat<f32> {
+    let forces = match near {
+        Some(near) => near.times(z.local.as_ref()),
+        None => system.inexact.stiffness_times(z.local.as_ref()),
     };
-    let forces = near.unwrap_or_else(|| system.inexact.stiffness_times(z.local.as_ref()));
     z.soft_image + system.apply(z.local.as_ref(), forces)
 }
 
@@ -459,7 +449,7 @@ mod tests {
     #[test]
     fn what_is_far_on_a_large_flank_is_in_the_solution() {
         let (linear, model) = long_row();
-        assert!(linear.inexact.has_near_stiffness());
+        assert!(linear.inexact.near_stiffness.is_some());
         let n = model.stiffness.nrows();
         let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).sin()).collect();
         let coarse = Coarse::new(&linear).unwrap();

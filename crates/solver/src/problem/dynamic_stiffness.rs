@@ -20,7 +20,7 @@ use crate::reduction::{HarmonicModel, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, c64};
+use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
 
 pub use super::elimination::{Coefficients, LowRank};
@@ -398,22 +398,29 @@ impl Product<'_> {
 
 /// Product of a matrix with columns that stand one after the other.
 fn times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
-    let columns = b.len() / a.ncols().max(1);
-    let b = MatRef::from_column_major_slice(b, a.ncols(), columns);
-    entries(&dense::product(a, b))
+    on_columns(a, b, |b, out| {
+        matmul(out, Accum::Replace, a, b, 1.0, Par::Seq);
+    })
 }
 
 /// [`times`] for a symmetric matrix.
 fn symmetric_times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
-    let columns = b.len() / a.ncols().max(1);
-    let b = MatRef::from_column_major_slice(b, a.ncols(), columns);
-    entries(&dense::symmetric_product(a, b))
+    on_columns(a, b, |b, out| dense::add_symmetric_product(a, b, out))
 }
 
-/// Entries of a matrix, column by column.
-fn entries(a: &Mat<f64>) -> Vec<f64> {
-    let columns = (0..a.ncols()).map(|j| a.col_as_slice(j));
-    columns.flatten().copied().collect()
+/// Writes a product of `a` with columns that stand one after the other into zeros.
+fn on_columns(
+    a: MatRef<'_, f64>,
+    b: &[f64],
+    product: impl FnOnce(MatRef<'_, f64>, MatMut<'_, f64>),
+) -> Vec<f64> {
+    let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
+    let mut out = vec![0.0; rows * columns];
+    product(
+        MatRef::from_column_major_slice(b, a.ncols(), columns),
+        MatMut::from_column_major_slice_mut(&mut out, rows, columns),
+    );
+    out
 }
 
 impl<'a> HarmonicStiffness<'a> {

@@ -30,8 +30,6 @@ const DEPENDENT: f64 = 1e-4;
 /// A pair is near another where the block of K that couples them is above this, relative to their own
 /// stiffness.
 const NEAR: f64 = 1e-3;
-/// Most unknowns of which K is read as a whole: it stays in a cache.
-const MOST_READ_AS_A_WHOLE: usize = 1200;
 /// The blocks of pairs that are near each other serve where they are less than this fraction of all.
 const NEAR_FRACTION: f64 = 0.15;
 /// Fraction of active pairs from which on all pairs take part.
@@ -54,8 +52,9 @@ pub struct Inexact {
     /// Numbers of the pairs, ascending.
     pub pairs: Vec<usize>,
     stiffness: PackedSymmetric,
-    /// Blocks of K of pairs that are near each other; `None` where those are most of K.
-    near_stiffness: Option<NearField>,
+    /// Blocks of K of pairs that are near each other; `None` where their products are hardly faster
+    /// than those of K.
+    pub near_stiffness: Option<NearField>,
     /// W^T, motions x m.
     pub motions: Mat<f32>,
     /// (K W)^T, motions x m.
@@ -186,9 +185,13 @@ impl<'a> InexactModel<'a> {
         let [coupling, dashpots] = self.model.coupling_and_dashpots();
         let inertia = &self.inertia;
         let m = columns.len();
+        let stiffness = PackedSymmetric::of(self.model.stiffness.as_ref(), &columns);
+        let near_stiffness = (!stiffness.is_one_block())
+            .then(|| NearField::of(self.model.stiffness.as_ref(), &columns, NEAR))
+            .filter(|near| (near.blocks() as f64) < NEAR_FRACTION * (pairs.len() as f64).powi(2));
         Inexact {
-            stiffness: PackedSymmetric::of(self.model.stiffness.as_ref(), &columns),
-            near_stiffness: near_stiffness(self.model.stiffness.as_ref(), &columns),
+            stiffness,
+            near_stiffness,
             inertia: Mat::from_fn(m, inertia.ncols(), |i, j| inertia[(columns[i], j)]),
             coupling: Mat::from_fn(m, coupling.ncols(), |i, j| coupling[(columns[i], j)] as f32),
             dashpots: Mat::from_fn(m, dashpots.ncols(), |i, j| dashpots[(columns[i], j)] as f32),
@@ -372,17 +375,6 @@ impl Inexact {
         y
     }
 
-    /// Computes K x like [`Inexact::stiffness_times`], on the pairs that are near each other alone;
-    /// `None` where that would be hardly faster.
-    pub fn near_stiffness_times(&self, x: MatRef<'_, f32>) -> Option<Mat<f32>> {
-        Some(self.near_stiffness.as_ref()?.times(x))
-    }
-
-    /// Returns `true` if K is not read as a whole by [`Inexact::near_stiffness_times`].
-    pub fn has_near_stiffness(&self) -> bool {
-        self.near_stiffness.is_some()
-    }
-
     /// Computes `Lambda x` from x and `K x`, m x (2H+1): the mean, then cosine and sine of each
     /// harmonic.
     pub fn dynamic(
@@ -524,16 +516,6 @@ fn scale_by_complex(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
     let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
     a[(i, cosine)] = (by.re * c + by.im * s) as f32;
     a[(i, cosine + 1)] = (by.re * s - by.im * c) as f32;
-}
-
-/// Near field of K on unknowns, where it serves.
-fn near_stiffness(stiffness: MatRef<'_, f64>, columns: &[usize]) -> Option<NearField> {
-    if columns.len() <= MOST_READ_AS_A_WHOLE {
-        return None;
-    }
-    let near = NearField::of(stiffness, columns, NEAR);
-    let all = (columns.len() / 3).pow(2) as f64;
-    ((near.blocks() as f64) < NEAR_FRACTION * all).then_some(near)
 }
 
 fn narrow(a: MatRef<'_, f64>) -> Mat<f32> {
