@@ -30,7 +30,7 @@ fn dovetail(command: &str, out: &Path, rest: &[&str]) -> Command {
 fn the_motions_over_a_key_are_those_of_runs() {
     for (key, range, values) in [
         ("reduced_model.force_n", "0.2:2.4:3", [0.2, 2.4]),
-        ("reduced_model.friction", "0.1:0.4:3", [0.1, 0.4]),
+        ("reduced_model.friction", "0.3:0.4:2", [0.3, 0.4]),
         ("reduced_model.gap_m", "0:2e-6:3", [0.0, 2e-6]),
     ] {
         let out = Folder::new("curve");
@@ -94,7 +94,7 @@ fn over_the_speed_the_motions_are_those_of_runs() {
     let out = Folder::new("curve_speed");
     let words = [
         "--over",
-        "rotation.speed_rpm=4900:5000:2",
+        "rotation.speed_rpm=4990:5000:2",
         "--frequency",
         "430",
     ];

@@ -2,11 +2,12 @@
 //! that was compiled beside this test.
 //!
 //! Python needs numpy, SciPy, matplotlib, nbclient, ipykernel and pytest: the environment of
-//! `tools/setup.sh python`, or another one named by `DOVETAIL_PYTHON`. Some of the tests run the program and examples of the library, which
-//! `cargo test --workspace` compiles before.
+//! `tools/setup.sh python`, or another one named by `DOVETAIL_PYTHON`. Some of the tests run the
+//! program and examples of the library, which `cargo test --workspace` compiles before.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use dovetail_testkit::folder::root;
 
@@ -28,35 +29,44 @@ fn package(folder: &Path, library: &Path) {
     std::fs::copy(library, package.join("_dovetail.abi3.so")).unwrap();
 }
 
-#[test]
-fn the_tests_of_the_python_package_pass() {
-    // target/debug/deps, and target/debug with the program and the examples.
-    let own = std::env::current_exe().unwrap();
-    let deps = own.parent().unwrap();
-    let build = deps.parent().unwrap();
-    let library = deps.join("lib_dovetail.so");
-    assert!(library.exists(), "{} is not there", library.display());
-    for needed in [
-        "dovetail",
-        "examples/own_newton",
-        "examples/reduced_from_matrices",
-    ] {
-        let path = build.join(needed);
-        assert!(
-            path.exists(),
-            "{} is not there: run `cargo test --workspace`",
-            path.display()
-        );
-    }
-    let folder = build.parent().unwrap().join("python");
-    package(&folder, &library);
+/// Folder of the build, target/debug, and the folder in which Python finds the package.
+fn build_and_package() -> &'static (PathBuf, PathBuf) {
+    static FOLDERS: OnceLock<(PathBuf, PathBuf)> = OnceLock::new();
+    FOLDERS.get_or_init(|| {
+        // target/debug/deps, and target/debug with the program and the examples.
+        let own = std::env::current_exe().unwrap();
+        let deps = own.parent().unwrap();
+        let build = deps.parent().unwrap();
+        let library = deps.join("lib_dovetail.so");
+        assert!(library.exists(), "{} is not there", library.display());
+        for needed in [
+            "dovetail",
+            "examples/own_newton",
+            "examples/reduced_from_matrices",
+        ] {
+            let path = build.join(needed);
+            assert!(
+                path.exists(),
+                "{} is not there: run `cargo test --workspace`",
+                path.display()
+            );
+        }
+        let folder = build.parent().unwrap().join("python");
+        package(&folder, &library);
+        (build.to_path_buf(), folder)
+    })
+}
+
+/// Runs the tests of the folder that these arguments of pytest choose.
+fn passes(arguments: &[&str]) {
+    let (build, folder) = build_and_package();
     let python = std::env::var_os("DOVETAIL_PYTHON")
         .map_or_else(|| root().join("target/venv/bin/python"), PathBuf::from);
     let run = Command::new(&python)
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
-        .arg(root().join("crates/python/tests"))
-        .current_dir(root())
-        .env("PYTHONPATH", &folder)
+        .args(arguments)
+        .current_dir(root().join("crates/python/tests"))
+        .env("PYTHONPATH", folder)
         .env("DOVETAIL_BUILD", build)
         .output();
     let run = run.unwrap_or_else(|error| {
@@ -73,4 +83,15 @@ fn the_tests_of_the_python_package_pass() {
         "{said}{errors}\nwhere a module is missing: `tools/setup.sh python`"
     );
     println!("{}", said.lines().last().unwrap_or_default());
+}
+
+#[test]
+fn the_tests_of_the_notebooks_and_examples_pass() {
+    passes(&["test_examples.py"]);
+}
+
+/// All the others, beside those of the examples: each takes half of the time.
+#[test]
+fn the_tests_of_the_python_package_pass() {
+    passes(&["--ignore", "test_examples.py"]);
 }
