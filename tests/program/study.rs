@@ -456,7 +456,7 @@ fn a_case_that_was_broken_off_goes_on_with_its_frequencies() {
     let study = r#"
 name = "long"
 scene = "scene.toml"
-set = ["response.points=100", "response.samples=32"]
+set = ["response.points=400", "response.samples=32"]
 [[parameter]]
 key = "response.harmonics"
 values = [1]
@@ -465,7 +465,7 @@ base = 1
     let folder = Folder::new("broken-off", study);
     let child = folder.begin(&["--quiet"]);
     let journal = folder.case("base", "response.journal");
-    // Six of the hundred: the rest takes longer than what follows until the case is killed.
+    // Six of the 400: the rest takes longer than what follows until the case is killed.
     until("frequencies are solved", || {
         std::fs::metadata(&journal).is_ok_and(|m| m.len() >= 100_000)
     });
@@ -487,7 +487,7 @@ base = 1
             .is_some_and(|c| [0, 3].contains(&c))
     );
     let log = folder.text("out/cases/base/log.txt");
-    has(&log, "of 100 frequencies were solved before");
+    has(&log, "of 400 frequencies were solved before");
     assert!(!journal.exists());
 }
 

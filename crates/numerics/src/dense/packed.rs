@@ -28,12 +28,35 @@ fn lower_blocks(size: usize) -> impl Iterator<Item = [Range<usize>; 2]> {
     })
 }
 
-/// Computes y += a x with a symmetric a, of which the lower triangle alone is read where it is large.
+/// Computes y += a x with a symmetric a, of which the lower triangle alone is read where it is large,
+/// on two threads.
 pub fn add_symmetric_product(a: MatRef<'_, f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
-    for [rows, columns] in lower_blocks(a.nrows()) {
-        let block = a.get(rows.clone(), columns.clone());
-        add_block(block, [rows, columns], x, y.rb_mut());
+    let blocks: Vec<[Range<usize>; 2]> = lower_blocks(a.nrows()).collect();
+    let add = |places: &[Range<usize>; 2], y: MatMut<'_, f64>| {
+        let [rows, columns] = places.clone();
+        add_block(a.get(rows, columns), places.clone(), x, y);
+    };
+    match &blocks[..] {
+        [] => {}
+        [whole] => add(whole, y),
+        many => y += in_two_sums(many.split_at(many.len() / 2), y.shape(), add),
     }
+}
+
+/// Sum of what blocks add to zeros of this shape: that of the first and that of the second blocks on a
+/// thread each. There are two sums whatever the number of threads.
+fn in_two_sums<T: ComplexField, B: Sync>(
+    (first, second): (&[B], &[B]),
+    (rows, columns): (usize, usize),
+    add: impl Fn(&B, MatMut<'_, T>) + Sync,
+) -> Mat<T> {
+    let sum = |blocks: &[B]| {
+        let mut y = Mat::zeros(rows, columns);
+        blocks.iter().for_each(|block| add(block, y.as_mut()));
+        y
+    };
+    let (first, second) = rayon::join(|| sum(first), || sum(second));
+    first + second
 }
 
 /// Adds to y what a block of a symmetric matrix and its mirror image make of x.
@@ -56,7 +79,6 @@ fn add_block<T: ComplexField>(
 /// Lower triangle of a symmetric matrix, by blocks.
 #[derive(Debug)]
 pub struct PackedSymmetric {
-    size: usize,
     /// Blocks of the lower triangle, column of blocks by column of blocks.
     blocks: Vec<Block>,
     /// Entries of all blocks, each by columns.
@@ -91,7 +113,6 @@ impl PackedSymmetric {
         }
         let middle = blocks.partition_point(|block| block.start < entries.len() / 2);
         Self {
-            size,
             blocks,
             entries,
             middle,
@@ -103,27 +124,16 @@ impl PackedSymmetric {
         self.blocks.len() <= 1
     }
 
-    /// Computes y = A x, x and y of `size` rows.
+    /// Computes y = A x, x and y of as many rows as A.
     pub fn times(&self, x: MatRef<'_, f32>, mut y: MatMut<'_, f32>) {
-        // Two sums, whatever the number of threads.
-        let (mut first, mut second) = (Mat::zeros(0, 0), Mat::zeros(0, 0));
-        let (blocks, others) = self.blocks.split_at(self.middle);
-        rayon::join(
-            || first = self.sum(blocks, x),
-            || second = self.sum(others, x),
-        );
-        y.copy_from(first + second);
-    }
-
-    fn sum(&self, blocks: &[Block], x: MatRef<'_, f32>) -> Mat<f32> {
-        let mut y = Mat::zeros(self.size, x.ncols());
-        for Block { places, start } in blocks {
+        let halves = self.blocks.split_at(self.middle);
+        y.copy_from(in_two_sums(halves, y.shape(), |block, y| {
+            let places = block.places.clone();
             let [rows, columns] = places.each_ref().map(|of| of.len());
-            let entries = &self.entries[*start..start + rows * columns];
+            let entries = &self.entries[block.start..block.start + rows * columns];
             let block = MatRef::from_column_major_slice(entries, rows, columns);
-            add_block(block, places.clone(), x, y.as_mut());
-        }
-        y
+            add_block(block, places, x, y);
+        }));
     }
 }
 

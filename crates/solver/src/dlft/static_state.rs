@@ -10,7 +10,6 @@
 //! ([`super::retention`]), where friction does not hold it either (at a coefficient of 0 it never
 //! does): there is no state to be found then, or one far away.
 
-use super::balance::apply_real;
 use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
 use super::retention::{Holding, Retention};
@@ -22,15 +21,14 @@ use crate::problem::inexact::{Inexact, InexactModel};
 use crate::problem::tangential;
 use crate::problem::{LinearReference, Problem};
 use crate::reduction::ReducedModel;
-use dovetail_numerics::dense::Lu;
+use dovetail_numerics::dense::{Lu, add_symmetric_product};
 use dovetail_numerics::krylov::RefreshPolicy;
 use dovetail_numerics::nonlinear::{
     NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton,
 };
 use dovetail_numerics::vector::norm;
-use faer::Mat;
+use faer::{Mat, MatMut, MatRef};
 use serde::Serialize;
-use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Way in which the static load is applied: from no load through the points in their order, and
@@ -294,8 +292,6 @@ fn with_growing_friction(
 
 struct StaticSystem<'a> {
     problem: &'a Problem,
-    /// Stiffness K, with the retention where there is one.
-    stiffness: Cow<'a, Mat<f64>>,
     eps: &'a [f64],
     /// Load of this step, N.
     load: Vec<f64>,
@@ -309,6 +305,8 @@ struct StaticSystem<'a> {
     /// Force that residuals of this step are relative to, N.
     scale: f64,
     linear: LinearSystem,
+    /// Displacements x of the last elastic forces, m, and these, N.
+    elastic: [Vec<f64>; 2],
     /// Coarse problem of J at some earlier x.
     coarse: Option<Coarse>,
     refresh: RefreshPolicy,
@@ -324,13 +322,8 @@ impl<'a> StaticSystem<'a> {
         retention: Option<&Retention>,
     ) -> Self {
         let n = problem.reduced.stiffness.nrows();
-        let mut stiffness = Cow::Borrowed(&problem.reduced.stiffness);
-        if let Some(retention) = retention {
-            retention.add_to_matrix(stiffness.to_mut());
-        }
         Self {
             problem,
-            stiffness,
             eps,
             load: vec![0.0; n],
             laws: problem.laws.clone(),
@@ -344,6 +337,7 @@ impl<'a> StaticSystem<'a> {
                 retention: retention.cloned(),
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
+            elastic: [vec![], vec![]],
             coarse: None,
             refresh: RefreshPolicy::default(),
         }
@@ -421,8 +415,13 @@ impl<'a> StaticSystem<'a> {
     }
 
     /// Each pair at `x`.
-    fn pairs(&self, x: &[f64]) -> Vec<Instant> {
+    fn pairs(&mut self, x: &[f64]) -> Vec<Instant> {
         let lambda_u = self.lambda_u(x);
+        self.at(&lambda_u)
+    }
+
+    /// Each pair under the predicted force.
+    fn at(&self, lambda_u: &[f64]) -> Vec<Instant> {
         let pairs = self.at_rest.iter().enumerate();
         pairs
             .map(|(pair, state)| {
@@ -434,7 +433,7 @@ impl<'a> StaticSystem<'a> {
     }
 
     /// Contact forces and status of all pairs at `x`, where the last load step ended.
-    fn state(&self, x: Vec<f64>, end: NewtonEnd) -> StaticState {
+    fn state(mut self, x: Vec<f64>, end: NewtonEnd) -> StaticState {
         let (mut lambda, mut status) = (vec![], vec![]);
         for pair in self.pairs(&x) {
             lambda.extend(pair.force);
@@ -478,19 +477,34 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// Predicted force F - K x + eps x.
-    fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; x.len()];
-        apply_real(&self.stiffness, x, &mut out);
-        for (i, o) in out.iter_mut().enumerate() {
-            *o = self.load[i] - *o + self.eps[i] * x[i];
+    /// Predicted force F - K x + eps x. The stiffness K is read once for an x.
+    fn lambda_u(&mut self, x: &[f64]) -> Vec<f64> {
+        let n = x.len();
+        let [at, forces] = &mut self.elastic;
+        if at != x {
+            x.clone_into(at);
+            *forces = vec![0.0; n];
+            add_symmetric_product(
+                self.problem.reduced.stiffness.as_ref(),
+                MatRef::from_column_major_slice(x, n, 1),
+                MatMut::from_column_major_slice_mut(forces, n, 1),
+            );
+            if let Some(retention) = &self.linear.retention {
+                retention.add_to(x, forces);
+            }
         }
-        out
+        let forces = forces.iter().enumerate();
+        forces
+            .map(|(i, force)| self.load[i] - force + self.eps[i] * x[i])
+            .collect()
     }
 
     /// Dense Jacobian J = K - D (K - eps).
     fn jacobian(&self) -> Mat<f64> {
-        let mut jacobian = self.stiffness.clone().into_owned();
+        let mut jacobian = self.problem.reduced.stiffness.clone();
+        if let Some(retention) = &self.linear.retention {
+            retention.add_to_matrix(&mut jacobian);
+        }
         for (j, eps) in self.eps.iter().enumerate() {
             let column = jacobian.col_as_slice_mut(j);
             let derivatives = self.linear.derivatives.chunks_exact(9);
@@ -513,7 +527,7 @@ impl NonlinearSystem for StaticSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
-        for (pair, instant) in self.pairs(x).into_iter().enumerate() {
+        for (pair, instant) in self.at(&lambda_u).into_iter().enumerate() {
             for (c, force) in instant.force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
