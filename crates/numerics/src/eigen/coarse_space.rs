@@ -2,21 +2,16 @@
 //! its own diagonal, to the accuracy of a few rounds of inverse iteration.
 
 use faer::diag::DiagRef;
-use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+use faer::{Mat, MatRef, Par};
 
 use crate::dense;
-use crate::dense::parallel::{in_rows, product};
+use crate::dense::parallel::{self, product};
 
 /// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be
 /// singular or slightly indefinite (rigid motion, spin softening).
 const SHIFTS: [f64; 3] = [1e-5, 1e-3, 1e-1];
 const ROUNDS: usize = 4;
-/// Number of columns eliminated together.
-const BLOCK: usize = 256;
 
 /// Motions w (n x `count`, fewer where n is less) that approximately span the eigenvectors
 /// `A w = theta diag(weights) w` of the smallest theta, ascending in theta, with
@@ -34,7 +29,7 @@ pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> M
         for (i, w) in weights.iter().enumerate() {
             factor[(i, i)] += shift * w;
         }
-        factored(factor.as_mut()).then_some(factor)
+        parallel::cholesky(factor)
     });
     let Some(factor) = shifted else {
         return nothing();
@@ -49,7 +44,7 @@ pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> M
             return nothing();
         }
         motions = weights * &motions;
-        super::dense::solve_in_place(factor.as_ref(), motions.as_mut());
+        parallel::solve_in_place(factor.as_ref(), motions.as_mut());
     }
     drop(factor);
     if !orthonormalise(&mut motions, weights) {
@@ -76,42 +71,6 @@ fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
         let mut rows = motions.transpose().to_owned();
         solve_lower_triangular_in_place(factor.as_ref(), rows.as_mut(), Par::Seq);
         *motions = rows.transpose().to_owned();
-    }
-    true
-}
-
-/// Computes the lower Cholesky factor in place, on all threads, to the same bits however many.
-/// Returns `false` where there is none.
-fn factored(mut a: MatMut<'_, f64>) -> bool {
-    let n = a.nrows();
-    for start in (0..n).step_by(BLOCK) {
-        let width = BLOCK.min(n - start);
-        let (left, right) = a.rb_mut().split_at_col_mut(start + width);
-        let (pivots, mut below) = left.get_mut(start.., start..).split_at_row_mut(width);
-        let Ok(factor) = super::dense::cholesky(pivots.rb()) else {
-            return false;
-        };
-        { pivots }.copy_from(&factor);
-        in_rows(below.rb_mut(), |_, rows| {
-            solve_lower_triangular_in_place(factor.as_ref(), rows.transpose_mut(), Par::Seq);
-        });
-        let trailing = right.get_mut(start + width.., ..);
-        trailing
-            .par_col_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, columns)| {
-                // On and below the diagonal block.
-                let (first, count) = (chunk * BLOCK, columns.ncols());
-                let rows = below.rb().get(first.., ..);
-                matmul(
-                    columns.get_mut(first.., ..),
-                    Accum::Add,
-                    rows,
-                    rows.get(..count, ..).transpose(),
-                    -1.0,
-                    Par::Seq,
-                );
-            });
     }
     true
 }

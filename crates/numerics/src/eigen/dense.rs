@@ -7,8 +7,7 @@
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Mat, MatMut, MatRef, Par, unzip, zip};
-use rayon::iter::ParallelIterator;
+use faer::{Mat, MatRef, Par, unzip, zip};
 
 use super::{EigenError, Modes, normalise};
 use crate::dense::parallel::product;
@@ -135,12 +134,6 @@ pub(super) fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
         }
     }
     Ok(factor)
-}
-
-/// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
-pub(super) fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
-    rhs.par_col_chunks_mut(64)
-        .for_each(|rhs| crate::dense::solve_in_place(factor, rhs));
 }
 
 #[cfg(test)]

@@ -288,7 +288,7 @@ mod tests {
         };
         let mut followed = part(&k, &without, &with);
         let inner = dense::cholesky(part(&k, &without, &without).as_ref()).unwrap();
-        dense::solve_in_place(inner.as_ref(), followed.as_mut());
+        crate::dense::solve_in_place(inner.as_ref(), followed.as_mut());
         let condensed = part(&k, &with, &with) - part(&k, &with, &without) * followed;
         let exact = dense::modes(condensed.as_ref(), part(&m, &with, &with).as_ref()).unwrap();
         let count = 8;

@@ -17,7 +17,7 @@ use crate::problem::tangential;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::FREE;
 use dovetail_numerics::dense;
-use dovetail_numerics::dense::BlockedCholesky;
+use dovetail_numerics::dense::parallel;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
@@ -279,7 +279,7 @@ fn softer_than(k: &Mat<f64>, mean_stiffness: f64, share: f64) -> Vec<Vec<f64>> {
     for i in 0..size {
         shifted[(i, i)] += SHIFT * mean_stiffness;
     }
-    let Some(factor) = BlockedCholesky::new(shifted) else {
+    let Some(factor) = parallel::cholesky(shifted) else {
         return Vec::new();
     };
     let mut wanted = FIRST_FREE;
@@ -295,7 +295,7 @@ fn softer_than(k: &Mat<f64>, mean_stiffness: f64, share: f64) -> Vec<Vec<f64>> {
 /// At most `wanted` orthonormal vectors with which `k` is softer than `limit`, softest first. Block
 /// inverse iteration with the factor of `k` shifted, from vectors that are the same on every
 /// machine.
-fn softest(k: &Mat<f64>, factor: &BlockedCholesky, wanted: usize, limit: f64) -> Vec<Vec<f64>> {
+fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Vec<f64>> {
     let size = k.nrows();
     let count = (2 * wanted).min(size);
     let mut block = Mat::from_fn(size, count, |i, j| ((i * (j + 1)) as f64 + 0.5).cos());
@@ -303,7 +303,7 @@ fn softest(k: &Mat<f64>, factor: &BlockedCholesky, wanted: usize, limit: f64) ->
         (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
     }
     for _ in 0..INVERSE_ITERATIONS {
-        factor.solve_in_place(block.as_mut());
+        parallel::solve_in_place(factor.as_ref(), block.as_mut());
         orthonormalise(&mut block);
     }
     let moved = dense::product(k.as_ref(), block.as_ref());
