@@ -52,6 +52,18 @@ pub(crate) fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) 
     }
 }
 
+/// Runs `each` on blocks of columns, with the first column of each, on all threads.
+pub(crate) fn in_columns(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+    if a.nrows() == 0 || a.ncols() == 0 {
+    } else if a.nrows() * a.ncols() <= 2 * ROWS * WIDTH {
+        each(0, a);
+    } else {
+        a.par_col_chunks_mut(WIDTH)
+            .enumerate()
+            .for_each(|(chunk, columns)| each(chunk * WIDTH, columns));
+    }
+}
+
 /// Lower Cholesky factor of a symmetric matrix (lower triangle read), to the same bits however many
 /// threads there are; `None` where there is none. Above its diagonal the result has no meaning.
 pub fn cholesky(mut a: Mat<f64>) -> Option<Mat<f64>> {

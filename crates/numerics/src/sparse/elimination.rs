@@ -7,14 +7,15 @@ use std::sync::Mutex;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, Par};
 use nalgebra_sparse::CscMatrix;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::fronts::{
     BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, mirror, schur_complement,
 };
 use super::symbolic::Symbolic;
-use crate::dense::parallel::in_rows;
+use crate::dense::parallel::{in_columns, in_rows};
 
 /// Elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and
 /// the mass where its derivative is asked for, both triangles stored.
@@ -44,15 +45,21 @@ impl<'a> Plan<'a> {
             tree,
             matrices: self.matrices.len(),
         };
-        let fronts = self.tree.as_ref().map_or(0, |tree| {
-            need(tree).of_branches(&tree.roots, rayon::current_num_threads())
+        let (fronts, handed_on) = self.tree.as_ref().map_or((0, 0), |tree| {
+            let handed_on = tree
+                .roots
+                .iter()
+                .map(|&s| need(tree).contributions(s))
+                .sum();
+            let threads = rayon::current_num_threads();
+            (need(tree).of_branches(&tree.roots, threads), handed_on)
         });
-        8 * (self.symbolic.factor_entries() + left + fronts) as u64
+        8 * (self.symbolic.factor_entries() + fronts.max(handed_on + left)) as u64
     }
 
     /// Writes the factor into `values` and returns the rest of each matrix on the other unknowns.
     pub fn eliminate(&self, values: &mut [f64]) -> Result<Vec<Mat<f64>>, EliminationError> {
-        let mut sums: Vec<Mat<f64>> = self.left().map(|order| Mat::zeros(order, order)).collect();
+        let mut from_roots: Vec<_> = self.matrices.iter().map(|_| Vec::new()).collect();
         if let Some(tree) = &self.tree {
             let slots = slots(tree, values);
             let elimination = Elimination {
@@ -63,24 +70,42 @@ impl<'a> Plan<'a> {
             let roots: Vec<Contributions> =
                 tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
             for (&root, contributions) in tree.roots.iter().zip(roots) {
-                for (sum, contribution) in sums.iter_mut().zip(contributions) {
-                    contribution.add_to(sum, &tree.boundary[root]);
+                for (of_matrix, contribution) in from_roots.iter_mut().zip(contributions) {
+                    of_matrix.push(ChildContribution {
+                        contribution,
+                        rows: tree.boundary[root].clone(),
+                    });
                 }
             }
         }
+        let parts = self.matrices.par_iter().zip(from_roots);
+        Ok(parts
+            .map(|(matrix, roots)| self.rest(matrix, &roots))
+            .collect())
+    }
+
+    /// Part of a matrix on the unknowns that are not eliminated, with the contributions of the roots
+    /// of the tree.
+    fn rest(&self, matrix: &CscMatrix<f64>, roots: &[ChildContribution]) -> Mat<f64> {
         let interior = self.symbolic.unknowns();
-        for (sum, matrix) in sums.iter_mut().zip(self.matrices) {
-            for j in 0..sum.ncols() {
-                let column = matrix.col(interior + j);
-                for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                    if let Some(i) = i.checked_sub(interior).filter(|&i| i >= j) {
-                        sum[(i, j)] += v;
+        let order = matrix.ncols() - interior;
+        let mut rest = Mat::zeros(order, order);
+        in_columns(rest.as_mut(), |start, columns| {
+            let mut columns = columns.get_mut(start.., ..);
+            for root in roots {
+                root.add_to_columns(start, &mut columns);
+            }
+            for j in 0..columns.ncols() {
+                let entries = matrix.col(interior + start + j);
+                for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
+                    if let Some(i) = i.checked_sub(interior + start).filter(|&i| i >= j) {
+                        columns[(i, j)] += v;
                     }
                 }
             }
-            mirror(sum.as_mut());
-        }
-        Ok(sums)
+        });
+        mirror(rest.as_mut());
+        rest
     }
 
     /// Number of unknowns of each matrix that are not eliminated.
@@ -118,14 +143,15 @@ impl Need<'_> {
         let below = self.of_branches(children, threads);
         let handed_on: usize = children.iter().map(|&c| self.contributions(c)).sum();
         let (width, rows) = (tree.columns(s).len(), tree.rows_below(s));
-        let fronts = self.matrices * (width + rows) * width;
-        // With a mass: P and G twice, and the children's contributions to the stiffness are gone.
-        let own = match self.matrices {
-            1 => handed_on + self.contributions(s),
-            _ => (handed_on / 2 + self.contributions(s) + 4 * rows * width)
-                .max(handed_on + self.contributions(s) / 2),
+        let front = (width + rows) * width;
+        // The front of the mass is made when the children's contributions to the stiffness are gone.
+        let contribution = Contribution::size(rows);
+        let of_stiffness = front + handed_on + contribution;
+        let of_mass = match self.matrices {
+            1 => 0,
+            _ => 2 * front + handed_on / 2 + 2 * contribution,
         };
-        below.max(fronts + own)
+        below.max(of_stiffness).max(of_mass)
     }
 
     /// Numbers in the contributions of a supernode.
@@ -174,62 +200,57 @@ impl<'a> Elimination<'a> {
                 left.push(contribution);
             }
         }
-        let mut fronts = Vec::new();
-        for (matrix, left) in self.matrices.iter().zip(left) {
-            let front = tree.front(s, &[(1.0, matrix)], left);
-            fronts.push(front.ok_or(EliminationError::PatternDiffers)?);
-        }
-        let width = tree.columns(s).len();
-        let inner = tree.supernodes.supernode(s).pattern().len();
-        let mut fronts = fronts.into_iter();
-        let Some(mut stiffness) = fronts.next() else {
+        let mut parts = self.matrices.iter().zip(left);
+        let front = |(matrix, left): (&&CscMatrix<f64>, Vec<Contribution>)| {
+            let front = tree.front(s, &[(1.0, *matrix)], left);
+            front.ok_or(EliminationError::PatternDiffers)
+        };
+        let Some(mut stiffness) = parts.next().map(front).transpose()? else {
             return Ok(Vec::new());
         };
         factor_front(stiffness.columns(), Pivots::Positive)
             .map_err(|BadPivot| EliminationError::NotPositiveDefinite)?;
-        let own_children = std::mem::take(&mut stiffness.children);
+        let width = tree.columns(s).len();
+        let inner = tree.supernodes.supernode(s).pattern().len();
+        let children = std::mem::take(&mut stiffness.children);
         let factor = stiffness.columns().into_const();
         {
             let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
             let slot = MatMut::from_column_major_slice_mut(*slot, width + inner, width);
-            { slot }.copy_from(factor.subrows(0, width + inner));
+            in_columns(slot, |start, mut slot| {
+                slot.copy_from(factor.get(..width + inner, start..start + slot.ncols()));
+            });
         }
         let lower = factor.get(width.., ..);
-        let mut contributions = vec![schur_complement(width, lower, lower, &own_children)];
-        drop(own_children);
-        if let Some(mut mass) = fronts.next() {
+        let mut contributions = vec![schur_complement(width, &[(lower, lower)], &children)];
+        drop(children);
+        if let Some(mut mass) = parts.next().map(front).transpose()? {
             let children = std::mem::take(&mut mass.children);
-            contributions.push(condense_mass(factor, mass.columns(), &children));
+            let (factor, mass) = (stiffness.columns(), mass.columns());
+            contributions.push(condense_mass(factor, mass, &children));
         }
         Ok(contributions)
     }
 }
 
 /// Derivative's part of an elimination: the contributions of the children, minus G P + (G P)^T.
+/// The rows below the pivots become P^T in the factor and G in the mass.
 fn condense_mass(
-    factor: MatRef<'_, f64>,
+    factor: MatMut<'_, f64>,
     mass: MatMut<'_, f64>,
     children: &[ChildContribution],
 ) -> Contribution {
     let width = factor.ncols();
-    let (pivots, below) = factor.split_at_row(width);
-    let height = below.nrows();
-    // [P^T G] and, columns swapped, [G P^T].
-    let mut sides = [(); 2].map(|()| vec![0.0; height * 2 * width]);
-    let [mut left, mut right] = sides
-        .each_mut()
-        .map(|side| MatMut::from_column_major_slice_mut(side, height, 2 * width));
-    let (mut p, mut g) = left.rb_mut().split_at_col_mut(width);
-    p.copy_from(below);
+    let (pivots, mut p) = factor.split_at_row_mut(width);
+    let pivots = pivots.into_const();
     in_rows(p.rb_mut(), |_, rows| {
         solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
     });
-    let (mut half, lower) = mass.split_at_row_mut(width);
+    let p = p.into_const();
+    let (mut half, mut g) = mass.split_at_row_mut(width);
     for j in 0..width {
         half[(j, j)] *= 0.5;
     }
-    g.copy_from(lower);
-    let p = p.rb();
     in_rows(g.rb_mut(), |start, rows| {
         let p = p.get(start..start + rows.nrows(), ..);
         triangular::matmul(
@@ -244,7 +265,6 @@ fn condense_mass(
             Par::Seq,
         );
     });
-    right.rb_mut().subcols_mut(0, width).copy_from(g.rb());
-    right.rb_mut().subcols_mut(width, width).copy_from(p);
-    schur_complement(width, left.rb(), right.rb(), children)
+    let g = g.into_const();
+    schur_complement(width, &[(g, p), (p, g)], children)
 }

@@ -231,13 +231,9 @@ fn diagonal(matrix: &CscMatrix<f64>, dof: usize) -> f64 {
         .map_or(0.0, |entry| entry.into_value())
 }
 
+/// Zeros in pages that the system maps as they are written, by the thread that does so.
 fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
-    let mut values = Vec::new();
-    values
-        .try_reserve_exact(len)
-        .map_err(|_| FactorError::OutOfMemory { unknowns })?;
-    values.resize(len, 0.0);
-    Ok(values)
+    bytemuck::try_zeroed_vec(len).map_err(|()| FactorError::OutOfMemory { unknowns })
 }
 
 #[cfg(test)]

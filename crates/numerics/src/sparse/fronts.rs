@@ -2,6 +2,8 @@
 //! of one front to the next. Independent branches, and fixed blocks of the large fronts, are shared
 //! among the threads. The summands and their order do not depend on the number of threads.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt::factor as ldlt, llt::factor as llt};
 use faer::linalg::matmul::matmul;
@@ -11,12 +13,12 @@ use faer::linalg::triangular_solve::{
 };
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use faer::{Accum, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::symbolic::Symbolic;
-use crate::dense::parallel::in_rows;
+use crate::dense::parallel::{in_columns, in_rows};
 
 /// Number of rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
@@ -152,35 +154,47 @@ impl<'a> Tree<'a> {
         let children: Vec<_> = children.map(placed).collect::<Option<_>>()?;
         let width = self.columns(s).len();
         let height = width + self.rows_below(s);
-        let mut front = Front {
-            values: vec![0.0; height * width],
+        let mut values = vec![0.0; height * width];
+        let columns = MatMut::from_column_major_slice_mut(&mut values, height, width);
+        let complete = AtomicBool::new(true);
+        in_columns(columns, |start, mut columns| {
+            // Pages that are first read, as a sum is, are mapped twice.
+            columns.fill(0.0);
+            let mut columns = columns.get_mut(start.., ..);
+            for child in &children {
+                child.add_to_columns(start, &mut columns);
+            }
+            for &(factor, matrix) in terms {
+                if self
+                    .add_entries(s, factor, matrix, start, &mut columns)
+                    .is_none()
+                {
+                    complete.store(false, Ordering::Relaxed);
+                }
+            }
+        });
+        complete.into_inner().then_some(Front {
+            values,
             width,
             children,
-        };
-        let Front {
-            values, children, ..
-        } = &mut front;
-        let mut columns = MatMut::from_column_major_slice_mut(values, height, width);
-        for child in children {
-            child.add_to_columns(0, &mut columns);
-        }
-        for &(factor, matrix) in terms {
-            self.add_entries(s, factor, matrix, &mut columns)?;
-        }
-        Some(front)
+        })
     }
 
-    /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the
-    /// diagonal, to its front. `None` where the tree has no place for an entry.
+    /// Adds a factor times the entries of a matrix, on and below the diagonal, to the columns of a
+    /// supernode's front from number `above` on, given from the row of that number down. `None`
+    /// where the tree has no place for an entry.
     fn add_entries(
         &self,
         s: usize,
         factor: f64,
         matrix: &CscMatrix<f64>,
-        front: &mut MatMut<'_, f64>,
+        above: usize,
+        columns: &mut MatMut<'_, f64>,
     ) -> Option<()> {
         let interior = self.new_to_old.len();
-        for (local, column) in self.columns(s).enumerate() {
+        let first = self.columns(s).start + above;
+        for local in 0..columns.ncols() {
+            let column = first + local;
             let entries = matrix.col(self.new_to_old[column]);
             for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
                 let row = match i.checked_sub(interior) {
@@ -188,7 +202,7 @@ impl<'a> Tree<'a> {
                     None if self.old_to_new[i] < column => continue,
                     None => self.row(s, self.old_to_new[i]),
                 };
-                front[(row?, local)] += factor * v;
+                columns[(row? - above, local)] += factor * v;
             }
         }
         Some(())
@@ -239,16 +253,6 @@ impl Contribution {
                 )
             })
             .collect()
-    }
-
-    /// Adds the block to the rows and columns `rows` (ascending) of a whole matrix, lower triangle.
-    pub fn add_to(&self, whole: &mut Mat<f64>, rows: &[usize]) {
-        for (j, &column) in rows.iter().enumerate() {
-            let into = whole.col_as_slice_mut(column);
-            for (&row, v) in rows[j..].iter().zip(self.column(j)) {
-                into[row] += v;
-            }
-        }
     }
 }
 
@@ -334,14 +338,14 @@ pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(),
 
 /// Contribution block of a child, and the rows of its parent's front for its rows (ascending).
 pub(super) struct ChildContribution {
-    contribution: Contribution,
-    rows: Vec<usize>,
+    pub contribution: Contribution,
+    pub rows: Vec<usize>,
 }
 
 impl ChildContribution {
     /// Adds the block to the columns of its parent's front from number `above` on, given from the
     /// row of that number down.
-    fn add_to_columns(&self, above: usize, columns: &mut MatMut<'_, f64>) {
+    pub fn add_to_columns(&self, above: usize, columns: &mut MatMut<'_, f64>) {
         let end = above + columns.ncols();
         let [first, end] = [above, end].map(|end| self.rows.partition_point(|&row| row < end));
         for j in first..end {
@@ -358,32 +362,36 @@ impl ChildContribution {
 }
 
 /// Contribution block of a front of `width` columns: the contributions of its children below them,
-/// minus a b^T.
+/// minus the sum of the products a b^T, which is symmetric.
 pub(super) fn schur_complement(
     width: usize,
-    a: MatRef<'_, f64>,
-    b: MatRef<'_, f64>,
+    products: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
     children: &[ChildContribution],
 ) -> Contribution {
-    let mut contribution = Contribution::zeros(a.nrows());
+    let order = products.first().map_or(0, |(a, _)| a.nrows());
+    let mut contribution = Contribution::zeros(order);
     let compute = |(start, mut panel): (usize, MatMut<'_, f64>)| {
         let columns = panel.ncols();
-        let b = b.get(start..start + columns, ..);
-        let (corner, below) = panel.rb_mut().split_at_row_mut(columns);
-        triangular::matmul(
-            corner,
-            BlockStructure::TriangularLower,
-            Accum::Replace,
-            a.get(start..start + columns, ..),
-            BlockStructure::Rectangular,
-            b.transpose(),
-            BlockStructure::Rectangular,
-            -1.0,
-            Par::Seq,
-        );
-        if below.nrows() > 0 {
-            let a = a.get(start + columns.., ..);
-            matmul(below, Accum::Replace, a, b.transpose(), -1.0, Par::Seq);
+        let mut accumulate = Accum::Replace;
+        for (a, b) in products {
+            let b = b.get(start..start + columns, ..);
+            let (corner, below) = panel.rb_mut().split_at_row_mut(columns);
+            triangular::matmul(
+                corner,
+                BlockStructure::TriangularLower,
+                accumulate,
+                a.get(start..start + columns, ..),
+                BlockStructure::Rectangular,
+                b.transpose(),
+                BlockStructure::Rectangular,
+                -1.0,
+                Par::Seq,
+            );
+            if below.nrows() > 0 {
+                let a = a.get(start + columns.., ..);
+                matmul(below, accumulate, a, b.transpose(), -1.0, Par::Seq);
+            }
+            accumulate = Accum::Add;
         }
         for child in children {
             child.add_to_columns(width + start, &mut panel);

@@ -78,7 +78,7 @@ fn eliminate(
             *scaled = v / pivot;
         }
     }
-    let contribution = schur_complement(width, scaled.rb(), lower, &children);
+    let contribution = schur_complement(width, &[(scaled.rb(), lower)], &children);
     Ok((contribution, negative))
 }
 
