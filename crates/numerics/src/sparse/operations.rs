@@ -5,7 +5,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Mat, MatMut, MatRef};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 /// View of a nalgebra-sparse matrix for faer, without a copy.
 pub fn view(a: &CscMatrix<f64>) -> SparseColMatRef<'_, usize, f64> {
@@ -104,6 +104,8 @@ fn by_panels(
 
 /// Number of columns multiplied together: one row of the panel is a cache line.
 const PANEL: usize = 8;
+/// Least number of rows of a product that one task computes.
+const ROWS: usize = 2048;
 
 /// Computes `y = a x` for at most [`PANEL`] columns, gathered row by row so that each entry of `a`
 /// multiplies consecutive numbers.
@@ -138,9 +140,11 @@ pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
                 row[c] = *v;
             }
         }
-        let product: Vec<[f64; PANEL]> = a
-            .col_iter()
-            .map(|column| {
+        let product: Vec<[f64; PANEL]> = (0..a.ncols())
+            .into_par_iter()
+            .with_min_len(ROWS)
+            .map(|j| {
+                let column = a.col(j);
                 let mut sum = [0.0; PANEL];
                 for (&i, v) in column.row_indices().iter().zip(column.values()) {
                     for (s, r) in sum.iter_mut().zip(&rows[i]) {

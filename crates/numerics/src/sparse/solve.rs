@@ -2,9 +2,9 @@
 //!
 //! The numbers of one unknown, in all columns of a block, are adjacent: contributions of a
 //! supernode to another one are moved in whole rows, and each supernode is one product of dense
-//! matrices. Independent branches of the elimination tree are shared among the threads, as are the
-//! rows of the large supernodes above them, so that a block reads the factor once for both threads.
-//! The branches, and the order in which their contributions are added, do not depend on the number
+//! matrices. Independent subtrees of the elimination tree are shared among the threads, as are the
+//! rows of the large supernodes above them, so that a block reads the factor once for all threads.
+//! The subtrees, and the order in which their contributions are added, do not depend on the number
 //! of threads.
 
 use std::ops::Range;
@@ -28,7 +28,9 @@ const ROWS: usize = 256;
 /// moves.
 const TILE: usize = 16;
 const TASK: usize = 4096;
-/// A branch is not divided if its part of the factor is smaller than one over this.
+/// Number of columns of a large supernode that one task takes on the way back.
+const COLUMNS: usize = 64;
+/// A subtree is not divided if its part of the factor is smaller than one over this.
 const BRANCH: usize = 16;
 
 /// Factor `L L^T`, with the place of each unknown of the factor in the right-hand sides.
@@ -52,18 +54,23 @@ impl Factor<'_> {
     }
 }
 
-/// Branches of the tree that are each solved by one task, and the supernodes above them.
+/// Elimination tree, cut into subtrees that are each solved by one task and the supernodes above
+/// them.
 struct Plan<'a> {
     factor: Factor<'a>,
-    branches: Vec<Branch<'a>>,
-    above: Vec<usize>,
+    roots: Vec<Subtree<'a>>,
 }
 
 /// Consecutive supernodes, of which the last is an ancestor of all the others.
-struct Branch<'a> {
+struct Subtree<'a> {
+    /// Supernodes that are solved one after the other: all of them, or the last one where there are
+    /// `children`.
     supernodes: Range<usize>,
+    /// Smaller subtrees below the last supernode, in their order.
+    children: Vec<Subtree<'a>>,
+    /// Unknowns of all supernodes.
     unknowns: Range<usize>,
-    /// Unknowns above the branch that it couples to.
+    /// Unknowns above that it couples to.
     pattern: &'a [usize],
 }
 
@@ -109,7 +116,7 @@ impl<'a> Factor<'a> {
 impl<'a> Plan<'a> {
     fn new(factor: Factor<'a>) -> Self {
         let symbolic = factor.supernodes.symbolic();
-        let (begin, end) = (symbolic.supernode_begin(), symbolic.supernode_end());
+        let end = symbolic.supernode_end();
         let count = symbolic.n_supernodes();
         let values = symbolic.col_ptr_for_val();
         let smallest = values[count] / BRANCH;
@@ -124,28 +131,14 @@ impl<'a> Plan<'a> {
                 members[parent] += members[s];
             }
         }
-        let (mut branches, mut above) = (Vec::new(), Vec::new());
-        let mut next = count;
-        while let Some(root) = next.checked_sub(1) {
-            let start = first[root];
-            if start == root || values[root + 1] - values[start] <= smallest {
-                branches.push(Branch {
-                    supernodes: start..next,
-                    unknowns: begin[start]..end[root],
-                    pattern: factor.pattern(root),
-                });
-                next = start;
-            } else {
-                above.push(root);
-                next = root;
-            }
-        }
-        branches.reverse();
-        above.reverse();
+        let tree = Postorder {
+            factor,
+            first,
+            smallest,
+        };
         Self {
             factor,
-            branches,
-            above,
+            roots: tree.subtrees(0..count),
         }
     }
 
@@ -153,29 +146,12 @@ impl<'a> Plan<'a> {
         let width = rhs.ncols();
         let mut x = vec![0.0; rhs.nrows() * width];
         self.gather(rhs.rb(), &mut x);
-        let mut carried: Vec<Vec<f64>> = self
-            .branches
-            .iter()
-            .map(|branch| vec![0.0; branch.pattern.len() * width])
-            .collect();
-        self.each_branch(&mut x, &mut carried, width, |branch, x, carried| {
-            self.branch_forward(branch, x, carried, width);
-        });
-        for (branch, carried) in self.branches.iter().zip(&carried) {
-            for (&row, from) in branch.pattern.iter().zip(carried.chunks_exact(width)) {
-                subtract(&mut x[row * width..(row + 1) * width], from);
-            }
-        }
-        self.above_forward(&mut x, width);
-        self.above_backward(&mut x, width);
-        for (branch, carried) in self.branches.iter().zip(&mut carried) {
-            for (&row, into) in branch.pattern.iter().zip(carried.chunks_exact_mut(width)) {
-                into.copy_from_slice(&x[row * width..(row + 1) * width]);
-            }
-        }
-        self.each_branch(&mut x, &mut carried, width, |branch, x, carried| {
-            self.branch_backward(branch, x, carried, width);
-        });
+        parts(&self.roots, 0, &mut x, width)
+            .into_par_iter()
+            .for_each(|(root, x)| {
+                self.forward(root, x, width);
+                self.backward(root, x, &[], width);
+            });
         self.scatter(&x, rhs.rb_mut());
     }
 
@@ -213,32 +189,94 @@ impl<'a> Plan<'a> {
             });
     }
 
-    /// Runs the branches in parallel, each on its own rows of `x` and on the values carried to or
-    /// from the rows above.
-    fn each_branch(
-        &self,
-        x: &mut [f64],
-        carried: &mut [Vec<f64>],
-        width: usize,
-        run: impl Fn(&Branch<'_>, &mut [f64], &mut [f64]) + Sync,
-    ) {
-        let mut tasks = Vec::with_capacity(self.branches.len());
-        let (mut left, mut at) = (x, 0);
-        for (branch, carried) in self.branches.iter().zip(carried) {
-            let (_, rest) =
-                std::mem::take(&mut left).split_at_mut((branch.unknowns.start - at) * width);
-            let (own, rest) = rest.split_at_mut(branch.unknowns.len() * width);
-            (left, at) = (rest, branch.unknowns.end);
-            tasks.push((branch, own, carried));
+    /// Solves with L on the rows `x` of a subtree. Returns what is to be subtracted from the rows of
+    /// its pattern.
+    fn forward(&self, subtree: &Subtree<'_>, x: &mut [f64], width: usize) -> Vec<f64> {
+        let mut carried = vec![0.0; subtree.pattern.len() * width];
+        if subtree.children.is_empty() {
+            self.branch_forward(subtree, x, &mut carried, width);
+            return carried;
         }
-        tasks
+        let supernode = self.factor.supernode(subtree.supernodes.start);
+        let own_start = supernode.unknowns.start;
+        let (below, own) = x.split_at_mut((own_start - subtree.unknowns.start) * width);
+        let from_children: Vec<Vec<f64>> =
+            parts(&subtree.children, subtree.unknowns.start, below, width)
+                .into_par_iter()
+                .map(|(child, x)| self.forward(child, x, width))
+                .collect();
+        for (child, from) in subtree.children.iter().zip(&from_children) {
+            let mut above = Rows::of(subtree.pattern);
+            for (&row, from) in child.pattern.iter().zip(from.chunks_exact(width)) {
+                if row < subtree.unknowns.end {
+                    let at = (row - own_start) * width;
+                    subtract(&mut own[at..at + width], from);
+                } else {
+                    let at = above.position(row) * width;
+                    add(&mut carried[at..at + width], from);
+                }
+            }
+        }
+        let mut own = rows_mut(own, width);
+        supernode.solve_lower(own.rb_mut());
+        if !carried.is_empty() {
+            let own = own.rb();
+            rows_mut(&mut carried, width)
+                .par_col_chunks_mut(ROWS)
+                .enumerate()
+                .for_each(|(chunk, carried)| {
+                    let rows = carried.ncols();
+                    let below = supernode.below.subrows(chunk * ROWS, rows);
+                    matmul(carried, Accum::Add, own, below.transpose(), 1.0, Par::Seq);
+                });
+        }
+        carried
+    }
+
+    /// Solves with L^T on the rows `x` of a subtree, given the solution on its pattern.
+    fn backward(&self, subtree: &Subtree<'_>, x: &mut [f64], solved: &[f64], width: usize) {
+        if subtree.children.is_empty() {
+            self.branch_backward(subtree, x, solved, width);
+            return;
+        }
+        let supernode = self.factor.supernode(subtree.supernodes.start);
+        let own_start = supernode.unknowns.start;
+        let (below, own) = x.split_at_mut((own_start - subtree.unknowns.start) * width);
+        {
+            let mut own = rows_mut(own, width);
+            if !solved.is_empty() {
+                let solved = rows_ref(solved, width);
+                own.rb_mut()
+                    .par_col_chunks_mut(COLUMNS)
+                    .zip(supernode.below.par_col_chunks(COLUMNS))
+                    .for_each(|(own, below)| {
+                        matmul(own, Accum::Add, solved, below, -1.0, Par::Seq);
+                    });
+            }
+            supernode.solve_upper(own);
+        }
+        let own = &*own;
+        parts(&subtree.children, subtree.unknowns.start, below, width)
             .into_par_iter()
-            .for_each(|(branch, own, carried)| run(branch, own, carried));
+            .for_each(|(child, x)| {
+                let mut above = Rows::of(subtree.pattern);
+                let rows = child.pattern.iter().flat_map(|&row| {
+                    if row < subtree.unknowns.end {
+                        let at = (row - own_start) * width;
+                        &own[at..at + width]
+                    } else {
+                        let at = above.position(row) * width;
+                        &solved[at..at + width]
+                    }
+                });
+                let on_pattern: Vec<f64> = rows.copied().collect();
+                self.backward(child, x, &on_pattern, width);
+            });
     }
 
     fn branch_forward(
         &self,
-        branch: &Branch<'_>,
+        branch: &Subtree<'_>,
         x: &mut [f64],
         carried: &mut [f64],
         width: usize,
@@ -268,7 +306,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    fn branch_backward(&self, branch: &Branch<'_>, x: &mut [f64], carried: &[f64], width: usize) {
+    fn branch_backward(&self, branch: &Subtree<'_>, x: &mut [f64], solved: &[f64], width: usize) {
         let base = branch.unknowns.start;
         let mut gathered = vec![0.0; ROWS * width];
         for s in branch.supernodes.clone().rev() {
@@ -284,7 +322,7 @@ impl<'a> Plan<'a> {
                         &later[at..at + width]
                     } else {
                         let at = above.position(row) * width;
-                        &carried[at..at + width]
+                        &solved[at..at + width]
                     });
                 }
                 let below = supernode.below.subrows(start, rows.len());
@@ -294,57 +332,67 @@ impl<'a> Plan<'a> {
             supernode.solve_upper(own);
         }
     }
+}
 
-    fn above_forward(&self, x: &mut [f64], width: usize) {
-        for &s in &self.above {
-            let supernode = self.factor.supernode(s);
-            let (own, later) = split(x, &supernode.unknowns, 0, width);
-            let mut own = rows_mut(own, width);
-            supernode.solve_lower(own.rb_mut());
-            let mut product = vec![0.0; supernode.pattern.len() * width];
-            if product.is_empty() {
-                continue;
-            }
-            let own = own.rb();
-            rows_mut(&mut product, width)
-                .par_col_chunks_mut(ROWS)
-                .enumerate()
-                .for_each(|(chunk, product)| {
-                    let below = supernode.below.subrows(chunk * ROWS, product.ncols());
-                    times_transposed(product, own, below);
-                });
-            for (&row, from) in supernode.pattern.iter().zip(product.chunks_exact(width)) {
-                let at = (row - supernode.unknowns.end) * width;
-                subtract(&mut later[at..at + width], from);
-            }
+/// Supernodes in a postorder: the subtree of each one is the run of supernodes from `first` to it.
+struct Postorder<'a> {
+    factor: Factor<'a>,
+    first: Vec<usize>,
+    /// Number of values of the factor up to which a subtree is not divided.
+    smallest: usize,
+}
+
+impl<'a> Postorder<'a> {
+    /// Subtrees that make up a run of supernodes.
+    fn subtrees(&self, run: Range<usize>) -> Vec<Subtree<'a>> {
+        let mut subtrees = Vec::new();
+        let mut next = run.end;
+        while next > run.start {
+            let root = next - 1;
+            subtrees.push(self.subtree(root));
+            next = self.first[root];
         }
+        subtrees.reverse();
+        subtrees
     }
 
-    fn above_backward(&self, x: &mut [f64], width: usize) {
-        for &s in self.above.iter().rev() {
-            let supernode = self.factor.supernode(s);
-            let (own, later) = split(x, &supernode.unknowns, 0, width);
-            let mut own = rows_mut(own, width);
-            let gathered: Vec<f64> = supernode
-                .pattern
-                .iter()
-                .flat_map(|&row| {
-                    let at = (row - supernode.unknowns.end) * width;
-                    later[at..at + width].iter().copied()
-                })
-                .collect();
-            if !gathered.is_empty() {
-                let gathered = rows_ref(&gathered, width);
-                own.rb_mut()
-                    .par_col_chunks_mut(ROWS)
-                    .zip(supernode.below.par_col_chunks(ROWS))
-                    .for_each(|(own, below)| {
-                        matmul(own, Accum::Add, gathered, below, -1.0, Par::Seq);
-                    });
-            }
-            supernode.solve_upper(own);
+    fn subtree(&self, root: usize) -> Subtree<'a> {
+        let symbolic = self.factor.supernodes.symbolic();
+        let values = symbolic.col_ptr_for_val();
+        let first = self.first[root];
+        let is_divided = first < root && values[root + 1] - values[first] > self.smallest;
+        Subtree {
+            supernodes: if is_divided { root } else { first }..root + 1,
+            children: if is_divided {
+                self.subtrees(first..root)
+            } else {
+                Vec::new()
+            },
+            unknowns: symbolic.supernode_begin()[first]..symbolic.supernode_end()[root],
+            pattern: self.factor.pattern(root),
         }
     }
+}
+
+/// Subtrees that follow each other, each with its own rows of `x`, which begins with the unknown
+/// `start`.
+fn parts<'t, 'a, 'x>(
+    subtrees: &'t [Subtree<'a>],
+    start: usize,
+    x: &'x mut [f64],
+    width: usize,
+) -> Vec<(&'t Subtree<'a>, &'x mut [f64])> {
+    let (mut left, mut at) = (x, start);
+    subtrees
+        .iter()
+        .map(|subtree| {
+            debug_assert_eq!(subtree.unknowns.start, at, "no gap");
+            let (own, rest) =
+                std::mem::take(&mut left).split_at_mut(subtree.unknowns.len() * width);
+            (left, at) = (rest, subtree.unknowns.end);
+            (subtree, own)
+        })
+        .collect()
 }
 
 fn columns_of(a: MatRef<'_, f64>) -> Vec<&[f64]> {
@@ -423,7 +471,7 @@ mod tests {
     use faer::Mat;
 
     #[test]
-    fn branches_and_what_is_above_them_solve_and_threads_change_no_bit() {
+    fn subtrees_and_what_is_above_them_solve_and_threads_change_no_bit() {
         // The second one has supernodes of several chunks of rows, below and above the branches.
         for shape in [[9, 5, 4], [12, 18, 18]] {
             let lattice = Lattice::new(shape, 3e7, 0.2, 0.4);
