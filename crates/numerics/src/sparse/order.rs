@@ -7,7 +7,7 @@
 //! components. It costs nothing in fill, and the supernodes below another one then follow each
 //! other, as `solve.rs` requires (Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
 
-use feral_metis::{CscPattern, OrderingError, metis_order};
+use feral_metis::{CscPattern, MetisOptions, OrderingError, metis_order_full};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Permutation and its inverse.
@@ -95,8 +95,9 @@ pub fn nested_dissection(pattern: &SparsityPattern, block: usize) -> Result<Orde
     let nodes = CscPattern::new(graph.nodes(), &offsets, &neighbours).ok_or_else(too_large)?;
     let dissection: Vec<usize> = match graph.nodes() {
         0 => Vec::new(),
-        _ => metis_order(&nodes)
+        _ => metis_order_full(&nodes, &dissection_options(graph.nodes()))
             .map_err(OrderError::Dissection)?
+            .0
             .into_iter()
             .map(|node| node as usize)
             .collect(),
@@ -114,6 +115,27 @@ pub fn nested_dissection(pattern: &SparsityPattern, block: usize) -> Result<Orde
             .map(|position| dissected.new_to_old[position])
             .collect(),
     ))
+}
+
+/// Numbers of nodes below which the order takes as long as the factor, and from which a better
+/// dissection repays its time.
+const SMALL: usize = 30_000;
+const LARGE: usize = 50_000;
+
+/// Options of the dissection. Of a small graph, parts of 800 nodes are not dissected further but
+/// ordered by minimum degree: this takes two thirds of the time, and the factor a few hundredths
+/// more operations. The coarsest graph, which is bisected first, has a fraction of the nodes of a
+/// large one, as in METIS 5 (there always, and a thirtieth): where it has 120 nodes, the separators
+/// of large meshes come out a tenth larger.
+fn dissection_options(nodes: usize) -> MetisOptions {
+    let mut options = MetisOptions::default();
+    if nodes < SMALL {
+        options.nd_to_amd_switch = 800;
+    }
+    if nodes >= LARGE {
+        options.coarsen_floor = u32::try_from(nodes / 60).unwrap_or(u32::MAX);
+    }
+    options
 }
 
 /// Adjacency of the nodes, ascending, each neighbour once, a node not its own neighbour.
@@ -314,7 +336,7 @@ mod tests {
         let dissected = nested_dissection(&pattern, 3).unwrap();
         let natural = Order::of((0..pattern.major_dim()).collect()).unwrap();
         let (dissected, natural) = (fill(&pattern, &dissected), fill(&pattern, &natural));
-        assert!(3 * dissected < 2 * natural, "{dissected} against {natural}");
+        assert!(4 * dissected < 3 * natural, "{dissected} against {natural}");
     }
 
     #[test]
