@@ -102,6 +102,31 @@ pub fn assemble_stressed(
     join(model, bodies.collect::<Result<_, _>>()?)
 }
 
+/// Geometric stiffness of the stress of these displacements, m, of each body, N/m. It is linear in
+/// the displacement. Matrices of another program have none.
+///
+/// # Errors
+/// Bad elements: see [`FemError`].
+pub fn geometric_stiffness(
+    model: &Model,
+    displacements: &[OnNodes],
+) -> Result<Vec<CscMatrix<f64>>, FemError> {
+    let bodies = model.bodies.par_iter().zip(displacements);
+    let bodies = bodies.map(|(body, displacement_m)| {
+        let Matrices::Elements(material) = &body.matrices else {
+            let dofs = 3 * body.dofs.free_nodes();
+            return Ok(CscMatrix::zeros(dofs, dofs));
+        };
+        let elements = Elements::new(body, *material)?;
+        let pattern = NodePattern::new(body, &[]);
+        let g = spin::geometric_stiffness(body, &elements, &pattern, displacement_m);
+        let mut stiffness = symmetric_matrix_of_scalars(&pattern, &g);
+        loads::uncouple(&mut stiffness, &body.held_dofs);
+        Ok(stiffness)
+    });
+    bodies.collect()
+}
+
 /// Assembles one body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is that
 /// of [`assemble`]); `rotation` counts only if the body rotates.
 ///

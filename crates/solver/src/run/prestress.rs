@@ -11,7 +11,9 @@ use super::statics::static_state;
 use crate::description::Scene;
 use crate::dlft::StaticState;
 use crate::fem::statics::{prestressing, solve_by_cholesky};
-use crate::fem::{self, FemError, OnNodes, Prestressed, assemble_stressed, expand_to_nodes};
+use crate::fem::{
+    self, FemError, OnNodes, Prestressed, assemble_stressed, expand_to_nodes, geometric_stiffness,
+};
 use crate::model::{BodyPrestress, Model};
 use crate::problem::Problem;
 use crate::reduction::{
@@ -53,7 +55,7 @@ pub(super) fn settle(
     let (reduction, held_flanks_error) = {
         let _stage = reduction_stage(model, session);
         let reduction = reduction::reduce(&structure, wanted)?;
-        let error = held_flanks_error(model, &structure, &reduction)?;
+        let error = held_flanks_error(model, &prestressed, &reduction)?;
         (reduction, error)
     };
     let (mut pass, mut recovery) = Pass::of(reduction, model);
@@ -73,7 +75,8 @@ pub(super) fn settle(
                 }
                 _ => {}
             }
-            prestressed = on_nodes(model, &recovery.full_static(&state.x));
+            let displacements = on_nodes(model, &recovery.full_static(&state.x));
+            prestressed = displacements.into_iter().map(Some).collect();
             structure = stressed(model, &prestressed, session)?;
             let before = (state, pass.first_omega2());
             (pass, recovery) = Pass::of(reduce(model, &structure, wanted, session)?, model);
@@ -209,7 +212,7 @@ pub(super) fn assemble(
 /// another one, or the bodies do not touch.
 fn held_flanks_error(
     model: &Model,
-    structure: &Structure,
+    prestressed: &[Option<OnNodes>],
     reduction: &Reduction,
 ) -> Result<Option<f64>, FemError> {
     let joined = !model.pairs.is_empty() || !model.bonded.is_empty();
@@ -218,16 +221,21 @@ fn held_flanks_error(
         return Ok(None);
     }
     let stuck = vec![0.0; 3 * model.pairs.len()];
-    let displacement = on_nodes(model, &reduction.recovery.full_static(&stuck));
-    let other = assemble_stressed(model, &displacement)?;
-    Ok(frequency_change(reduction, structure, &other))
+    let mut displacements = on_nodes(model, &reduction.recovery.full_static(&stuck));
+    for (u, held) in displacements.iter_mut().zip(prestressed) {
+        for (u, held) in u.iter_mut().zip(held.iter().flatten()) {
+            *u = [0, 1, 2].map(|k| u[k] - held[k]);
+        }
+    }
+    let added = geometric_stiffness(model, &displacements)?;
+    Ok(frequency_change(reduction, &added))
 }
 
 /// Displacements of all nodes of each body, from those of its free degrees of freedom.
-fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Prestressed {
+fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Vec<OnNodes> {
     let bodies = model.bodies.iter().zip(free);
     bodies
-        .map(|(body, free)| Some(expand_to_nodes(&body.dofs, free)))
+        .map(|(body, free)| expand_to_nodes(&body.dofs, free))
         .collect()
 }
 
