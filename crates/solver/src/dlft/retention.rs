@@ -142,6 +142,8 @@ pub struct Retention {
     motions: Vec<Vec<f64>>,
     /// Stiffness of the spring, N/m.
     stiffness_n_m: f64,
+    /// The stiffness along some of the motions is rounding.
+    indifferent: bool,
 }
 
 impl Retention {
@@ -161,9 +163,15 @@ impl Retention {
                 .for_each(|(&i, v)| motion[i] = v);
             motion
         };
-        let free = softer_than(&k, mean_stiffness, SOFT).into_iter();
+        let free = softer_than(&k, mean_stiffness, SOFT);
+        let is_rounding = |motion: &Vec<f64>| {
+            let columns = motion.iter().enumerate();
+            let forces = columns.map(|(j, v)| v * dot(k.col_as_slice(j), motion));
+            forces.sum::<f64>().abs() < FREE * mean_stiffness
+        };
         Self {
-            motions: free.map(with_normals).collect(),
+            indifferent: free.iter().any(is_rounding),
+            motions: free.into_iter().map(with_normals).collect(),
             stiffness_n_m: mean_stiffness,
         }
     }
@@ -173,11 +181,18 @@ impl Retention {
         !self.motions.is_empty()
     }
 
+    /// Returns `true` if nothing elastic acts along some of these motions: without friction the mean
+    /// then has a whole line of positions.
+    pub fn is_indifferent(&self) -> bool {
+        self.indifferent
+    }
+
     /// Retention with the same motions, on a spring of this fraction of the stiffness.
     pub fn softened(&self, fraction: f64) -> Self {
         Self {
             motions: self.motions.clone(),
             stiffness_n_m: fraction * self.stiffness_n_m,
+            indifferent: self.indifferent,
         }
     }
 
@@ -230,6 +245,7 @@ impl Retention {
                 .map(|motion| columns.iter().map(|&c| motion[c]).collect())
                 .collect(),
             stiffness_n_m: self.stiffness_n_m,
+            indifferent: self.indifferent,
         }
     }
 
@@ -361,6 +377,19 @@ mod tests {
         }
         k[(1, 1)] += ground;
         k
+    }
+
+    #[test]
+    fn a_weak_spring_holds_what_is_indifferent_without_it() {
+        for (spring, indifferent) in [(0.0, true), (1e-6, false)] {
+            let mut k = chain(8, spring);
+            k[(2, 2)] += spring;
+            let own: Vec<f64> = (0..24).map(|i| k[(i, i)]).collect();
+            let found = Retention::new(&k, &own);
+            assert!(found.is_needed());
+            assert_eq!(found.is_indifferent(), indifferent, "{spring}");
+            assert_eq!(found.softened(0.1).is_indifferent(), indifferent);
+        }
     }
 
     #[test]

@@ -160,13 +160,17 @@ fn settle(
     let Some(retention) = holding.retention() else {
         return free;
     };
+    let mut slides = problem.laws.iter().zip(&free.status);
+    let rubs = slides.any(|(law, status)| *status == PairStatus::Slipping && law.friction > 0.0);
+    // One of a whole line of states is found by chance.
+    let by_chance = !rubs && retention.is_indifferent();
     let at_rest = vec![0.0; free.x.len()];
-    if converged && !retention.walked_off(&free.x, &at_rest, 0.0) {
+    if converged && !by_chance && !retention.walked_off(&free.x, &at_rest, 0.0) {
         return free;
     }
     let mut retained = load_up(Some(retention), start);
     retained.newton_iterations += free.newton_iterations;
-    if converged || retained.outcome.is_converged() {
+    if retained.outcome.is_converged() || (converged && !by_chance) {
         retained
     } else {
         free
