@@ -206,16 +206,8 @@ impl<'a> Plan<'a> {
                 .map(|(child, x)| self.forward(child, x, width))
                 .collect();
         for (child, from) in subtree.children.iter().zip(&from_children) {
-            let mut above = Rows::of(subtree.pattern);
-            for (&row, from) in child.pattern.iter().zip(from.chunks_exact(width)) {
-                if row < subtree.unknowns.end {
-                    let at = (row - own_start) * width;
-                    subtract(&mut own[at..at + width], from);
-                } else {
-                    let at = above.position(row) * width;
-                    add(&mut carried[at..at + width], from);
-                }
-            }
+            let mut above = Above::of(subtree, width);
+            above.hand_on(child.pattern, from, (own_start, own), &mut carried);
         }
         let mut own = rows_mut(own, width);
         supernode.solve_lower(own.rb_mut());
@@ -259,17 +251,9 @@ impl<'a> Plan<'a> {
         parts(&subtree.children, subtree.unknowns.start, below, width)
             .into_par_iter()
             .for_each(|(child, x)| {
-                let mut above = Rows::of(subtree.pattern);
-                let rows = child.pattern.iter().flat_map(|&row| {
-                    if row < subtree.unknowns.end {
-                        let at = (row - own_start) * width;
-                        &own[at..at + width]
-                    } else {
-                        let at = above.position(row) * width;
-                        &solved[at..at + width]
-                    }
-                });
-                let on_pattern: Vec<f64> = rows.copied().collect();
+                let mut on_pattern = vec![0.0; child.pattern.len() * width];
+                let mut above = Above::of(subtree, width);
+                above.collect(child.pattern, (own_start, own), solved, &mut on_pattern);
                 self.backward(child, x, &on_pattern, width);
             });
     }
@@ -288,20 +272,12 @@ impl<'a> Plan<'a> {
             let (own, later) = split(x, &supernode.unknowns, base, width);
             let mut own = rows_mut(own, width);
             supernode.solve_lower(own.rb_mut());
-            let mut above = Rows::of(branch.pattern);
+            let mut above = Above::of(branch, width);
             for (start, rows) in chunks(supernode.pattern) {
                 let product = &mut product[..rows.len() * width];
                 let below = supernode.below.subrows(start, rows.len());
                 times_transposed(rows_mut(product, width), own.rb(), below);
-                for (&row, from) in rows.iter().zip(product.chunks_exact(width)) {
-                    if row < branch.unknowns.end {
-                        let at = (row - supernode.unknowns.end) * width;
-                        subtract(&mut later[at..at + width], from);
-                    } else {
-                        let at = above.position(row) * width;
-                        add(&mut carried[at..at + width], from);
-                    }
-                }
+                above.hand_on(rows, product, (supernode.unknowns.end, later), carried);
             }
         }
     }
@@ -313,18 +289,10 @@ impl<'a> Plan<'a> {
             let supernode = self.factor.supernode(s);
             let (own, later) = split(x, &supernode.unknowns, base, width);
             let mut own = rows_mut(own, width);
-            let mut above = Rows::of(branch.pattern);
+            let mut above = Above::of(branch, width);
             for (start, rows) in chunks(supernode.pattern) {
                 let gathered = &mut gathered[..rows.len() * width];
-                for (&row, into) in rows.iter().zip(gathered.chunks_exact_mut(width)) {
-                    into.copy_from_slice(if row < branch.unknowns.end {
-                        let at = (row - supernode.unknowns.end) * width;
-                        &later[at..at + width]
-                    } else {
-                        let at = above.position(row) * width;
-                        &solved[at..at + width]
-                    });
-                }
+                above.collect(rows, (supernode.unknowns.end, later), solved, gathered);
                 let below = supernode.below.subrows(start, rows.len());
                 let gathered = rows_ref(gathered, width);
                 matmul(own.rb_mut(), Accum::Add, gathered, below, -1.0, Par::Seq);
@@ -442,15 +410,63 @@ fn add(into: &mut [f64], from: &[f64]) {
     }
 }
 
-/// Positions in an ascending list, queried in ascending order.
-struct Rows<'a> {
+/// Rows above a subtree, queried in ascending order.
+struct Above<'a> {
+    /// Rows of the subtree's pattern.
     list: &'a [usize],
     at: usize,
+    /// First unknown that is not in the subtree.
+    end: usize,
+    width: usize,
 }
 
-impl<'a> Rows<'a> {
-    fn of(list: &'a [usize]) -> Self {
-        Self { list, at: 0 }
+impl<'a> Above<'a> {
+    fn of(subtree: &Subtree<'a>, width: usize) -> Self {
+        Self {
+            list: subtree.pattern,
+            at: 0,
+            end: subtree.unknowns.end,
+            width,
+        }
+    }
+
+    /// Subtracts `from`, given by `rows`, from the rows of the subtree, of which `within` begins with
+    /// this unknown. What belongs to rows above is added to `carried`.
+    fn hand_on(
+        &mut self,
+        rows: &[usize],
+        from: &[f64],
+        (first, within): (usize, &mut [f64]),
+        carried: &mut [f64],
+    ) {
+        for (&row, from) in rows.iter().zip(from.chunks_exact(self.width)) {
+            if row < self.end {
+                let at = (row - first) * self.width;
+                subtract(&mut within[at..at + self.width], from);
+            } else {
+                let at = self.position(row) * self.width;
+                add(&mut carried[at..at + self.width], from);
+            }
+        }
+    }
+
+    /// Copies `rows` from `within`, which begins with this unknown, and from `solved`, the rows above.
+    fn collect(
+        &mut self,
+        rows: &[usize],
+        (first, within): (usize, &[f64]),
+        solved: &[f64],
+        into: &mut [f64],
+    ) {
+        for (&row, into) in rows.iter().zip(into.chunks_exact_mut(self.width)) {
+            into.copy_from_slice(if row < self.end {
+                let at = (row - first) * self.width;
+                &within[at..at + self.width]
+            } else {
+                let at = self.position(row) * self.width;
+                &solved[at..at + self.width]
+            });
+        }
     }
 
     fn position(&mut self, row: usize) -> usize {
