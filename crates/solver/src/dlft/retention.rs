@@ -142,8 +142,6 @@ pub struct Retention {
     motions: Vec<Vec<f64>>,
     /// Stiffness of the spring, N/m.
     stiffness_n_m: f64,
-    /// The stiffness along some of the motions is rounding.
-    indifferent: bool,
 }
 
 impl Retention {
@@ -163,15 +161,9 @@ impl Retention {
                 .for_each(|(&i, v)| motion[i] = v);
             motion
         };
-        let free = softer_than(&k, mean_stiffness, SOFT);
-        let is_rounding = |motion: &Vec<f64>| {
-            let columns = motion.iter().enumerate();
-            let forces = columns.map(|(j, v)| v * dot(k.col_as_slice(j), motion));
-            forces.sum::<f64>().abs() < FREE * mean_stiffness
-        };
+        let free = softer_than(&k, mean_stiffness, SOFT).into_iter();
         Self {
-            indifferent: free.iter().any(is_rounding),
-            motions: free.into_iter().map(with_normals).collect(),
+            motions: free.map(with_normals).collect(),
             stiffness_n_m: mean_stiffness,
         }
     }
@@ -181,10 +173,16 @@ impl Retention {
         !self.motions.is_empty()
     }
 
-    /// Returns `true` if nothing elastic acts along some of these motions: without friction the mean
-    /// then has a whole line of positions.
-    pub fn is_indifferent(&self) -> bool {
-        self.indifferent
+    /// Returns `true` if `stiffness`, from which this was found, is rounding along some of the motions:
+    /// without friction the mean then has a whole line of positions.
+    pub fn is_indifferent(&self, stiffness: &Mat<f64>) -> bool {
+        let own = |motion: &[f64]| -> f64 {
+            let columns = motion.iter().enumerate();
+            let forces = columns.map(|(j, v)| v * dot(stiffness.col_as_slice(j), motion));
+            forces.sum()
+        };
+        let mut motions = self.motions.iter();
+        motions.any(|motion| own(motion).abs() < FREE * self.stiffness_n_m)
     }
 
     /// Retention with the same motions, on a spring of this fraction of the stiffness.
@@ -192,7 +190,6 @@ impl Retention {
         Self {
             motions: self.motions.clone(),
             stiffness_n_m: fraction * self.stiffness_n_m,
-            indifferent: self.indifferent,
         }
     }
 
@@ -245,7 +242,6 @@ impl Retention {
                 .map(|motion| columns.iter().map(|&c| motion[c]).collect())
                 .collect(),
             stiffness_n_m: self.stiffness_n_m,
-            indifferent: self.indifferent,
         }
     }
 
@@ -387,8 +383,8 @@ mod tests {
             let own: Vec<f64> = (0..24).map(|i| k[(i, i)]).collect();
             let found = Retention::new(&k, &own);
             assert!(found.is_needed());
-            assert_eq!(found.is_indifferent(), indifferent, "{spring}");
-            assert_eq!(found.softened(0.1).is_indifferent(), indifferent);
+            assert_eq!(found.is_indifferent(&k), indifferent, "{spring}");
+            assert_eq!(found.softened(0.1).is_indifferent(&k), indifferent);
         }
     }
 

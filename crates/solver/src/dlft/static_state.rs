@@ -163,7 +163,7 @@ fn settle(
     let mut slides = problem.laws.iter().zip(&free.status);
     let rubs = slides.any(|(law, status)| *status == PairStatus::Slipping && law.friction > 0.0);
     // One of a whole line of states is found by chance.
-    let by_chance = !rubs && retention.is_indifferent();
+    let by_chance = !rubs && retention.is_indifferent(&problem.reduced.stiffness);
     let at_rest = vec![0.0; free.x.len()];
     if converged && !by_chance && !retention.walked_off(&free.x, &at_rest, 0.0) {
         return free;

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
-use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
@@ -216,26 +216,14 @@ impl Transformation {
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
         let mut entries = 0;
-        for (ends, own, _) in &parts {
+        let (mut rows, mut values) = (Vec::new(), Vec::new());
+        for (ends, own_rows, own_values) in parts {
             offsets.extend(ends.iter().map(|end| entries + end));
-            entries += own.len();
+            entries += own_rows.len();
+            rows.push(own_rows);
+            values.push(own_values);
         }
-        let (mut rows, mut values) = (vec![0; entries], vec![0.0; entries]);
-        let (mut rows_left, mut values_left) = (rows.as_mut_slice(), values.as_mut_slice());
-        let mut copies = Vec::with_capacity(parts.len());
-        for part in parts {
-            let own = part.1.len();
-            let (into_rows, into_values);
-            (into_rows, rows_left) = rows_left.split_at_mut(own);
-            (into_values, values_left) = values_left.split_at_mut(own);
-            copies.push((part, into_rows, into_values));
-        }
-        copies
-            .into_par_iter()
-            .for_each(|((_, own_rows, own_values), rows, values)| {
-                rows.copy_from_slice(&own_rows);
-                values.copy_from_slice(&own_values);
-            });
+        let (rows, values) = rayon::join(|| rows.concat(), || values.concat());
         CscMatrix::try_from_csc_data(n, n, offsets, rows, values)
             .expect("columns were built in order with ascending rows")
     }
