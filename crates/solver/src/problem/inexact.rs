@@ -17,7 +17,7 @@ use crate::reduction::{DiscExcitation, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::dense::{NearField, PackedSymmetric};
-use dovetail_numerics::eigen::coarse_space;
+use dovetail_numerics::eigen::{CoarseSpace, coarse_space};
 use dovetail_numerics::spectrum::cosine;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
@@ -90,22 +90,29 @@ pub fn motions(unknowns: usize) -> usize {
 }
 
 impl<'a> InexactModel<'a> {
-    /// Model with its coarse space, which takes a Cholesky factor of K, n x n.
+    /// Model with its coarse space.
     pub fn new(model: &'a ReducedModel) -> Self {
-        let n = model.stiffness.nrows();
-        let space = coarse_space(
-            model.stiffness.as_ref(),
-            &model.diagonal_stiffness(),
-            motions(n),
-        );
-        let moved = product(model.mass.as_ref(), space.as_ref());
+        Self::with_inertia(model, |motions| {
+            let moved = product(model.mass.as_ref(), motions.as_ref());
+            narrow(nystrom(&moved, motions).as_ref())
+        })
+    }
+
+    /// Model with its coarse space for linear solves in the mean alone, to which no mass belongs.
+    pub fn of_mean(model: &'a ReducedModel) -> Self {
+        Self::with_inertia(model, |motions| Mat::zeros(motions.nrows(), 0))
+    }
+
+    fn with_inertia(model: &'a ReducedModel, inertia: impl FnOnce(&Mat<f64>) -> Mat<f32>) -> Self {
+        let own = model.diagonal_stiffness();
+        let count = motions(own.len());
+        let CoarseSpace { motions, forces } = coarse_space(model.stiffness.as_ref(), &own, count);
         let mut this = Self {
-            inertia: narrow(nystrom(&moved, &space).as_ref()),
+            inertia: inertia(&motions),
             model,
-            coarse_space: space,
+            coarse_space: motions,
             all: None,
         };
-        let forces = product(model.stiffness.as_ref(), this.coarse_space.as_ref());
         this.all = Some(Arc::new(Inexact {
             forces: narrow(forces.transpose()),
             motions: narrow(this.coarse_space.transpose()),
