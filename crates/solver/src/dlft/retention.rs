@@ -15,7 +15,7 @@
 use super::Orbit;
 use crate::problem::tangential;
 use crate::problem::{HarmonicLoad, Problem};
-use crate::reduction::FREE;
+use crate::reduction::{FREE, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::parallel;
 use dovetail_numerics::vector::{axpy, dot, norm};
@@ -65,7 +65,7 @@ impl Mean {
 pub struct Holding<'a> {
     problem: &'a Problem,
     without_contact: OnceLock<bool>,
-    retention: OnceLock<Retention>,
+    along_contacts: OnceLock<Retention>,
     pulls: OnceLock<Vec<Vec<c64>>>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> Holding<'a> {
         Self {
             problem,
             without_contact: OnceLock::new(),
-            retention: OnceLock::new(),
+            along_contacts: OnceLock::new(),
             pulls: OnceLock::new(),
         }
     }
@@ -83,9 +83,12 @@ impl<'a> Holding<'a> {
     /// Returns `true` if the bodies are [held without
     /// contact](crate::reduction::ReducedModel::is_held_without_contact).
     pub fn without_contact(&self) -> bool {
-        *self
-            .without_contact
-            .get_or_init(|| self.problem.reduced.is_held_without_contact())
+        let reduced = &self.problem.reduced;
+        *self.without_contact.get_or_init(|| {
+            // Mostly a motion along the contacts is free, which spares the factor of the stiffness.
+            let mut along = self.along_contacts().motions.iter();
+            !along.any(|motion| reduced.is_free(motion)) && reduced.is_held_without_contact()
+        })
     }
 
     /// Motions that nothing holds where all pairs are open: orthonormal, in relative displacements.
@@ -97,13 +100,16 @@ impl<'a> Holding<'a> {
 
     /// Motions that only friction holds; `None` where there are none.
     pub fn retention(&self) -> Option<&Retention> {
-        if self.without_contact() {
-            return None;
-        }
-        let reduced = &self.problem.reduced;
-        let find = || Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness());
-        let found = self.retention.get_or_init(find);
-        found.is_needed().then_some(found)
+        let found = self.along_contacts();
+        (found.is_needed() && !self.without_contact()).then_some(found)
+    }
+
+    /// Motions with hardly any stiffness where the normal displacements of all pairs are held.
+    fn along_contacts(&self) -> &Retention {
+        self.along_contacts.get_or_init(|| {
+            let reduced = &self.problem.reduced;
+            Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness())
+        })
     }
 
     /// Amplitudes of the normal forces of the pairs under each excitation applied slowly, N, where
@@ -173,16 +179,11 @@ impl Retention {
         !self.motions.is_empty()
     }
 
-    /// Returns `true` if `stiffness`, from which this was found, is rounding along some of the motions:
-    /// without friction the mean then has a whole line of positions.
-    pub fn is_indifferent(&self, stiffness: &Mat<f64>) -> bool {
-        let own = |motion: &[f64]| -> f64 {
-            let columns = motion.iter().enumerate();
-            let forces = columns.map(|(j, v)| v * dot(stiffness.col_as_slice(j), motion));
-            forces.sum()
-        };
+    /// Returns `true` if the stiffness of `model`, from which this was found, is rounding along some of
+    /// the motions: without friction the mean then has a whole line of positions.
+    pub fn is_indifferent(&self, model: &ReducedModel) -> bool {
         let mut motions = self.motions.iter();
-        motions.any(|motion| own(motion).abs() < FREE * self.stiffness_n_m)
+        motions.any(|motion| model.elastic_product(motion).abs() < FREE * self.stiffness_n_m)
     }
 
     /// Retention with the same motions, on a spring of this fraction of the stiffness.
@@ -383,8 +384,9 @@ mod tests {
             let own: Vec<f64> = (0..24).map(|i| k[(i, i)]).collect();
             let found = Retention::new(&k, &own);
             assert!(found.is_needed());
-            assert_eq!(found.is_indifferent(&k), indifferent, "{spring}");
-            assert_eq!(found.softened(0.1).is_indifferent(&k), indifferent);
+            let model = ReducedModel::of_pairs(k, Mat::zeros(24, 24));
+            assert_eq!(found.is_indifferent(&model), indifferent, "{spring}");
+            assert_eq!(found.softened(0.1).is_indifferent(&model), indifferent);
         }
     }
 
@@ -465,7 +467,7 @@ mod tests {
         // normals held.
         let free = problem(chain(4, 0.0));
         let holding = Holding::of(&free);
-        assert!(!holding.without_contact());
+        assert!(!holding.without_contact() && !free.reduced.is_held_without_contact());
         assert_eq!(holding.free_motions().len(), 2);
         assert_eq!(holding.retention().unwrap().motions.len(), 2);
         // A spring too soft for friction to matter beside it holds all the same.

@@ -130,7 +130,7 @@ fn settle(
 ) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
     let all: Vec<usize> = (0..problem.laws.len()).collect();
-    let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
+    let inexact = InexactModel::of_mean(&problem.reduced).taking_part(&all, None);
     let load_up = |retention: Option<&Retention>, start: Start<'_>| {
         StaticSystem::new(problem, &inexact, eps, retention).load_up(start, path, options)
     };
@@ -163,7 +163,7 @@ fn settle(
     let mut slides = problem.laws.iter().zip(&free.status);
     let rubs = slides.any(|(law, status)| *status == PairStatus::Slipping && law.friction > 0.0);
     // One of a whole line of states is found by chance.
-    let by_chance = !rubs && retention.is_indifferent(&problem.reduced.stiffness);
+    let by_chance = !rubs && retention.is_indifferent(&problem.reduced);
     let at_rest = vec![0.0; free.x.len()];
     if converged && !by_chance && !retention.walked_off(&free.x, &at_rest, 0.0) {
         return free;
@@ -240,12 +240,36 @@ fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
     x
 }
 
-/// Solves one load step from `x`. Where shear carries much of the load (a coefficient above 1)
-/// pairs open, and Newton's method may end between two of them: the coefficient is then raised in
-/// steps, each solution the start of the next.
-fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+/// Solves one load step from `x`, or from where it is `predicted` if less of the load is left out of
+/// balance there. Where shear carries much of the load (a coefficient above 1) pairs open, and
+/// Newton's method may end between two of them: the coefficient is then raised in steps, each
+/// solution the start of the next.
+fn load_step(
+    system: &mut StaticSystem<'_>,
+    x: &mut [f64],
+    predicted: Option<Vec<f64>>,
+    options: NewtonOptions,
+) -> NewtonEnd {
     let start = x.to_vec();
-    let mut end = newton(system, x, options);
+    let mut unbalanced = |x: &[f64]| {
+        let mut f = vec![0.0; x.len()];
+        system.residual(x, &mut f);
+        system.measure(&f)
+    };
+    let at_start = unbalanced(&start);
+    let predicted = predicted.filter(|predicted| unbalanced(predicted) < at_start);
+    let mut iterations = 0;
+    let mut solved_from = |from: &[f64], x: &mut [f64]| {
+        x.copy_from_slice(from);
+        let end = newton(system, x, options);
+        iterations += end.iterations;
+        NewtonEnd { iterations, ..end }
+    };
+    let by_prediction = predicted.map(|predicted| solved_from(&predicted, x));
+    let mut end = match by_prediction {
+        Some(end) if end.status == NewtonStatus::Converged => end,
+        _ => solved_from(&start, x),
+    };
     let full = system.friction();
     if full.iter().all(|f| *f <= FIRST_FRICTION) {
         return end;
@@ -368,27 +392,34 @@ impl<'a> StaticSystem<'a> {
         };
         let stations = path.stations(&self.problem.reduced);
         let scale = force_scale_n(self.problem, self.eps, &stations);
-        let legs = stations.windows(2).enumerate();
-        let steps = legs.flat_map(|(leg, ends)| {
-            let share = |step: usize| step as f64 / path.steps as f64;
-            (1..=path.steps).map(move |step| (leg, ends, share(step)))
-        });
-        for (leg, ends, share) in steps {
-            let interference = if leg == 0 { share } else { 1.0 };
-            let both = ends[0].iter().zip(&ends[1]);
-            self.load = both.map(|(a, b)| (1.0 - share) * a + share * b).collect();
-            self.scale = scale.max(norm(&self.load));
-            self.begin_step(interference, &x, &forces);
-            let last = load_step(&mut self, &mut x, options);
-            end = NewtonEnd {
-                iterations: end.iterations + last.iterations,
-                ..last
-            };
-            if end.status != NewtonStatus::Converged {
-                break;
+        'path: for (leg, ends) in stations.windows(2).enumerate() {
+            // Between two steps the state mostly moves as it did in the step before: in proportion to
+            // the load where pairs without clearance slide.
+            let mut before: Option<Vec<f64>> = None;
+            for step in 1..=path.steps {
+                let share = step as f64 / path.steps as f64;
+                let interference = if leg == 0 { share } else { 1.0 };
+                let both = ends[0].iter().zip(&ends[1]);
+                self.load = both.map(|(a, b)| (1.0 - share) * a + share * b).collect();
+                self.scale = scale.max(norm(&self.load));
+                self.begin_step(interference, &x, &forces);
+                let moved_on = |before: Vec<f64>| {
+                    let both = x.iter().zip(before);
+                    both.map(|(x, before)| 2.0 * x - before).collect()
+                };
+                let predicted = before.map(moved_on);
+                before = Some(x.clone());
+                let last = load_step(&mut self, &mut x, predicted, options);
+                end = NewtonEnd {
+                    iterations: end.iterations + last.iterations,
+                    ..last
+                };
+                if end.status != NewtonStatus::Converged {
+                    break 'path;
+                }
+                let reached = self.pairs(&x).into_iter();
+                forces = reached.map(|pair| pair.force).collect();
             }
-            let reached = self.pairs(&x).into_iter();
-            forces = reached.map(|pair| pair.force).collect();
         }
         self.state(x, end)
     }

@@ -326,6 +326,22 @@ impl ReducedModel {
         (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
+    /// Returns `true` if supports and springs do not hold a motion of the pairs, n entries: the work of
+    /// the elastic forces is below the rounding of what one of its entries does alone. With the row of
+    /// that entry as the last one, the last pivot of the Cholesky factor of K is as small.
+    pub fn is_free(&self, motion: &[f64]) -> bool {
+        let own = motion.iter().enumerate();
+        let own = own.map(|(i, v)| self.stiffness[(i, i)] * v * v);
+        self.elastic_product(motion) < FREE * own.fold(0.0, f64::max)
+    }
+
+    /// Product `w^T K w` of a motion of the pairs, n entries.
+    pub fn elastic_product(&self, motion: &[f64]) -> f64 {
+        let columns = motion.iter().enumerate();
+        let works = columns.map(|(j, v)| v * dot(self.stiffness.col_as_slice(j), motion));
+        works.sum()
+    }
+
     /// Coupling p of X to the modes, n x m, and the weights of the dashpots, and of the modes on which
     /// the air acts, on X, n x d.
     pub fn coupling_and_dashpots(&self) -> [&Mat<f64>; 2] {
