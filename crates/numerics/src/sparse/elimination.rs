@@ -9,7 +9,6 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, Par};
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::fronts::{
     BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, mirror, schur_complement,
@@ -46,15 +45,14 @@ impl<'a> Plan<'a> {
             matrices: self.matrices.len(),
         };
         let (fronts, handed_on) = self.tree.as_ref().map_or((0, 0), |tree| {
-            let handed_on = tree
-                .roots
-                .iter()
-                .map(|&s| need(tree).contributions(s))
-                .sum();
+            let roots = tree.roots.iter();
+            let handed_on: usize = roots.map(|&s| need(tree).contributions(s)).sum();
             let threads = rayon::current_num_threads();
             (need(tree).of_branches(&tree.roots, threads), handed_on)
         });
-        8 * (self.symbolic.factor_entries() + fronts.max(handed_on + left)) as u64
+        // What the roots hand on of the last matrix stands beside all remaining matrices.
+        let of_last = handed_on / self.matrices.len().max(1);
+        8 * (self.symbolic.factor_entries() + fronts.max(of_last + left)) as u64
     }
 
     /// Writes the factor into `values` and returns the rest of each matrix on the other unknowns.
@@ -78,7 +76,8 @@ impl<'a> Plan<'a> {
                 }
             }
         }
-        let parts = self.matrices.par_iter().zip(from_roots);
+        // One after the other: the contributions of a matrix are gone before the next one is made.
+        let parts = self.matrices.iter().zip(from_roots);
         Ok(parts
             .map(|(matrix, roots)| self.rest(matrix, &roots))
             .collect())
