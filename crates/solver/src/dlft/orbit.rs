@@ -1,15 +1,16 @@
 //! Conversion of a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion,
 //! pair cycles, powers.
 
-use super::balance::{Balance, Evaluation, Setting, apply_real};
+use super::balance::{Balance, Evaluation, Setting};
 use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
-use crate::reduction::{Load, ObservedPoint};
+use crate::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_numerics::dense::add_symmetric_product;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
-use faer::c64;
+use faer::{Mat, c64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -368,13 +369,15 @@ fn powers(
 ) -> Powers {
     let problem = system.problem;
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
-    for k in 1..=harmonics {
+    let moved = |k: usize| Block::parts(system, k, u, modal);
+    let moved: Vec<[Block<'_>; 2]> = (1..=harmonics).map(moved).collect();
+    let products = elastic_and_inertial_products(&problem.reduced, &moved);
+    for (k, (parts, products)) in (1..=harmonics).zip(moved.iter().zip(products)) {
         let kw = k as f64 * omega;
         let of = problem.reduced.of_harmonic(k);
         // Both copies of a sector have the same power.
         let share = 1.0 / of.copies() as f64;
         let model = of.model;
-        let parts = Block::parts(system, k, u, modal);
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
             let work =
@@ -383,15 +386,11 @@ fn powers(
             input += 0.5 * kw * load.factor(omega) * share * work;
         }
         let besides = problem.damping_besides(of, system.damping);
-        let mut product = vec![0.0; model.stiffness.nrows()];
-        for Block { x, q } in &parts {
+        for (Block { x, q }, [elastic, inertial]) in parts.iter().zip(products) {
             let mut energy = 0.0;
-            apply_real(&model.stiffness, x, &mut product);
             let modal = q.iter().zip(&model.omega2).map(|(q, w2)| w2 * q * q);
-            let stiff = dot(x, &product) + modal.sum::<f64>();
-            energy += system.damping.stiffness_s * stiff;
-            apply_real(&model.mass, x, &mut product);
-            let mut mass = dot(x, &product) + dot(q, q);
+            energy += system.damping.stiffness_s * (elastic + modal.sum::<f64>());
+            let mut mass = inertial + dot(q, q);
             for (j, q) in q.iter().enumerate() {
                 mass += 2.0 * q * dot(x, model.coupling.col_as_slice(j));
             }
@@ -421,6 +420,35 @@ fn powers(
         viscous_w: viscous,
         kinetic_energy_j: kinetic,
     }
+}
+
+/// Products x^T K x and x^T M x of both parts of each harmonic. The matrices are read once for all
+/// harmonics that move by the same model.
+fn elastic_and_inertial_products(
+    reduced: &ReducedModel,
+    moved: &[[Block<'_>; 2]],
+) -> Vec<[[f64; 2]; 2]> {
+    let mut found = vec![[[0.0; 2]; 2]; moved.len()];
+    let models = (1..=moved.len()).map(|k| reduced.of_harmonic(k).model);
+    let models: Vec<&ReducedModel> = models.collect();
+    for (first, model) in models.iter().enumerate() {
+        let is_same = |k: &usize| std::ptr::eq(models[*k], *model);
+        if (0..first).any(|k| is_same(&k)) {
+            continue;
+        }
+        let harmonics: Vec<usize> = (first..models.len()).filter(is_same).collect();
+        let x = |row: usize, column: usize| moved[harmonics[column / 2]][column % 2].x[row];
+        let x = Mat::from_fn(model.stiffness.nrows(), 2 * harmonics.len(), x);
+        for (which, matrix) in [&model.stiffness, &model.mass].into_iter().enumerate() {
+            let mut forces = Mat::zeros(x.nrows(), x.ncols());
+            add_symmetric_product(matrix.as_ref(), x.as_ref(), forces.as_mut());
+            for column in 0..x.ncols() {
+                let product = dot(x.col_as_slice(column), forces.col_as_slice(column));
+                found[harmonics[column / 2]][column % 2][which] = product;
+            }
+        }
+    }
+    found
 }
 
 fn pair_cycle(
