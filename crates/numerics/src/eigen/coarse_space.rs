@@ -52,7 +52,7 @@ pub struct CoarseSpace {
 /// There are none where A is far from positive semi-definite, a weight is not positive, or a number is
 /// not finite.
 pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> CoarseSpace {
-    let found = if matrix.nrows() <= MOST_FACTORED {
+    let found = if is_factored(matrix.nrows()) {
         factored(matrix, weights, count)
     } else {
         smooth(matrix, weights, count)
@@ -61,6 +61,19 @@ pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> C
         motions: Mat::zeros(matrix.nrows(), 0),
         forces: Mat::zeros(matrix.nrows(), 0),
     })
+}
+
+/// Order of the dense matrix that [`coarse_space`] factors for so many unknowns.
+pub fn factor_order(unknowns: usize) -> usize {
+    if is_factored(unknowns) {
+        unknowns
+    } else {
+        unknowns / 3
+    }
+}
+
+fn is_factored(unknowns: usize) -> bool {
+    unknowns <= MOST_FACTORED
 }
 
 /// Motions by inverse iteration with a factor of the matrix.

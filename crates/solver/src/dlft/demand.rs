@@ -6,6 +6,7 @@ use super::sweep::SweepSettings;
 use crate::dlft::coarse;
 use crate::problem::Problem;
 use crate::problem::inexact::{ALL_FROM, motions};
+use dovetail_numerics::eigen::factor_order;
 use dovetail_numerics::spectrum::blocks;
 
 const F64: u64 = 8;
@@ -65,7 +66,8 @@ impl Size {
     /// finds the motions.
     fn inexact(self) -> u64 {
         let motions = motions(self.block() as usize) as u64;
-        F64 * self.block().pow(2) + F32 * (self.block().pow(2) / 2 + 4 * motions * self.block())
+        let factor = factor_order(self.block() as usize) as u64;
+        F64 * factor.pow(2) + F32 * (self.block().pow(2) / 2 + 4 * motions * self.block())
     }
 
     /// Bytes of the derivatives of the pairs, in both precisions, for as many pairs as count as
@@ -102,6 +104,12 @@ mod tests {
         let unknowns = 216 * 2001_u64;
         let dense = of(1000, Solver::Powell);
         assert!(dense > 2 * 8 * unknowns.pow(2), "{dense}");
+        // Large flanks need no factor of their stiffness.
+        let [small, large] = [1152, 4608].map(|pairs| {
+            let size = Size { pairs, width: 7 };
+            size.inexact() as f64 / (8 * size.block().pow(2)) as f64
+        });
+        assert!(small > 1.2 && large < 0.5, "{small} {large}");
         // The settings of the paper take little.
         let few = of(3, Solver::NewtonKrylov);
         assert!(few < 64 << 20, "{few}");
