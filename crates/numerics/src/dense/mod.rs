@@ -16,7 +16,7 @@ pub mod parallel;
 mod sequential;
 
 pub use near_field::NearField;
-pub use packed::{PackedSymmetric, add_symmetric_product};
+pub use packed::{PackedSymmetric, add_symmetric_product, quadratic_forms};
 pub use sequential::{
     Lu, add_product, cholesky, is_definite, lowest_eigenvalue, product, self_adjoint_eigen,
     self_adjoint_eigenvalues, solve_in_place, symmetrised,

@@ -43,6 +43,14 @@ pub fn add_symmetric_product(a: MatRef<'_, f64>, x: MatRef<'_, f64>, mut y: MatM
     }
 }
 
+/// Products x^T A x of a symmetric A with each column of x; A is read as by [`add_symmetric_product`].
+pub fn quadratic_forms(a: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<f64> {
+    let mut moved = Mat::zeros(x.nrows(), x.ncols());
+    add_symmetric_product(a, x, moved.as_mut());
+    let columns = x.col_iter().zip(moved.col_iter());
+    columns.map(|(x, moved)| x.transpose() * moved).collect()
+}
+
 /// Sum of what blocks add to zeros of this shape: that of the first and that of the second blocks on a
 /// thread each. There are two sums whatever the number of threads.
 fn in_two_sums<T: ComplexField, B: Sync>(
@@ -182,6 +190,15 @@ mod tests {
             add_symmetric_product(half.as_ref(), x.as_ref(), product.as_mut());
             let off = &product - &exact;
             assert!(off.norm_max() < 1e-10, "{n}: {}", off.norm_max());
+            let forms = quadratic_forms(half.as_ref(), x.as_ref());
+            for (j, form) in forms.iter().enumerate() {
+                let exact = x.col(j).transpose() * exact.col(j);
+                assert!(
+                    (form - exact).abs() < 1e-9 * exact.abs().max(1.0),
+                    "{n}, {j}"
+                );
+            }
+            assert_eq!(forms.len(), 3);
         }
     }
 }

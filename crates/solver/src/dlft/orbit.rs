@@ -7,7 +7,7 @@ use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduction::{Load, ObservedPoint, ReducedModel};
-use dovetail_numerics::dense::add_symmetric_product;
+use dovetail_numerics::dense::quadratic_forms;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
 use faer::{Mat, c64};
@@ -439,13 +439,10 @@ fn elastic_and_inertial_products(
         let harmonics: Vec<usize> = (first..models.len()).filter(is_same).collect();
         let x = |row: usize, column: usize| moved[harmonics[column / 2]][column % 2].x[row];
         let x = Mat::from_fn(model.stiffness.nrows(), 2 * harmonics.len(), x);
-        for (which, matrix) in [&model.stiffness, &model.mass].into_iter().enumerate() {
-            let mut forces = Mat::zeros(x.nrows(), x.ncols());
-            add_symmetric_product(matrix.as_ref(), x.as_ref(), forces.as_mut());
-            for column in 0..x.ncols() {
-                let product = dot(x.col_as_slice(column), forces.col_as_slice(column));
-                found[harmonics[column / 2]][column % 2][which] = product;
-            }
+        let [elastic, inertial] =
+            [&model.stiffness, &model.mass].map(|a| quadratic_forms(a.as_ref(), x.as_ref()));
+        for (column, products) in elastic.into_iter().zip(inertial).enumerate() {
+            found[harmonics[column / 2]][column % 2] = products.into();
         }
     }
     found

@@ -27,12 +27,13 @@ pub mod transformation;
 mod truncation;
 pub mod waves;
 
-use faer::{Mat, c64};
+use faer::{Mat, MatRef, c64};
 
 use serde::{Deserialize, Serialize};
 
 use crate::structure::{Quantity, SteadyCause};
 use dovetail_numerics::dense::parallel::cholesky;
+use dovetail_numerics::dense::quadratic_forms;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::sparse::{FactorError, stored};
 use dovetail_numerics::vector::dot;
@@ -337,9 +338,10 @@ impl ReducedModel {
 
     /// Product `w^T K w` of a motion of the pairs, n entries.
     pub fn elastic_product(&self, motion: &[f64]) -> f64 {
-        let columns = motion.iter().enumerate();
-        let works = columns.map(|(j, v)| v * dot(self.stiffness.col_as_slice(j), motion));
-        works.sum()
+        let motion = MatRef::from_column_major_slice(motion, motion.len(), 1);
+        quadratic_forms(self.stiffness.as_ref(), motion)
+            .iter()
+            .sum()
     }
 
     /// Coupling p of X to the modes, n x m, and the weights of the dashpots, and of the modes on which
