@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::dense;
 use crate::dense::add_symmetric_product;
 use crate::dense::parallel::{self, product};
-use crate::vector::axpy;
+use crate::vector::{axpy, dot, norm};
 
 /// Most unknowns of a matrix that is factored itself.
 const MOST_FACTORED: usize = 4000;
@@ -105,31 +105,28 @@ fn with_softest(
     mut motions: Mat<f64>,
     mut rounds: usize,
 ) -> Option<CoarseSpace> {
-    let (n, count) = motions.shape();
+    let count = motions.ncols();
     let mut forces = product(matrix, motions.as_ref());
     let mut projected = dense::product(motions.transpose(), forces.as_ref());
     loop {
         let (theta, ritz) = dense::self_adjoint_eigen(projected.as_ref())?;
-        let on = |of: &Mat<f64>, count: usize| product(of.as_ref(), ritz.get(.., ..count));
-        let soft = theta.iter().filter(|theta| **theta < SOFT).count();
-        let soft = soft.max(FEWEST_ACCURATE).min(count);
-        let [own, moved] = [&motions, &forces].map(|of| on(of, soft));
-        let missing = (0..soft).filter_map(|j| {
-            let columns = own.col_as_slice(j).iter().zip(moved.col_as_slice(j));
-            let left = columns.zip(weights).map(|((x, f), w)| f / w - theta[j] * x);
-            let left: Vec<f64> = left.collect();
-            (length(&left, weights) > RESIDUAL.max(OF_THETA * theta[j])).then_some(left)
-        });
-        let further = match rounds {
-            0 => Mat::zeros(n, 0),
-            _ => independent(missing.collect(), weights, &motions),
+        let on = |count: usize| {
+            [&motions, &forces].map(|of| product(of.as_ref(), ritz.get(.., ..count)))
         };
-        if further.ncols() == 0 {
-            let [motions, forces] = [&motions, &forces].map(|of| on(of, count));
+        let further = match rounds {
+            0 => None,
+            _ => {
+                let soft = theta.iter().filter(|theta| **theta < SOFT).count();
+                let soft = soft.max(FEWEST_ACCURATE).min(count);
+                further_directions(on(soft), &theta, weights, &motions)
+            }
+        };
+        let Some(further) = further else {
+            let [motions, forces] = on(count);
             return Some(CoarseSpace { motions, forces });
-        }
+        };
         rounds -= 1;
-        let mut moved = Mat::zeros(n, further.ncols());
+        let mut moved = Mat::zeros(further.nrows(), further.ncols());
         add_symmetric_product(matrix, further.as_ref(), moved.as_mut());
         let across = dense::product(motions.transpose(), moved.as_ref());
         let among = dense::product(further.transpose(), moved.as_ref());
@@ -142,48 +139,59 @@ fn with_softest(
     }
 }
 
-fn are_positive(weights: &[f64]) -> bool {
-    weights.iter().all(|w| *w > 0.0 && w.is_finite())
-}
-
-/// Length in the inner product of the weights.
-fn length(v: &[f64], weights: &[f64]) -> f64 {
-    let squares = v.iter().zip(weights).map(|(v, w)| w * v * v);
-    squares.sum::<f64>().sqrt()
-}
-
-/// Parts of the columns that are orthonormal to each other and to `basis` in the inner product of the
-/// weights, without columns that depend on others.
-fn independent(columns: Vec<Vec<f64>>, weights: &[f64], basis: &Mat<f64>) -> Mat<f64> {
-    let beside_basis = |columns: &[Vec<f64>]| {
-        let columns = Mat::from_fn(weights.len(), columns.len(), |i, j| columns[j][i]);
-        let weighed = DiagRef::from_slice(weights) * &columns;
-        let shared = dense::product(basis.transpose(), weighed.as_ref());
-        columns - product(basis.as_ref(), shared.as_ref())
+/// Directions in which the motions that are not accurate yet are improved, orthonormal to each other
+/// and to the basis: what is left of their forces, divided by the weights. `None` where all motions are
+/// accurate.
+fn further_directions(
+    [motions, forces]: [Mat<f64>; 2],
+    theta: &[f64],
+    weights: &[f64],
+    basis: &Mat<f64>,
+) -> Option<Mat<f64>> {
+    let left = |(j, theta): (usize, &f64)| {
+        let columns = motions.col_as_slice(j).iter().zip(forces.col_as_slice(j));
+        let left = columns.zip(weights).map(|((x, f), w)| f / w - theta * x);
+        let left: Vec<f64> = left.collect();
+        let squares = left.iter().zip(weights).map(|(v, w)| w * v * v);
+        (squares.sum::<f64>().sqrt() > RESIDUAL.max(OF_THETA * theta)).then_some(left)
     };
-    let beside = beside_basis(&columns);
-    let mut kept: Vec<Vec<f64>> = Vec::new();
-    for (j, column) in columns.iter().enumerate() {
-        let mut rest = beside.col_as_slice(j).to_vec();
-        for earlier in &kept {
-            let both = earlier.iter().zip(&rest).zip(weights);
-            let shared: f64 = both.map(|((a, b), w)| a * b * w).sum();
-            axpy(-shared, earlier, &mut rest);
+    let of_motions = theta[..motions.ncols()].iter().enumerate();
+    let left: Vec<Vec<f64>> = of_motions.filter_map(left).collect();
+    let left = Mat::from_fn(weights.len(), left.len(), |i, j| left[j][i]);
+    let mut found = independent(&left, weights, DEPENDENT);
+    // It is orthogonal to the basis but for rounding.
+    let weights = DiagRef::from_slice(weights);
+    let weighed = weights * &found;
+    let shared = dense::product(basis.transpose(), weighed.as_ref());
+    found -= product(basis.as_ref(), shared.as_ref());
+    (found.ncols() > 0 && orthonormalise(&mut found, weights)).then_some(found)
+}
+
+/// Orthonormal columns in the inner product of `weights`, in their order, without those of which less
+/// than the fraction `least` of their length is independent of earlier ones.
+pub fn independent(columns: &Mat<f64>, weights: &[f64], least: f64) -> Mat<f64> {
+    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
+    let mut kept: Vec<Vec<f64>> = vec![];
+    for j in 0..columns.ncols() {
+        let column = columns.col_as_slice(j).iter().zip(&root);
+        let mut column: Vec<f64> = column.map(|(v, r)| v * r).collect();
+        let before = norm(&column);
+        for _ in 0..2 {
+            for earlier in &kept {
+                axpy(-dot(earlier, &column), earlier, &mut column);
+            }
         }
-        let left = length(&rest, weights);
-        if left > DEPENDENT * length(column, weights) {
-            rest.iter_mut().for_each(|v| *v /= left);
-            kept.push(rest);
+        let left = norm(&column);
+        if left > least * before {
+            column.iter_mut().for_each(|v| *v /= left);
+            kept.push(column);
         }
     }
-    // What the division has made visible of the basis.
-    let mut found = beside_basis(&kept);
-    let is_independent = orthonormalise(&mut found, DiagRef::from_slice(weights));
-    found.truncate(
-        weights.len(),
-        if is_independent { found.ncols() } else { 0 },
-    );
-    found
+    Mat::from_fn(columns.nrows(), kept.len(), |i, j| kept[j][i] / root[i])
+}
+
+fn are_positive(weights: &[f64]) -> bool {
+    weights.iter().all(|w| *w > 0.0 && w.is_finite())
 }
 
 /// Laplacian of the graph of the points, whose edges have the Frobenius norms of the blocks between

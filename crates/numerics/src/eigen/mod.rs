@@ -16,7 +16,7 @@ mod coarse_space;
 pub mod dense;
 mod sturm;
 
-pub use coarse_space::{CoarseSpace, coarse_space, factor_order};
+pub use coarse_space::{CoarseSpace, coarse_space, factor_order, independent};
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;

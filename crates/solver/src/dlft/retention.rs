@@ -18,6 +18,7 @@ use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::{FREE, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::parallel;
+use dovetail_numerics::eigen::independent;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
@@ -315,9 +316,10 @@ fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Ve
     for j in 0..count.min(2) {
         (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
     }
+    let alike = vec![1.0; size];
     for _ in 0..INVERSE_ITERATIONS {
         parallel::solve_in_place(factor.as_ref(), block.as_mut());
-        orthonormalise(&mut block);
+        block = independent(&block, &alike, 0.0);
     }
     let moved = dense::product(k.as_ref(), block.as_ref());
     let projected = dense::product(block.transpose(), moved.as_ref());
@@ -331,23 +333,6 @@ fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Ve
             ritz.col_as_slice(0).to_vec()
         })
         .collect()
-}
-
-fn orthonormalise(block: &mut Mat<f64>) {
-    for j in 0..block.ncols() {
-        for _ in 0..2 {
-            for i in 0..j {
-                let earlier = block.col_as_slice(i).to_vec();
-                let column = block.col_as_slice_mut(j);
-                axpy(-dot(&earlier, column), &earlier, column);
-            }
-        }
-        let length = norm(block.col_as_slice(j));
-        if length > 0.0 {
-            let column = block.col_as_slice_mut(j).iter_mut();
-            column.for_each(|v| *v /= length);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -17,9 +17,8 @@ use crate::reduction::{DiscExcitation, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::dense::{NearField, PackedSymmetric};
-use dovetail_numerics::eigen::{CoarseSpace, coarse_space};
+use dovetail_numerics::eigen::{CoarseSpace, coarse_space, independent};
 use dovetail_numerics::spectrum::cosine;
-use dovetail_numerics::vector::{axpy, dot, norm};
 
 /// Ratio of the number of motions of the coarse space to the root of the number of unknowns.
 const MOTIONS_PER_ROOT: f64 = 2.0;
@@ -177,7 +176,7 @@ impl<'a> InexactModel<'a> {
             .coarse_space
             .get(.., ..count.min(self.coarse_space.ncols()));
         let on_pairs = Mat::from_fn(m, motions.ncols(), |i, j| motions[(columns[i], j)]);
-        let motions = independent(on_pairs, &weights);
+        let motions = independent(&on_pairs, &weights, DEPENDENT.sqrt());
         inexact.motions = narrow(motions.transpose());
         let mut forces = Mat::zeros(m, motions.ncols());
         inexact
@@ -557,27 +556,4 @@ fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
         vectors[(i, j)] / masses[first + j].sqrt()
     });
     product(moved.as_ref(), scaled.as_ref())
-}
-
-/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend
-/// on earlier ones.
-fn independent(motions: Mat<f64>, weights: &[f64]) -> Mat<f64> {
-    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
-    let mut kept: Vec<Vec<f64>> = vec![];
-    for j in 0..motions.ncols() {
-        let column = motions.col_as_slice(j).iter().zip(&root);
-        let mut column: Vec<f64> = column.map(|(v, r)| v * r).collect();
-        let before = norm(&column);
-        for _ in 0..2 {
-            for earlier in &kept {
-                axpy(-dot(earlier, &column), earlier, &mut column);
-            }
-        }
-        let left = norm(&column);
-        if left > DEPENDENT.sqrt() * before {
-            column.iter_mut().for_each(|v| *v /= left);
-            kept.push(column);
-        }
-    }
-    Mat::from_fn(motions.nrows(), kept.len(), |i, j| kept[j][i] / root[i])
 }
