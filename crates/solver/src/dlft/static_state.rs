@@ -256,8 +256,11 @@ fn load_step(
         system.residual(x, &mut f);
         system.measure(&f)
     };
-    let at_start = unbalanced(&start);
-    let predicted = predicted.filter(|predicted| unbalanced(predicted) < at_start);
+    let predicted = predicted.filter(|predicted| {
+        // The elastic forces at the start are known.
+        let at_start = unbalanced(&start);
+        unbalanced(predicted) < at_start
+    });
     let mut iterations = 0;
     let mut solved_from = |from: &[f64], x: &mut [f64]| {
         x.copy_from_slice(from);
