@@ -50,6 +50,9 @@ pub struct PairEnd {
 enum History {
     /// A number of periods from the start.
     FromStart(usize),
+    /// A number of periods from the start, before one in which the pair does not slide. Where it touches
+    /// its cone, the slip at that sample in a period before has left it there.
+    Stuck(usize),
     /// The last period, in which the pair slides: its start, which is the fixed point of the period.
     Periodic(State),
     /// The last period and one before it, as the state was solved for: `slipping` is the start of
@@ -93,13 +96,8 @@ fn evaluate_pair(
     signals: &mut Signals,
     lambda: &mut [f64],
 ) -> PairEnd {
-    let (samples, width) = (fourier.samples(), fourier.width());
-    for c in 0..3 {
-        fourier.to_time(
-            &input.force[c * width..(c + 1) * width],
-            &mut signals.lambda_u[c * samples..(c + 1) * samples],
-        );
-    }
+    let samples = fourier.samples();
+    signals.predict(fourier, &input);
     let mut end = PairEnd {
         periodic: false,
         always_stuck: input.rounding.is_none(),
@@ -115,7 +113,6 @@ fn evaluate_pair(
         end.open_samples = normal.filter(|n| **n == 0.0).count();
         return end;
     }
-    signals.find_reversals(&input);
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
     if !input.law.rubs() {
@@ -168,12 +165,16 @@ fn evaluate_pair(
     // A pair that shakes down touches its cone without sliding: it keeps where it came from. Of one
     // that slides, the last period that slips is the last one.
     let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
-    if slides
-        && end.periodic
-        && input.periods == Periods::UntilPeriodic
-        && matches!(end.history, History::FromStart(_))
+    let is_settled = end.periodic && input.periods == Periods::UntilPeriodic;
+    let slips = signals.passages.iter().any(|passage| passage.slips);
+    if let History::FromStart(periods) = end.history
+        && is_settled
     {
-        end.history = History::Periodic(slipping);
+        if slides {
+            end.history = History::Periodic(slipping);
+        } else if !slips || periods > 1 && input.law.rubs() && end.slid_n == 0.0 {
+            end.history = History::Stuck(periods - 1);
+        }
     }
     signals.to_frequency(fourier, lambda);
     if !end.always_stuck && input.periods == Periods::UntilPeriodic {
@@ -347,6 +348,31 @@ impl Memory {
     }
 }
 
+impl PairEnd {
+    /// Returns `true` if the derivative needs no more of the signals than [`predictions`] writes: the
+    /// pair has come to stick within a few periods from the start.
+    pub fn needs_predictions_alone(&self) -> bool {
+        matches!(self.history, History::Stuck(_))
+    }
+}
+
+/// Writes the predicted forces of a pair at the samples, and where they reverse.
+pub fn predictions(fourier: &Fourier, input: &PairInput<'_>, signals: &mut Signals) {
+    Arch::new().dispatch(Predict(fourier, input, signals));
+}
+
+/// [`predictions`], compiled as [`Evaluate`].
+struct Predict<'a>(&'a Fourier, &'a PairInput<'a>, &'a mut Signals);
+
+impl WithSimd for Predict<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.2.predict(self.0, self.1);
+    }
+}
+
 /// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
 /// row-major, both indices component-major. `signals` and `end` are those of [`contact_forces`].
 pub fn contact_force_derivative(
@@ -387,6 +413,11 @@ fn differentiate_pair(
 ) {
     let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
     let row = 3 * block;
+    if let History::Stuck(before) = end.history {
+        let mut pass = Pass::new(fourier, &input, signals);
+        (0..before).for_each(|_| pass.period(None));
+        return write_stuck(width, pass.history.chunks_exact(block), derivative);
+    }
     let found = match input.rounding {
         Some(rounding) => rounded::derivative_rows(fourier, &input, rounding, signals),
         None => derivative_signals(fourier, &input, signals, end),
@@ -438,6 +469,25 @@ fn differentiate_pair(
     }
 }
 
+/// Writes the derivative of the force of a pair that sticks throughout the last period: that of the
+/// prediction, less that of where the pair sticks, `history`, six blocks.
+fn write_stuck<'h>(
+    width: usize,
+    mut history: impl Iterator<Item = &'h [f64]>,
+    derivative: &mut [f64],
+) {
+    let full = 3 * width;
+    derivative.fill(0.0);
+    (0..full).for_each(|i| derivative[i * full + i] = 1.0);
+    // The mean of the first and of the second tangential force.
+    for row in [width, 2 * width] {
+        for out in derivative[row * full..][..full].chunks_exact_mut(width) {
+            let block = history.by_ref().next().into_iter().flatten();
+            out.iter_mut().zip(block).for_each(|(d, h)| *d -= h);
+        }
+    }
+}
+
 /// Derivative of the contact force at the samples of the last period.
 #[inline(always)]
 fn derivative_signals(
@@ -447,24 +497,11 @@ fn derivative_signals(
     end: &PairEnd,
 ) -> DerivativeSignals {
     let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
-    let row = 3 * block;
-    let mut pass = Pass {
-        fourier,
-        input,
-        signals,
-        law: input.law,
-        state: input.start,
-        history: vec![0.0; 2 * row],
-        force_rows: vec![0.0; 2 * row],
-        normal_changes: Vec::new(),
-    };
+    let mut pass = Pass::new(fourier, input, signals);
     let mut is_fixed_point = false;
     match end.history {
-        History::FromStart(periods) => {
-            for _ in 1..periods {
-                pass.period(None);
-            }
-        }
+        History::FromStart(periods) => (1..periods).for_each(|_| pass.period(None)),
+        History::Stuck(before) => (0..before).for_each(|_| pass.period(None)),
         History::Periodic(start) => {
             is_fixed_point = true;
             pass.state = start;
@@ -488,7 +525,7 @@ fn derivative_signals(
     if is_fixed_point {
         pass.history = own_state(width, block);
     }
-    let mut rows = vec![0.0; (block + 2 * row) * samples];
+    let mut rows = vec![0.0; 7 * block * samples];
     pass.period(Some(&mut rows));
     DerivativeSignals {
         signals: rows,
@@ -512,7 +549,22 @@ struct Pass<'a> {
     normal_changes: Vec<(usize, Vec<f64>)>,
 }
 
-impl Pass<'_> {
+impl<'a> Pass<'a> {
+    /// Pass that begins where the time evaluation does.
+    fn new(fourier: &'a Fourier, input: &'a PairInput<'a>, signals: &'a Signals) -> Self {
+        let row = 3 * fourier.padded_width();
+        Self {
+            fourier,
+            input,
+            signals,
+            law: input.law,
+            state: input.start,
+            history: vec![0.0; 2 * row],
+            force_rows: vec![0.0; 2 * row],
+            normal_changes: Vec::new(),
+        }
+    }
+
     /// Goes through one period. Adds the derivative of the force at each sample to `rows`, if given
     /// ([`DerivativeSignals::signals`]).
     #[inline(always)]
@@ -892,6 +944,7 @@ mod tests {
     fn derivative_of_a_pair_that_shakes_down_between_two_cones_matches_differences() {
         let fourier = Fourier::new(1, 64);
         let mut shaken = 0;
+        let mut came_to_stick = 0;
         for trial in 0..40 {
             let angle = trial as f64;
             // N, t1, t2: steady compression, an elliptic tangential force within the cone's size.
@@ -904,8 +957,10 @@ mod tests {
             let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
             let fixed = matches!(end.history, History::FixedPoint { .. });
             shaken += usize::from(fixed && end.slid_n < 1e-8);
+            came_to_stick += usize::from(matches!(end.history, History::Stuck(1..)));
         }
         assert!(shaken > 2, "{shaken}");
+        assert!(came_to_stick > 2, "{came_to_stick}");
     }
 
     #[test]
@@ -918,7 +973,7 @@ mod tests {
         let mut signals = Signals::new(32);
         let mut lambda = vec![0.0; full];
         let end = contact_forces(&fourier, input(&f), &mut signals, &mut lambda);
-        assert!(end.always_stuck && end.periodic && end.history == History::FromStart(1));
+        assert!(end.always_stuck && end.periodic && end.history == History::Stuck(0));
         let mut d = vec![0.0; full * full];
         contact_force_derivative(&fourier, input(&f), &signals, &end, &mut d);
         for i in 0..full {

@@ -4,7 +4,7 @@
 //! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
 //! known at once, and only the other ("active") pairs enter the linear solve.
 
-use super::aft::{PairEnd, contact_force_derivative, contact_forces};
+use super::aft::{PairEnd, contact_force_derivative, contact_forces, predictions};
 use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use super::{PairStatus, StaticState};
@@ -429,7 +429,12 @@ impl<'a> Balance<'a> {
                     }
                     let force = self.prediction(&evaluation.lambda_u, pair);
                     let input = self.input(pair, &force);
-                    let end = contact_forces(fourier, input, signals, lambda);
+                    let end = if end.needs_predictions_alone() {
+                        predictions(fourier, &input, signals);
+                        *end
+                    } else {
+                        contact_forces(fourier, input, signals, lambda)
+                    };
                     let mut derivative = vec![0.0; 9 * width * width];
                     contact_force_derivative(fourier, input, signals, &end, &mut derivative);
                     if !law.is_rigid {

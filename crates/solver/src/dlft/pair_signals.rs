@@ -98,9 +98,23 @@ impl Signals {
         }
     }
 
+    /// Writes the predicted forces at the samples, and finds the intervals in which the tangential one
+    /// reverses.
+    #[inline(always)]
+    pub fn predict(&mut self, fourier: &Fourier, input: &PairInput<'_>) {
+        let components = input.force.chunks_exact(fourier.width());
+        let samples = fourier.samples();
+        for (force, signal) in components.zip(self.lambda_u.chunks_exact_mut(samples)) {
+            fourier.to_time(force, signal);
+        }
+        if input.rounding.is_none() {
+            self.find_reversals(input);
+        }
+    }
+
     /// Finds the intervals in which the tangential prediction reverses.
     #[inline(always)]
-    pub fn find_reversals(&mut self, input: &PairInput<'_>) {
+    fn find_reversals(&mut self, input: &PairInput<'_>) {
         let samples = self.samples();
         if !input.law.rubs() || input.periods != Periods::UntilPeriodic {
             self.reverses.fill(false);
