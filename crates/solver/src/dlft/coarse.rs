@@ -1,6 +1,10 @@
 //! Coarse problem: J on the softest motions of the flanks, `W^T J W`, factored for all harmonics
 //! together. Where pairs slip and open, these motions couple the harmonics, and a local correction
 //! would find them last.
+//!
+//! The mean and the harmonics up to the highest one excited have all motions. Harmonics above have
+//! fewer, the softest: less of the residual is there, and the cost goes with the square of the number
+//! of motions.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -11,63 +15,119 @@ use std::ops::Range;
 use super::linear_system::LinearSystem;
 use crate::problem::inexact::Inexact;
 use dovetail_numerics::dense::{Lu, product};
+use dovetail_numerics::spectrum::{blocks, cosine};
 
 /// Most motions of all harmonics together: their factor should cost no more than some linear
 /// iterations.
-pub const MOST_UNKNOWNS: usize = 2000;
+const MOST_UNKNOWNS: usize = 2000;
+/// Fraction of the motions that a harmonic has which is so many times as high as the highest one
+/// excited: this over their ratio, and at most all.
+const OVERTONE_MOTIONS: f64 = 1.4;
 /// Number of pairs whose rows are multiplied together.
 const PAIRS: usize = 32;
 
-/// Factor of the coarse problem, and the number of motions that it has for each harmonic.
+/// Positions of each block's motions among the unknowns of the coarse problem: the mean, then cosine
+/// and sine of each harmonic. Each block has the softest of the motions.
+pub struct Blocks(Vec<Range<usize>>);
+
+impl Blocks {
+    /// Blocks of so many harmonics, of which none above `highest_excited` is excited, where so many
+    /// motions are there.
+    pub fn new(harmonics: usize, highest_excited: usize, motions: usize) -> Self {
+        let fraction = |block: usize| {
+            let ratio = block.div_ceil(2) as f64 / highest_excited.max(1) as f64;
+            (OVERTONE_MOTIONS / ratio).min(1.0)
+        };
+        let blocks = 0..blocks(harmonics);
+        let sum: f64 = blocks.clone().map(fraction).sum();
+        let most = (motions as f64).min(MOST_UNKNOWNS as f64 / sum);
+        let mut end = 0;
+        let range = |block: usize| {
+            let start = end;
+            end += (most * fraction(block)) as usize;
+            start..end
+        };
+        Self(blocks.map(range).collect())
+    }
+
+    /// Number of unknowns of the coarse problem.
+    pub fn unknowns(&self) -> usize {
+        self.0.last().map_or(0, |last| last.end)
+    }
+
+    /// Number of motions of a block.
+    fn motions(&self, block: usize) -> usize {
+        self.0[block].len()
+    }
+
+    /// Largest number of motions of a block.
+    fn most_motions(&self) -> usize {
+        self.motions(0)
+    }
+
+    /// Block and motion of each unknown.
+    pub fn each(&self) -> impl Iterator<Item = (usize, usize)> {
+        let blocks = self.0.iter().enumerate();
+        blocks.flat_map(|(block, range)| (0..range.len()).map(move |motion| (block, motion)))
+    }
+}
+
+/// Factor of the coarse problem.
 pub struct Coarse {
     factor: Lu,
-    motions: usize,
+    blocks: Blocks,
 }
 
 impl Coarse {
-    /// Coarse problem of a linear system; `None` where there are no motions.
-    pub fn new(linear: &LinearSystem) -> Option<Self> {
-        let width = linear.width();
-        let motions = linear.inexact.motions.nrows().min(MOST_UNKNOWNS / width);
-        if motions == 0 {
+    /// Coarse problem of a linear system none of whose harmonics above `highest_excited` is excited;
+    /// `None` where there are no motions.
+    pub fn new(linear: &LinearSystem, highest_excited: usize) -> Option<Self> {
+        let motions = linear.inexact.motions.nrows();
+        let blocks = Blocks::new(linear.harmonics.len(), highest_excited, motions);
+        let size = blocks.unknowns();
+        if size == 0 {
             return None;
         }
-        let columns = Columns::new(linear, motions);
-        let size = width * motions;
-        let rows: Vec<Mat<f32>> = (0..width)
+        let columns = Columns::new(linear, &blocks);
+        let rows: Vec<Mat<f32>> = (0..linear.width())
             .into_par_iter()
             .map(|h| columns.rows_of(linear, h))
             .collect();
-        let jacobian = Mat::from_fn(size, size, |i, j| {
-            f64::from(rows[i / motions][(j, i % motions)])
-        });
+        let mut jacobian = Mat::zeros(size, size);
+        for (i, (block, motion)) in blocks.each().enumerate() {
+            let row = rows[block].col_as_slice(motion);
+            for (j, v) in row.iter().enumerate() {
+                jacobian[(i, j)] = f64::from(*v);
+            }
+        }
         Some(Self {
             factor: Lu::new(jacobian),
-            motions,
+            blocks,
         })
     }
 
     /// Computes z = W q with `W^T (v - J z) = 0`, and K z; v is m x (2H+1).
     pub fn solve(&self, inexact: &Inexact, v: MatRef<'_, f32>) -> [Mat<f32>; 2] {
-        let width = v.ncols();
-        let [motions, forces] =
-            [&inexact.motions, &inexact.forces].map(|a| a.get(..self.motions, ..));
+        let most = self.blocks.most_motions();
+        let [motions, forces] = [&inexact.motions, &inexact.forces].map(|a| a.get(..most, ..));
         let right = product(motions, v);
-        let mut q = Mat::from_fn(self.motions * width, 1, |i, _| {
-            f64::from(right[(i % self.motions, i / self.motions)])
-        });
+        let mut q = Mat::zeros(self.blocks.unknowns(), 1);
+        for (i, (block, motion)) in self.blocks.each().enumerate() {
+            q[(i, 0)] = f64::from(right[(motion, block)]);
+        }
         self.factor.solve_in_place(q.as_mut());
-        let q = Mat::from_fn(self.motions, width, |i, h| {
-            let q = q[(h * self.motions + i, 0)] as f32;
-            if q.is_finite() { q } else { 0.0 }
-        });
-        [motions, forces].map(|a| product(a.transpose(), q.as_ref()))
+        let mut on_motions = Mat::<f32>::zeros(most, v.ncols());
+        for (i, (block, motion)) in self.blocks.each().enumerate() {
+            let q = q[(i, 0)] as f32;
+            on_motions[(motion, block)] = if q.is_finite() { q } else { 0.0 };
+        }
+        [motions, forces].map(|a| product(a.transpose(), on_motions.as_ref()))
     }
 }
 
-/// Lambda W and Lambda W - eps W, for each pair of blocks that Lambda couples, motions x m.
-struct Columns {
-    motions: usize,
+/// Lambda W on the motions of each block, motions x m.
+struct Columns<'a> {
+    blocks: &'a Blocks,
     /// W^T.
     own: Mat<f32>,
     mean: Mat<f32>,
@@ -75,11 +135,11 @@ struct Columns {
     harmonics: Vec<[Mat<f32>; 2]>,
 }
 
-impl Columns {
-    fn new(linear: &LinearSystem, motions: usize) -> Self {
+impl<'a> Columns<'a> {
+    fn new(linear: &LinearSystem, blocks: &'a Blocks) -> Self {
         let inexact = &linear.inexact;
-        let first = |a: &Mat<f32>| a.get(..motions, ..).to_owned();
-        let mut mean = first(&inexact.forces);
+        let motions = blocks.motions(0);
+        let mut mean = inexact.forces.get(..motions, ..).to_owned();
         if let Some(retention) = &linear.retention {
             for j in 0..motions {
                 let motion = inexact.motions.row(j);
@@ -93,22 +153,21 @@ impl Columns {
         }
         let harmonics = linear.harmonics.par_iter().enumerate();
         Self {
-            motions,
-            own: first(&inexact.motions),
+            blocks,
+            own: inexact.motions.get(..blocks.most_motions(), ..).to_owned(),
             mean,
             harmonics: harmonics
-                .map(|(k, c)| inexact.dynamic_motions(k + 1, c, motions))
+                .map(|(k, c)| inexact.dynamic_motions(k + 1, c, blocks.motions(cosine(k + 1))))
                 .collect(),
         }
     }
 
-    /// Block row `to` of `W^T J W`, transposed: all columns x motions.
+    /// Block row `to` of `W^T J W`, transposed: unknowns x motions.
     fn rows_of(&self, linear: &LinearSystem, to: usize) -> Mat<f32> {
-        let (width, motions) = (linear.width(), self.motions);
-        let size = width * motions;
+        let (size, motions) = (self.blocks.unknowns(), self.blocks.motions(to));
         let mut rows = Mat::<f32>::zeros(size, motions);
         let mut image = Mat::<f32>::zeros(size, 3 * PAIRS);
-        let mut difference = vec![0.0_f32; motions];
+        let mut difference = vec![0.0_f32; self.blocks.most_motions()];
         let pairs = linear.inexact.pairs.len();
         for start in (0..pairs).step_by(PAIRS) {
             let end = pairs.min(start + PAIRS);
@@ -126,7 +185,7 @@ impl Columns {
                 rows.as_mut(),
                 Accum::Add,
                 image.get(.., ..count),
-                self.own.get(.., 3 * start..3 * end).transpose(),
+                self.own.get(..motions, 3 * start..3 * end).transpose(),
                 1.0,
                 Par::Seq,
             );
@@ -156,7 +215,7 @@ impl Columns {
 /// Columns of J W on some pairs, at block `to`, one after the other; made with the widest vectors of
 /// the processor.
 struct Images<'a> {
-    of: &'a Columns,
+    of: &'a Columns<'a>,
     linear: &'a LinearSystem,
     to: usize,
     pairs: Range<usize>,
@@ -178,7 +237,7 @@ impl WithSimd for Images<'_> {
             image,
             difference,
         } = self;
-        let (width, motions) = (linear.width(), of.motions);
+        let width = linear.width();
         let full = 3 * width;
         for pair in pairs.clone() {
             let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
@@ -190,7 +249,7 @@ impl WithSimd for Images<'_> {
                         let force = part.col_as_slice(i);
                         if row == to {
                             let out = image.col_as_slice_mut(3 * (pair - pairs.start) + c);
-                            let out = out[from * motions..(from + 1) * motions].iter_mut();
+                            let out = out[of.blocks.0[from].clone()].iter_mut();
                             out.zip(force).for_each(|(o, f)| *o += sign * f);
                         }
                         let eps = if row == from { linear.eps[i] } else { 0.0 };
@@ -203,7 +262,7 @@ impl WithSimd for Images<'_> {
                             let by = d[r * width + to];
                             if by != 0.0 {
                                 let out = image.col_as_slice_mut(3 * (pair - pairs.start) + r);
-                                let out = out[from * motions..(from + 1) * motions].iter_mut();
+                                let out = out[of.blocks.0[from].clone()].iter_mut();
                                 out.zip(&*difference).for_each(|(o, a)| *o -= by * a);
                             }
                         }

@@ -3,7 +3,7 @@
 use super::point::MOST_EXACT_UNKNOWNS;
 use super::settings::{Resolution, Solver};
 use super::sweep::SweepSettings;
-use crate::dlft::coarse;
+use crate::dlft::coarse::Blocks;
 use crate::problem::Problem;
 use crate::problem::inexact::{ALL_FROM, motions};
 use dovetail_numerics::eigen::factor_order;
@@ -19,19 +19,21 @@ const VECTORS: u64 = 16;
 /// frequency that each of them works on. For an accuracy it counts the harmonics that are excited,
 /// with which a sweep begins, and none added later.
 pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
+    let highest_excited = problem.highest_excited();
     let (harmonics, samples) = match settings.resolution {
         Resolution::Fixed { harmonics, samples } => (harmonics, samples),
         Resolution::Accuracy(_) => {
-            let harmonics = problem.highest_excited().max(1);
+            let harmonics = highest_excited.max(1);
             (harmonics, Resolution::least_samples(harmonics))
         }
     };
     let size = Size {
         pairs: problem.laws.len() as u64,
-        width: blocks(harmonics) as u64,
+        harmonics,
+        highest_excited,
     };
     let halves = settings.frequencies_hz.len().clamp(1, 2) as u64;
-    let transforms = F64 * samples as u64 * size.width;
+    let transforms = F64 * samples as u64 * size.width();
     let [shared, each] = match settings.solver {
         Solver::Powell => [0, size.dense()],
         Solver::NewtonKrylov if size.unknowns() <= MOST_EXACT_UNKNOWNS as u64 => [0, size.dense()],
@@ -40,21 +42,27 @@ pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     transforms + shared + halves * (each + VECTORS * F64 * size.unknowns())
 }
 
-/// Number of pairs, and of blocks of a vector.
+/// Number of pairs, of harmonics, and the highest harmonic that is excited.
 #[derive(Clone, Copy)]
 struct Size {
     pairs: u64,
-    width: u64,
+    harmonics: usize,
+    highest_excited: usize,
 }
 
 impl Size {
+    /// Number of blocks of a vector.
+    fn width(self) -> u64 {
+        blocks(self.harmonics) as u64
+    }
+
     /// Number of unknowns of a block.
     fn block(self) -> u64 {
         3 * self.pairs
     }
 
     fn unknowns(self) -> u64 {
-        self.width * self.block()
+        self.width() * self.block()
     }
 
     /// Bytes of the Jacobian, factored in place, and of the dynamic stiffness of a harmonic.
@@ -74,10 +82,9 @@ impl Size {
     /// all, and of the coarse problem, its rows and its factor.
     fn krylov(self) -> u64 {
         let active = (ALL_FROM * self.pairs as f64).ceil() as u64;
-        let motions =
-            motions(self.block() as usize).min(coarse::MOST_UNKNOWNS / self.width as usize);
-        let coarse = self.width * motions as u64;
-        (F64 + F32) * (active * (3 * self.width).pow(2) + coarse.pow(2))
+        let motions = motions(self.block() as usize);
+        let coarse = Blocks::new(self.harmonics, self.highest_excited, motions).unknowns() as u64;
+        (F64 + F32) * (active * (3 * self.width()).pow(2) + coarse.pow(2))
     }
 }
 
@@ -106,7 +113,11 @@ mod tests {
         assert!(dense > 2 * 8 * unknowns.pow(2), "{dense}");
         // Large flanks need no factor of their stiffness.
         let [small, large] = [1152, 4608].map(|pairs| {
-            let size = Size { pairs, width: 7 };
+            let size = Size {
+                pairs,
+                harmonics: 3,
+                highest_excited: 1,
+            };
             size.inexact() as f64 / (8 * size.block().pow(2)) as f64
         });
         assert!(small > 1.2 && large < 0.5, "{small} {large}");

@@ -171,7 +171,7 @@ impl Preconditioner {
             eps: columns.iter().map(|&c| balance.eps_at(c) as f32).collect(),
             inexact,
         };
-        self.serve(&linear);
+        self.serve(&linear, balance.setting.system.problem.highest_excited());
         linear
     }
 
@@ -243,7 +243,7 @@ impl Preconditioner {
     }
 
     /// Makes a new coarse problem where the old one belongs to other pairs, or is worn.
-    fn serve(&mut self, linear: &LinearSystem) {
+    fn serve(&mut self, linear: &LinearSystem, highest_excited: usize) {
         let same_pairs = self
             .inexact
             .as_ref()
@@ -257,7 +257,7 @@ impl Preconditioner {
         }
         *self = Self {
             inexact: Some(Arc::clone(&linear.inexact)),
-            coarse: Coarse::new(linear),
+            coarse: Coarse::new(linear, highest_excited),
             retention_n_m,
             width: linear.width(),
             refresh: RefreshPolicy::default(),

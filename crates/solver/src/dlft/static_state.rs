@@ -586,7 +586,7 @@ impl NonlinearSystem for StaticSystem<'_> {
             }
         }
         if self.coarse.is_none() || self.refresh.is_due() {
-            self.coarse = Coarse::new(&self.linear);
+            self.coarse = Coarse::new(&self.linear, 0);
             self.refresh = RefreshPolicy::default();
         }
     }

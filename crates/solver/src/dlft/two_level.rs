@@ -318,6 +318,7 @@ fn image(system: &LinearSystem, near: Option<&NearField>, z: Preconditioned) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::coarse::Blocks;
     use crate::problem::Problem;
     use crate::problem::dovetail72::dovetail72;
     use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
@@ -394,7 +395,7 @@ mod tests {
         for (linear, stiffness) in [system(0..PAIRS), system(every_third)] {
             let size = linear.inexact.unknowns() * linear.width();
             let b: Vec<f64> = (0..size).map(|i| (i as f64 * 0.7).sin()).collect();
-            let coarse = Coarse::new(&linear).unwrap();
+            let coarse = Coarse::new(&linear, 1).unwrap();
             let (x, end) = solve(&linear, Some(&coarse), None, &b, 1.0, 1e-4, 400);
             assert!(end.converged);
             let y = exactly(&linear, &stiffness, &x);
@@ -404,7 +405,7 @@ mod tests {
         let (linear, _) = system(0..PAIRS);
         let size = linear.inexact.unknowns() * linear.width();
         let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
-        let coarse = Coarse::new(&linear);
+        let coarse = Coarse::new(&linear, 1);
         let [with, without] = [coarse.as_ref(), None]
             .map(|c| solve(&linear, c, None, &b, 1.0, 1e-2, 400).1.iterations);
         assert!(2 * with < without, "{with} {without}");
@@ -452,7 +453,7 @@ mod tests {
         assert!(linear.inexact.near_stiffness.is_some());
         let n = model.stiffness.nrows();
         let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).sin()).collect();
-        let coarse = Coarse::new(&linear).unwrap();
+        let coarse = Coarse::new(&linear, 1).unwrap();
         for coarse in [Some(&coarse), None] {
             let (x, end) = solve(&linear, coarse, None, &b, 1.0, 1e-4, 400);
             assert!(end.converged, "{end:?}");
@@ -491,7 +492,7 @@ mod tests {
             let b: Vec<f64> = some(0.7)
                 .chain([0.4, -0.7].into_iter().take(count))
                 .collect();
-            let coarse = Coarse::new(&linear).unwrap();
+            let coarse = Coarse::new(&linear, 1).unwrap();
             let (x, end) = solve(&linear, Some(&coarse), Some(&border), &b, 1.0, 1e-5, 400);
             assert!(end.converged, "{end:?}");
             let (own, further) = x.split_at(size);
@@ -528,7 +529,7 @@ mod tests {
         let (linear, stiffness) = system(0..PAIRS);
         let (m, width) = (linear.inexact.unknowns(), linear.width());
         let v = Mat::from_fn(m, width, |i, h| ((i * (h + 2)) as f32 * 0.3).cos());
-        let [z, _] = Coarse::new(&linear)
+        let [z, _] = Coarse::new(&linear, 1)
             .unwrap()
             .solve(&linear.inexact, v.as_ref());
         let mut wide = vec![0.0; m * width];
@@ -536,10 +537,12 @@ mod tests {
         let y = exactly(&linear, &stiffness, &wide);
         let on_motions = |a: &dyn Fn(usize, usize) -> f64| {
             let motions = &linear.inexact.motions;
-            norm((0..width * motions.nrows()).map(|k| {
-                let (h, j) = (k % width, k / width);
-                (0..m).map(|i| f64::from(motions[(j, i)]) * a(i, h)).sum()
-            }))
+            let blocks = Blocks::new(HARMONICS, 1, motions.nrows());
+            norm(
+                blocks
+                    .each()
+                    .map(|(h, j)| (0..m).map(|i| f64::from(motions[(j, i)]) * a(i, h)).sum()),
+            )
         };
         let before = on_motions(&|i, h| f64::from(v[(i, h)]));
         let after = on_motions(&|i, h| f64::from(v[(i, h)]) - y[h * m + i]);
