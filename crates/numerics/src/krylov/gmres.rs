@@ -22,6 +22,15 @@ pub struct GmresEnd {
     pub converged: bool,
 }
 
+impl GmresEnd {
+    /// End of a solve that needs no iteration.
+    pub const SOLVED: Self = Self {
+        iterations: 0,
+        relative_residual: 0.0,
+        converged: true,
+    };
+}
+
 /// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v;
 /// `apply(v, w)` writes A P v into w. Stops at `|b - A x| <= tolerance |b|` or after
 /// `max_iterations`.

@@ -13,5 +13,6 @@ mod newton;
 
 pub use dogleg::{DoglegSystem, dogleg};
 pub use newton::{
-    Damping, NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, correction, newton,
+    Damping, LinearTolerances, NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, correction,
+    newton,
 };

@@ -2,6 +2,10 @@
 //! Problems, 2011, NLEQ-ERR). A step is judged by the simplified correction under the old Jacobian,
 //! which does not depend on how the equations are scaled. A step that clearly decreases the
 //! residual is accepted without that second solve.
+//!
+//! Systems that solve for their corrections by iteration are told how closely. Far from the solution
+//! a rough correction suffices; near it, one that just reaches the tolerance. Their Jacobian serves
+//! for a second step where the first one left hardly more than its linear solve did.
 
 /// Shortening of a step that does not help, and the reaction where no length of it helps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +19,42 @@ pub enum Damping {
     Persistent,
 }
 
+/// Relative residuals to which corrections are solved for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearTolerances {
+    /// That of the first correction, and of those behind a step that left little.
+    pub usual: f64,
+    /// That of a correction behind a step that left much, and of one that is only measured.
+    pub loosest: f64,
+}
+
+/// A correction that can end the iteration aims at this fraction of the tolerance.
+const AIM: f64 = 0.2;
+/// Such a correction may be solved for to this fraction of the usual tolerance.
+const TIGHTENED: f64 = 0.05;
+/// The Jacobian serves again where a full step leaves no more than this fraction of the residual
+/// beyond what its linear solve left: so much has the Jacobian changed.
+const CHANGED: f64 = 0.03;
+
+impl LinearTolerances {
+    /// Tolerance of the correction behind these measures of the residual, the last of which is above
+    /// `end`, the tolerance of the iteration.
+    ///
+    /// S. C. Eisenstat and H. F. Walker, Choosing the forcing terms in an inexact Newton method,
+    /// SIAM J. Sci. Comput. 17, 1996, choice 2 with the square of the last two measures' ratio.
+    fn next(self, measures: &[f64], end: f64) -> f64 {
+        let [before @ .., measure] = measures else {
+            return self.usual;
+        };
+        let last = AIM * end / measure;
+        if last > TIGHTENED * self.usual {
+            return last.min(self.loosest);
+        }
+        let left = before.last().map_or(0.0, |before| measure / before);
+        (left * left).max(self.usual).min(self.loosest)
+    }
+}
+
 /// System f(x) = 0 that can linearise itself.
 pub trait NonlinearSystem {
     /// Damping of the steps.
@@ -26,13 +66,15 @@ pub trait NonlinearSystem {
     fn measure(&self, f: &[f64]) -> f64;
     /// Prepares the Jacobian at the x of the last accepted residual.
     fn linearise(&mut self, x: &[f64]);
-    /// Solves J dx = -f with the prepared Jacobian. Returns `false` where there is no usable
-    /// answer.
-    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool;
-    /// Like `correction`, for a correction that is only measured, not applied: it may be rough.
-    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        self.correction(f, dx)
+    /// Relative residuals to which corrections are solved for; `None` where they are exact, or as
+    /// good as exact.
+    fn linear_tolerances(&self) -> Option<LinearTolerances> {
+        None
     }
+    /// Solves J dx = -f with the prepared Jacobian, to the relative residual `tolerance` where
+    /// corrections are not exact. Returns the relative residual of the solution, `None` where there
+    /// is no usable answer.
+    fn correction(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> Option<f64>;
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
     /// Returns `true` if an accepted x is so far off that no solution is wanted there. The
@@ -111,7 +153,9 @@ pub fn correction<S: NonlinearSystem>(
         return Some(dx);
     }
     system.linearise(x);
-    system.correction(&f, &mut dx).then_some(dx)
+    let usual = system.linear_tolerances().map_or(0.0, |t| t.usual);
+    system.correction(&f, usual, &mut dx)?;
+    Some(dx)
 }
 
 /// Iterates from `x`, which ends as the best point reached.
@@ -129,6 +173,8 @@ pub fn newton<S: NonlinearSystem>(
     let mut best = (measure, x.to_vec());
     let mut step: f64 = 1.0;
     let mut iterations = 0;
+    let tolerances = system.linear_tolerances();
+    let mut serves_again = false;
     let status = loop {
         if !measure.is_finite() {
             break NewtonStatus::NotFinite;
@@ -142,10 +188,14 @@ pub fn newton<S: NonlinearSystem>(
         if system.is_late() {
             break NewtonStatus::TimeLimit;
         }
-        system.linearise(x);
-        if !system.correction(&f, &mut dx) {
-            break NewtonStatus::Stagnated;
+        if !serves_again {
+            system.linearise(x);
         }
+        let solve_to = tolerances.map_or(0.0, |t| t.next(&residuals, options.tolerance));
+        let Some(unsolved) = system.correction(&f, solve_to, &mut dx) else {
+            break NewtonStatus::Stagnated;
+        };
+        let roughly = tolerances.map_or(0.0, |t| t.loosest);
         let length = system.length(&dx);
         step = match S::DAMPING {
             Damping::Natural => (4.0 * step).min(1.0),
@@ -162,12 +212,14 @@ pub fn newton<S: NonlinearSystem>(
                 Damping::Natural => {
                     new <= (1.0 - 0.5 * step) * measure
                         || new.is_finite()
-                            && system.simplified(&f_trial, &mut simplified)
+                            && (system.correction(&f_trial, roughly, &mut simplified)).is_some()
                             && system.length(&simplified) <= (1.0 - 0.25 * step) * length
                 }
                 Damping::Persistent => new < measure || is_shortest && new.is_finite(),
             };
             if accepted || is_shortest {
+                serves_again =
+                    tolerances.is_some() && step == 1.0 && new <= (unsolved + CHANGED) * measure;
                 measure = if accepted { new } else { measure };
                 break accepted;
             }
@@ -225,12 +277,12 @@ mod tests {
                 [1.0, half_pi * (half_pi * x[1]).sin()],
             ];
         }
-        fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
             let [[a, b], [c, d]] = self.jacobian;
             let det = a * d - b * c;
             dx[0] = -(d * f[0] - b * f[1]) / det;
             dx[1] = -(a * f[1] - c * f[0]) / det;
-            det != 0.0
+            (det != 0.0).then_some(0.0)
         }
         fn length(&self, dx: &[f64]) -> f64 {
             dx[0].hypot(dx[1])
@@ -267,13 +319,13 @@ mod tests {
         fn linearise(&mut self, _: &[f64]) {
             self.linearisations += 1;
         }
-        fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
             dx[0] = if self.linearisations == 1 {
                 f[0]
             } else {
                 -f[0]
             };
-            true
+            Some(0.0)
         }
         fn length(&self, dx: &[f64]) -> f64 {
             dx[0].abs()
@@ -294,6 +346,70 @@ mod tests {
             let way = [1.0, 1.0 + SMALLEST_STEP, 0.0];
             assert_eq!(end.residuals[..], way[..=max_iterations]);
         }
+    }
+
+    /// The equation x + curvature x^2 = 0, whose corrections are as rough as allowed.
+    struct Rough {
+        curvature: f64,
+        slope: f64,
+        linearisations: usize,
+        solved_to: Vec<f64>,
+    }
+
+    impl NonlinearSystem for Rough {
+        fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+            f[0] = x[0] + self.curvature * x[0] * x[0];
+        }
+        fn measure(&self, f: &[f64]) -> f64 {
+            f[0].abs()
+        }
+        fn linearise(&mut self, x: &[f64]) {
+            self.linearisations += 1;
+            self.slope = 1.0 + 2.0 * self.curvature * x[0];
+        }
+        fn linear_tolerances(&self) -> Option<LinearTolerances> {
+            let (usual, loosest) = (1e-2, 0.1);
+            Some(LinearTolerances { usual, loosest })
+        }
+        fn correction(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> Option<f64> {
+            self.solved_to.push(tolerance);
+            dx[0] = -f[0] / self.slope * (1.0 - tolerance);
+            Some(tolerance)
+        }
+        fn length(&self, dx: &[f64]) -> f64 {
+            dx[0].abs()
+        }
+    }
+
+    #[test]
+    fn rough_corrections_are_solved_for_as_closely_as_they_help() {
+        let solved = |curvature: f64| {
+            let (slope, linearisations, solved_to) = (1.0, 0, vec![]);
+            let mut system = Rough {
+                curvature,
+                slope,
+                linearisations,
+                solved_to,
+            };
+            let end = newton(&mut system, &mut [1.0], NewtonOptions::new(1e-8, 50));
+            assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
+            (system, end)
+        };
+        // Almost linear: 1e-2 again and again, with one Jacobian, until 2e-9 is near.
+        let (linear, end) = solved(1e-3);
+        assert_eq!(linear.solved_to[..2], [1e-2; 2]);
+        assert_eq!((linear.linearisations, end.iterations), (1, 4), "{end:?}");
+        let last = AIM * 1e-8 / end.residuals[3];
+        assert_eq!(linear.solved_to[3], last.min(0.1));
+        assert!(end.measure > 1e-9, "{end:?}");
+        // Far from linear: as roughly as allowed, and with a new Jacobian, as long as much is left.
+        let (curved, end) = solved(30.0);
+        let much = end.residuals.windows(2).filter(|r| r[1] > 0.2 * r[0]);
+        let much = much.count();
+        assert!(much > 3, "{end:?}");
+        let ratio = end.residuals[1] / end.residuals[0];
+        assert_eq!(curved.solved_to[1], (ratio * ratio).min(0.1));
+        assert!(curved.linearisations > much, "{end:?}");
     }
 
     #[test]

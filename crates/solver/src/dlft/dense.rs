@@ -56,14 +56,12 @@ pub fn powell(
     (end, system.evaluator.take(u))
 }
 
-/// Solves J dx = -f with the factor of J. Returns `false` without a usable answer.
-pub fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> bool {
-    let Some(factor) = factor else {
-        return false;
-    };
+/// Solves J dx = -f with the factor of J, as [`NonlinearSystem::correction`] does.
+pub fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> Option<f64> {
+    let factor = factor?;
     dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
     factor.solve_column_in_place(dx);
-    dx.iter().all(|d| d.is_finite())
+    dx.iter().all(|d| d.is_finite()).then_some(0.0)
 }
 
 struct ExactSystem<'a, 'b> {
@@ -93,7 +91,7 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
     fn linearise(&mut self, x: &[f64]) {
         self.factor = Some(Lu::new(self.dense.jacobian(x)));
     }
-    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+    fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
         exactly_corrected(self.factor.as_ref(), f, dx)
     }
     fn is_late(&self) -> bool {

@@ -8,15 +8,15 @@ use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
 use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
-use dovetail_numerics::krylov::RefreshPolicy;
-use dovetail_numerics::nonlinear::NonlinearSystem;
+use dovetail_numerics::krylov::{GmresEnd, RefreshPolicy};
+use dovetail_numerics::nonlinear::{LinearTolerances, NonlinearSystem};
 use dovetail_numerics::vector::norm;
 
-/// Relative residual of each linear solve.
+/// Usual relative residual of a linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
-/// Relative residual of a loose linear solve. GMRES then stays out of directions in which J is
-/// nearly singular, such as the mean position of pairs that slip in every period, where a full
-/// Newton step goes far astray.
+/// Relative residual of a loose linear solve, and the largest one of any. GMRES then stays out of
+/// directions in which J is nearly singular, such as the mean position of pairs that slip in every
+/// period, where a full Newton step goes far astray.
 pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
 /// Stuck modes below this multiple of the highest harmonic's frequency enter the linear solves.
@@ -32,6 +32,8 @@ pub struct Preconditioner {
     retention_n_m: f64,
     width: usize,
     refresh: RefreshPolicy,
+    /// True if residuals lie in all harmonics, and not above all in those excited.
+    of_all_harmonics: bool,
 }
 
 /// One frequency as a nonlinear system.
@@ -113,13 +115,21 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         self.linear = Some(self.preconditioner.linear_system(balance, &jacobian));
     }
 
-    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let tolerance = self.krylov_tolerance;
-        self.solve(f, tolerance, dx)
+    fn linear_tolerances(&self) -> Option<LinearTolerances> {
+        Some(krylov_tolerances(self.krylov_tolerance))
     }
 
-    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
+    fn correction(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> Option<f64> {
+        let linear = self.linear.as_ref()?;
+        let right: Vec<f64> = f.iter().map(|f| -f).collect();
+        let balance = self.evaluator.balance;
+        let kept = &mut *self.preconditioner;
+        let end = kept.solve(balance, linear, None, &right, self.scale, tolerance, dx);
+        self.krylov_iterations += end.iterations;
+        // A direction that is not exact is still useful: the step is judged afterwards.
+        dx.iter()
+            .all(|d| d.is_finite())
+            .then_some(end.relative_residual)
     }
 
     fn has_diverged(&self, x: &[f64]) -> bool {
@@ -135,30 +145,29 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 }
 
+/// Tolerances of the linear solves, of which this is the usual one.
+pub fn krylov_tolerances(usual: f64) -> LinearTolerances {
+    LinearTolerances {
+        usual,
+        loosest: LOOSE_KRYLOV_TOLERANCE.max(usual),
+    }
+}
+
 /// Length of a step in forces, eps dU, so that steps of pairs of different stiffness weigh alike.
 pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
     let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
     forces.map(|f| f * f).sum::<f64>().sqrt()
 }
 
-impl KrylovSystem<'_, '_> {
-    /// Solves J dx = -f to the relative residual `tolerance`. Returns `false` without a usable
-    /// answer.
-    fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
-        let Some(linear) = &self.linear else {
-            return false;
-        };
-        let right: Vec<f64> = f.iter().map(|f| -f).collect();
-        let balance = self.evaluator.balance;
-        let kept = &mut *self.preconditioner;
-        self.krylov_iterations +=
-            kept.solve(balance, linear, None, &right, self.scale, tolerance, dx);
-        // A direction that is not exact is still useful: the step is judged afterwards.
-        dx.iter().all(|d| d.is_finite())
-    }
-}
-
 impl Preconditioner {
+    /// Preconditioner for residuals that lie in all harmonics, and not above all in those excited.
+    pub fn of_all_harmonics() -> Self {
+        Self {
+            of_all_harmonics: true,
+            ..Self::default()
+        }
+    }
+
     /// Linear system on the pairs that take part, with a coarse problem that serves it.
     pub fn linear_system(&mut self, balance: &Balance<'_>, jacobian: &Jacobian) -> LinearSystem {
         let problem = balance.setting.inexact;
@@ -176,7 +185,7 @@ impl Preconditioner {
     }
 
     /// Solves J x = `right` to the relative residual `tolerance`, with a border where there is one:
-    /// the last entries of `right` and `x` then belong to it. Returns the number of iterations.
+    /// the last entries of `right` and `x` then belong to it.
     #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
     pub fn solve(
         &mut self,
@@ -187,7 +196,7 @@ impl Preconditioner {
         scale: [f64; 2],
         tolerance: f64,
         x: &mut [f64],
-    ) -> usize {
+    ) -> GmresEnd {
         let n = balance.unknowns_per_block();
         let width = balance.setting.fourier.width();
         let own = n * width;
@@ -205,7 +214,7 @@ impl Preconditioner {
             if let (Some(border), Some(further)) = (border, further) {
                 x[own..].copy_from_slice(&border.further_unknowns(&further));
             }
-            return 0;
+            return GmresEnd::SOLVED;
         }
         let mut rhs = vec![0.0; columns.len() * width];
         if x[..own].iter().any(|&d| d != 0.0) {
@@ -239,7 +248,7 @@ impl Preconditioner {
             }
         }
         x[own..].copy_from_slice(&solution[columns.len() * width..]);
-        end.iterations
+        end
     }
 
     /// Makes a new coarse problem where the old one belongs to other pairs, or is worn.
@@ -255,12 +264,17 @@ impl Preconditioner {
         if same && !self.refresh.is_due() {
             return;
         }
+        let highest = match self.of_all_harmonics {
+            true => linear.harmonics.len(),
+            false => highest_excited,
+        };
         *self = Self {
             inexact: Some(Arc::clone(&linear.inexact)),
-            coarse: Coarse::new(linear, highest_excited),
+            coarse: Coarse::new(linear, highest),
             retention_n_m,
             width: linear.width(),
             refresh: RefreshPolicy::default(),
+            of_all_harmonics: self.of_all_harmonics,
         };
     }
 }

@@ -37,6 +37,8 @@ const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 /// Largest number of unknowns for which Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
 
+/// A start with a relative residual below this is taken, however good another is.
+const GOOD_START: f64 = 1e-2;
 /// Fractions of the retention's stiffness on the way from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
 /// Newton iterations allowed at each fraction; a step that needs more leads nowhere.
@@ -125,7 +127,13 @@ impl Work {
     /// Work of the next estimate by the first or the second finer balance, which the counts of a
     /// frequency leave out.
     pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
-        let work = self.estimates[finer].get_or_insert_default();
+        // What is left is in the harmonics that the motion lacks.
+        let work = self.estimates[finer].get_or_insert_with(|| {
+            Box::new(Work {
+                preconditioner: Preconditioner::of_all_harmonics(),
+                ..Work::default()
+            })
+        });
         work.start_counting(None);
         work.deadline = self.deadline;
         work
@@ -465,8 +473,8 @@ impl<'a> FrequencySolver<'a> {
         let linear = kept.linear_system(balance, &linearised.jacobian);
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
         let within = LOOSE_KRYLOV_TOLERANCE;
-        work.krylov_iterations +=
-            kept.solve(balance, &linear, None, &right, scale, within, &mut dx);
+        let end = kept.solve(balance, &linear, None, &right, scale, within, &mut dx);
+        work.krylov_iterations += end.iterations;
         dx.iter().all(|d| d.is_finite()).then_some(dx)
     }
 
@@ -679,30 +687,29 @@ impl<'a> FrequencySolver<'a> {
         match strategy {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
-                let with_evaluation = |u: Vec<f64>| {
-                    let evaluation = balance.evaluate(&u);
-                    (u, evaluation)
+                let scale = load_scale(&balance, self.newton.tolerance);
+                let n = balance.unknowns_per_block();
+                let evaluated = |(u, evaluation): &mut (Vec<f64>, Option<Evaluation>)| {
+                    let evaluation = evaluation.insert(balance.evaluate(u));
+                    relative_residual(&evaluation.residual, n, scale)
                 };
                 let starts = last?.starts(frequency_hz, self.unknowns());
-                let mut starts: Vec<_> = starts.into_iter().map(with_evaluation).collect();
-                if starts.len() > 1 {
+                let mut starts: Vec<_> = starts.into_iter().map(|u| (u, None)).collect();
+                if let [continued, unchanged] = &mut starts[..] {
                     // Across a resonance the line through the neighbours leads astray.
-                    let scale = load_scale(&balance, self.newton.tolerance);
-                    let n = balance.unknowns_per_block();
-                    let measure =
-                        |of: &(_, Evaluation)| relative_residual(&of.1.residual, n, scale);
-                    if measure(&starts[1]) < measure(&starts[0]) {
-                        starts.swap(0, 1);
+                    let measure = evaluated(continued);
+                    let is_good = measure <= GOOD_START;
+                    if !is_good && evaluated(unchanged) < measure {
+                        std::mem::swap(continued, unchanged);
                     }
                 }
                 let mut best: Option<Solution<'_>> = None;
                 let mut first = Some(balance);
-                for (u, evaluation) in starts {
+                for start in starts {
                     let balance = match first.take() {
                         Some(balance) => balance,
                         None => self.balance(frequency_hz, mean)?,
                     };
-                    let start = (u, Some(evaluation));
                     let solved = self.iterate_from(balance, start, method, self.newton, work);
                     if solved.is_converged() {
                         return Some(solved);

@@ -16,14 +16,15 @@ use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
 use crate::dlft::linear_system::LinearSystem;
 use crate::dlft::newton_krylov::{
-    KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale, relative_residual,
-    step_length,
+    KRYLOV_TOLERANCE, Preconditioner, krylov_tolerances, load_scale, relative_residual, step_length,
 };
 use crate::dlft::point::{FrequencySolver, Solution, Work};
 use crate::dlft::retention::Mean;
 use crate::dlft::two_level::Border;
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::nonlinear::{Damping, NewtonOptions, NonlinearSystem, newton};
+use dovetail_numerics::nonlinear::{
+    Damping, LinearTolerances, NewtonOptions, NonlinearSystem, newton,
+};
 use dovetail_numerics::vector::dot;
 use faer::Mat;
 
@@ -223,16 +224,10 @@ pub fn direction(
         let border = in_forces(border, scale[0]);
         let mut right = vec![0.0; own + 1];
         right[own] = scale[0];
-        let tolerance = TANGENT_TOLERANCE;
-        work.krylov_iterations += work.preconditioner.solve(
-            balance,
-            &linear,
-            Some(&border),
-            &right,
-            scale,
-            tolerance,
-            &mut x,
-        );
+        let (border, tolerance) = (Some(&border), TANGENT_TOLERANCE);
+        let kept = &mut work.preconditioner;
+        let end = kept.solve(balance, &linear, border, &right, scale, tolerance, &mut x);
+        work.krylov_iterations += end.iterations;
     }
     let abscissa = x.pop()?;
     let is_finite = abscissa.is_finite() && x.iter().all(|v| v.is_finite());
@@ -422,7 +417,7 @@ impl<'b, F: Family<'b>> NonlinearSystem for Exact<'_, 'b, F> {
             Lu::new(matrix)
         });
     }
-    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+    fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
         exactly_corrected(self.factor.as_ref(), f, dx)
     }
     fn length(&self, dx: &[f64]) -> f64 {
@@ -441,28 +436,6 @@ struct Krylov<'f, 'b, 'w, F> {
     preconditioner: &'w mut Preconditioner,
 }
 
-impl<'b, F: Family<'b>> Krylov<'_, 'b, '_, F> {
-    fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
-        let Some((linear, border)) = &self.linear else {
-            return false;
-        };
-        let State {
-            balance,
-            scale,
-            own,
-            ..
-        } = &self.state;
-        let mut right: Vec<f64> = f.iter().map(|f| -f).collect();
-        right[*own..]
-            .iter_mut()
-            .for_each(|right| *right *= scale[0]);
-        self.krylov_iterations +=
-            self.preconditioner
-                .solve(balance, linear, Some(border), &right, *scale, tolerance, dx);
-        dx.iter().all(|d| d.is_finite())
-    }
-}
-
 impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         self.state.residual(x, f);
@@ -478,11 +451,27 @@ impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
             (linear, in_forces(border, scale[0]))
         });
     }
-    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        self.solve(f, KRYLOV_TOLERANCE, dx)
+    fn linear_tolerances(&self) -> Option<LinearTolerances> {
+        Some(krylov_tolerances(KRYLOV_TOLERANCE))
     }
-    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
+    fn correction(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> Option<f64> {
+        let (linear, border) = self.linear.as_ref()?;
+        let State {
+            balance,
+            scale,
+            own,
+            ..
+        } = &self.state;
+        let mut right: Vec<f64> = f.iter().map(|f| -f).collect();
+        right[*own..]
+            .iter_mut()
+            .for_each(|right| *right *= scale[0]);
+        let kept = &mut *self.preconditioner;
+        let end = kept.solve(balance, linear, Some(border), &right, *scale, tolerance, dx);
+        self.krylov_iterations += end.iterations;
+        dx.iter()
+            .all(|d| d.is_finite())
+            .then_some(end.relative_residual)
     }
     fn length(&self, dx: &[f64]) -> f64 {
         self.state.length(dx)
