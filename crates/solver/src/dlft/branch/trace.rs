@@ -358,7 +358,8 @@ impl Tracer {
         let plane = first.plane(span, (&u, abscissa));
         let start = (&u[..], abscissa);
         let newton = self.newton(over, abscissa)?;
-        let (solution, abscissa) = self.corrected(over, &plane, start, first.mean, newton, work)?;
+        let (solution, abscissa) =
+            self.corrected_between([first, second], over, &plane, start, newton, work)?;
         Some(Found {
             solution,
             abscissa,
@@ -391,7 +392,8 @@ impl Tracer {
         let plane = Plane::across((&row, corner), squared, (&u, abscissa));
         let newton = self.newton(over, abscissa)?;
         let start = (&u[..], abscissa);
-        let (solution, abscissa) = self.corrected(over, &plane, start, first.mean, newton, work)?;
+        let (solution, abscissa) =
+            self.corrected_between([first, second], over, &plane, start, newton, work)?;
         Some(Found {
             solution,
             abscissa,
@@ -600,6 +602,25 @@ impl Tracer {
             }
         }
         Some(passed)
+    }
+
+    /// Solution in a plane between two points, with the mean of the first, or else with that of the
+    /// second; `None` where none is found.
+    fn corrected_between<'b>(
+        &self,
+        ends: [&Point; 2],
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        start: (&[f64], f64),
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let [first, second] = ends.map(|end| end.mean);
+        let found = self.corrected(over, plane, start, first, options, work);
+        if found.is_some() || first == second {
+            return found;
+        }
+        self.corrected(over, plane, start, second, options, work)
     }
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
