@@ -32,8 +32,6 @@ pub struct Preconditioner {
     retention_n_m: f64,
     width: usize,
     refresh: RefreshPolicy,
-    /// True if residuals lie in all harmonics, and not above all in those excited.
-    of_all_harmonics: bool,
 }
 
 /// One frequency as a nonlinear system.
@@ -160,14 +158,6 @@ pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
 }
 
 impl Preconditioner {
-    /// Preconditioner for residuals that lie in all harmonics, and not above all in those excited.
-    pub fn of_all_harmonics() -> Self {
-        Self {
-            of_all_harmonics: true,
-            ..Self::default()
-        }
-    }
-
     /// Linear system on the pairs that take part, with a coarse problem that serves it.
     pub fn linear_system(&mut self, balance: &Balance<'_>, jacobian: &Jacobian) -> LinearSystem {
         let problem = balance.setting.inexact;
@@ -264,17 +254,12 @@ impl Preconditioner {
         if same && !self.refresh.is_due() {
             return;
         }
-        let highest = match self.of_all_harmonics {
-            true => linear.harmonics.len(),
-            false => highest_excited,
-        };
         *self = Self {
             inexact: Some(Arc::clone(&linear.inexact)),
-            coarse: Coarse::new(linear, highest),
+            coarse: Coarse::new(linear, highest_excited),
             retention_n_m,
             width: linear.width(),
             refresh: RefreshPolicy::default(),
-            of_all_harmonics: self.of_all_harmonics,
         };
     }
 }

@@ -37,6 +37,8 @@ const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 /// Largest number of unknowns for which Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
 
+/// Relative residual of the linear solves of the estimates.
+const ESTIMATE_TOLERANCE: f64 = 0.05;
 /// A start with a relative residual below this is taken, however good another is.
 const GOOD_START: f64 = 1e-2;
 /// Fractions of the retention's stiffness on the way from a retained motion to the free one.
@@ -127,13 +129,7 @@ impl Work {
     /// Work of the next estimate by the first or the second finer balance, which the counts of a
     /// frequency leave out.
     pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
-        // What is left is in the harmonics that the motion lacks.
-        let work = self.estimates[finer].get_or_insert_with(|| {
-            Box::new(Work {
-                preconditioner: Preconditioner::of_all_harmonics(),
-                ..Work::default()
-            })
-        });
+        let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);
         work.deadline = self.deadline;
         work
@@ -472,7 +468,7 @@ impl<'a> FrequencySolver<'a> {
         let kept = &mut work.preconditioner;
         let linear = kept.linear_system(balance, &linearised.jacobian);
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
-        let within = LOOSE_KRYLOV_TOLERANCE;
+        let within = ESTIMATE_TOLERANCE;
         let end = kept.solve(balance, &linear, None, &right, scale, within, &mut dx);
         work.krylov_iterations += end.iterations;
         dx.iter().all(|d| d.is_finite()).then_some(dx)
