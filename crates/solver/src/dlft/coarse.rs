@@ -272,3 +272,28 @@ impl WithSimd for Images<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn harmonics_above_those_excited_have_fewer_motions_and_all_together_a_bounded_number() {
+        let counts = |harmonics, highest_excited, motions| {
+            let blocks = Blocks::new(harmonics, highest_excited, motions);
+            let counts: Vec<usize> = (0..blocks.0.len()).map(|b| blocks.motions(b)).collect();
+            assert_eq!(blocks.unknowns(), counts.iter().sum::<usize>());
+            assert_eq!(blocks.each().count(), blocks.unknowns());
+            counts
+        };
+        assert_eq!(counts(3, 1, 100), [100, 100, 100, 70, 70, 46, 46]);
+        // Harmonic 3 is 1.5 times as high as the second; and nothing excited.
+        assert_eq!(counts(3, 2, 100), [100, 100, 100, 100, 100, 93, 93]);
+        assert_eq!(counts(1, 0, 100), [100; 3]);
+        let many = counts(100, 1, 300);
+        let sum: usize = many.iter().sum();
+        assert!(sum <= MOST_UNKNOWNS && sum > MOST_UNKNOWNS - 201, "{sum}");
+        assert_eq!(many[0], many[2]);
+        assert_eq!(counts(1, 1, 0), [0; 3]);
+    }
+}
