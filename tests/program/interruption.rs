@@ -341,7 +341,7 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
 fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
     let out = Folder::new("busy");
     // Each refusal waits a second for the lock: the run has to take longer than all of them.
-    let mut child = under_way(&out, &["--set", "response.points=400"], 100_000);
+    let mut child = under_way(&out, &["--set", "response.points=2000"], 100_000);
     let others =
         ["mesh", "modes", "reduce"].map(|word| on_scene(word, "scenes/paper.toml", &out, &[]));
     for other in [command(&out, &[])].into_iter().chain(others) {
