@@ -48,10 +48,10 @@ pub struct PairEnd {
 /// Periods that the derivative has to go through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum History {
-    /// A number of periods from the start.
+    /// A number of periods from the start, before the last one.
     FromStart(usize),
-    /// A number of periods from the start, before one in which the pair does not slide. Where it touches
-    /// its cone, the slip at that sample in a period before has left it there.
+    /// The same, where the pair does not slide in the last one. Where it touches its cone, the slip at
+    /// that sample in a period before has left it there.
     Stuck(usize),
     /// The last period, in which the pair slides: its start, which is the fixed point of the period.
     Periodic(State),
@@ -104,7 +104,7 @@ fn evaluate_pair(
         open_samples: 0,
         slid_n: 0.0,
         rubbed_n2: 0.0,
-        history: History::FromStart(1),
+        history: History::FromStart(0),
     };
     if let Some(rounding) = input.rounding {
         end.periodic = rounded::contact_forces(&input, rounding, signals);
@@ -122,6 +122,7 @@ fn evaluate_pair(
         state = input.law.evaluate(last, state).state;
     }
     let mut slipping = state;
+    let mut slips = false;
     for period in 1..=MOST_PERIODS {
         let before = state;
         // The rest of a period in which the pair is where it was in the one before is known.
@@ -130,7 +131,7 @@ fn evaluate_pair(
             _ => None,
         };
         let memory = one_period(samples, &input, signals, &mut state, near_n);
-        let slips = signals.passages.iter().any(|passage| passage.slips);
+        slips = signals.passages.iter().any(|passage| passage.slips);
         end.always_stuck &= !slips;
         if slips {
             slipping = before;
@@ -146,7 +147,7 @@ fn evaluate_pair(
                 touch_n: TOUCH * scale,
             }
         } else {
-            History::FromStart(period)
+            History::FromStart(period - 1)
         };
         if end.periodic {
             break;
@@ -166,14 +167,13 @@ fn evaluate_pair(
     // that slides, the last period that slips is the last one.
     let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
     let is_settled = end.periodic && input.periods == Periods::UntilPeriodic;
-    let slips = signals.passages.iter().any(|passage| passage.slips);
-    if let History::FromStart(periods) = end.history
+    if let History::FromStart(before) = end.history
         && is_settled
     {
         if slides {
             end.history = History::Periodic(slipping);
-        } else if !slips || periods > 1 && input.law.rubs() && end.slid_n == 0.0 {
-            end.history = History::Stuck(periods - 1);
+        } else if !slips || before > 0 && input.law.rubs() && end.slid_n == 0.0 {
+            end.history = History::Stuck(before);
         }
     }
     signals.to_frequency(fourier, lambda);
@@ -500,8 +500,9 @@ fn derivative_signals(
     let mut pass = Pass::new(fourier, input, signals);
     let mut is_fixed_point = false;
     match end.history {
-        History::FromStart(periods) => (1..periods).for_each(|_| pass.period(None)),
-        History::Stuck(before) => (0..before).for_each(|_| pass.period(None)),
+        History::FromStart(before) | History::Stuck(before) => {
+            (0..before).for_each(|_| pass.period(None));
+        }
         History::Periodic(start) => {
             is_fixed_point = true;
             pass.state = start;

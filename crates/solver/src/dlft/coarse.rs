@@ -242,6 +242,7 @@ impl WithSimd for Images<'_> {
         for pair in pairs.clone() {
             let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
             for from in 0..width {
+                let columns = &of.blocks.0[from];
                 for (row, part, sign) in of.coupled(from) {
                     for c in 0..3 {
                         // Entry (c, row) of the pair under the motions of block `from`.
@@ -249,7 +250,7 @@ impl WithSimd for Images<'_> {
                         let force = part.col_as_slice(i);
                         if row == to {
                             let out = image.col_as_slice_mut(3 * (pair - pairs.start) + c);
-                            let out = out[of.blocks.0[from].clone()].iter_mut();
+                            let out = out[columns.clone()].iter_mut();
                             out.zip(force).for_each(|(o, f)| *o += sign * f);
                         }
                         let eps = if row == from { linear.eps[i] } else { 0.0 };
@@ -262,7 +263,7 @@ impl WithSimd for Images<'_> {
                             let by = d[r * width + to];
                             if by != 0.0 {
                                 let out = image.col_as_slice_mut(3 * (pair - pairs.start) + r);
-                                let out = out[of.blocks.0[from].clone()].iter_mut();
+                                let out = out[columns.clone()].iter_mut();
                                 out.zip(&*difference).for_each(|(o, a)| *o -= by * a);
                             }
                         }

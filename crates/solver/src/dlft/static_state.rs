@@ -596,6 +596,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         let derivatives = self.linear.derivatives.iter();
         let is_small = f.len() <= MOST_DENSE_UNKNOWNS;
         let mut solved = !is_small || derivatives.fold(0.0_f32, |m, d| m.max(d.abs())) <= STEEPEST;
+        let mut unsolved = 0.0;
         if solved {
             let (solution, end) = two_level::solve(
                 &self.linear,
@@ -609,13 +610,15 @@ impl NonlinearSystem for StaticSystem<'_> {
             dx.copy_from_slice(&solution);
             self.refresh.record(end.iterations);
             solved = end.converged || !is_small;
+            unsolved = end.relative_residual;
         }
         if !solved {
+            unsolved = 0.0;
             dx.copy_from_slice(&right);
             Lu::new(self.jacobian()).solve_column_in_place(dx);
         }
         // A direction that is not exact still serves: the step is judged afterwards.
-        dx.iter().all(|d| d.is_finite()).then_some(KRYLOV_TOLERANCE)
+        dx.iter().all(|d| d.is_finite()).then_some(unsolved)
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
