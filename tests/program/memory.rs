@@ -39,7 +39,7 @@ fn too_little_memory_is_told_before_factoring() {
     // buffers as large as the caches of the processor. The least of these limits in which the
     // bodies are factored is too little for the assembly; where wide steps pass over such limits,
     // narrow ones find one.
-    let (wide, narrow) = ((280..2000).step_by(100), (320..2000).step_by(40));
+    let (wide, narrow) = ((280..2000).step_by(100), (320..2000).step_by(20));
     let of_assembly = wide.chain(narrow).find_map(|mib| {
         let output = reduce(&out, Some(mib << 10)).output().unwrap();
         let words = said_in_one_line(&output);

@@ -431,7 +431,7 @@ pub fn problem_of(
     let loads = loads(size)?;
     let ordered = Ordered::new(pairs, size)?;
     let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads)?;
-    let reduction = crate::balance::quietly(py, || reduce(&structure, wanted))?;
+    let reduction = crate::balance::quietly(py, || reduce(structure, wanted))?;
     let mut reduced = reduction.map_err(|error| of_library(py, error))?.model;
     give_stiffness(&mut reduced.stiffness, pairs);
     // One unit load for each part of an excitation that is not zero.

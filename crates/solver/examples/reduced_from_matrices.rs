@@ -93,7 +93,7 @@ fn sparse(entries: &[(usize, usize, f64)]) -> CscMatrix<f64> {
 pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     let (spring, slider) = (1.0, 0.5);
     let wanted = StuckModes::new(Some(1), Highest::RadS(1.05));
-    let reduced = reduce(&oscillator(spring, slider), wanted)?.model;
+    let reduced = reduce(oscillator(spring, slider), wanted)?.model;
     let model = Problem::of_one_law(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
     let damping = Rayleigh::of_mass(0.02);
     let newton = NewtonOptions::new(1e-10, 60);

@@ -1,6 +1,8 @@
 //! Bodies as matrices, and their joints: the input of the [reduction](crate::reduction), from
 //! finite elements of this library or of another program.
 
+use std::borrow::Cow;
+
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +28,18 @@ pub struct Structure {
     /// Modes on which the air acts: the loads whose work on a motion is the amplitude of the mode
     /// ([`influence`](crate::reduction::influence)).
     pub influenced: Vec<BodyVectors>,
+}
+
+impl From<Structure> for Cow<'_, Structure> {
+    fn from(structure: Structure) -> Self {
+        Cow::Owned(structure)
+    }
+}
+
+impl<'a> From<&'a Structure> for Cow<'a, Structure> {
+    fn from(structure: &'a Structure) -> Self {
+        Cow::Borrowed(structure)
+    }
 }
 
 /// Part of the steady load that a load path can change by itself.

@@ -40,19 +40,18 @@ pub struct Condensed {
     pub mass: Mat<f64>,
 }
 
-/// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of `inner` =
-/// K_ii with its analysis, are eliminated. M has no entry where K has none.
+/// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of the analysis of
+/// K_ii, are eliminated. M has no entry where K has none.
 ///
 /// # Errors
-/// The errors of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where the mass
-/// couples unknowns that the stiffness does not.
+/// The errors of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where a matrix
+/// couples unknowns that the analysis does not.
 pub fn condense(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
-    inner: &CscMatrix<f64>,
     symbolic: &Symbolic,
 ) -> Result<Condensed, FactorError> {
-    let (factor, left) = symbolic.eliminated(&[stiffness, mass], inner)?;
+    let (factor, left) = symbolic.eliminated(&[stiffness, mass])?;
     let [stiffness, mass] = left.try_into().unwrap_or_else(|_| [Mat::new(), Mat::new()]);
     Ok(Condensed {
         factor,
@@ -64,7 +63,7 @@ pub fn condense(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::{dense, submatrix, sum};
+    use crate::sparse::{dense, leading, sum};
     use dovetail_testkit::lattice::Lattice;
     use dovetail_testkit::threads::on_threads;
     use faer::linalg::solvers::Solve;
@@ -79,9 +78,7 @@ mod tests {
         m: &CscMatrix<f64>,
         interior: usize,
     ) -> Result<Condensed, FactorError> {
-        let inner: Vec<usize> = (0..interior).collect();
-        let k_ii = submatrix(k, &inner, &inner);
-        condense(k, m, &k_ii, &Symbolic::analyse(&k_ii)?)
+        condense(k, m, &Symbolic::analyse(&leading(k.clone(), interior))?)
     }
 
     /// Condensed matrices by constraint modes, dense.
@@ -116,8 +113,7 @@ mod tests {
             let rhs = Mat::from_fn(interior, 3, |i, j| ((3 * i + j) as f64).sin());
             let mut x = rhs.clone();
             found.factor.solve_in_place(x.as_mut());
-            let inner: Vec<usize> = (0..interior).collect();
-            let back = dense(&submatrix(&k, &inner, &inner)) * &x;
+            let back = dense(&leading(k, interior)) * &x;
             assert!((back - &rhs).norm_max() < 1e-10);
         }
     }

@@ -16,6 +16,9 @@ use super::fronts::{
 use super::symbolic::Symbolic;
 use crate::dense::parallel::{in_columns, in_rows};
 
+/// Number of columns of a remaining matrix that are filled at once.
+const COLUMNS: usize = 1024;
+
 /// Elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and
 /// the mass where its derivative is asked for, both triangles stored.
 pub(super) struct Plan<'a> {
@@ -44,15 +47,10 @@ impl<'a> Plan<'a> {
             tree,
             matrices: self.matrices.len(),
         };
-        let (fronts, handed_on) = self.tree.as_ref().map_or((0, 0), |tree| {
-            let roots = tree.roots.iter();
-            let handed_on: usize = roots.map(|&s| need(tree).contributions(s)).sum();
-            let threads = rayon::current_num_threads();
-            (need(tree).of_branches(&tree.roots, threads), handed_on)
-        });
-        // What the roots hand on of the last matrix stands beside all remaining matrices.
-        let of_last = handed_on / self.matrices.len().max(1);
-        8 * (self.symbolic.factor_entries() + fronts.max(of_last + left)) as u64
+        let threads = rayon::current_num_threads();
+        let fronts = self.tree.as_ref();
+        let fronts = fronts.map_or(0, |tree| need(tree).of_branches(&tree.roots, threads));
+        8 * (self.symbolic.factor_entries() + fronts.max(left)) as u64
     }
 
     /// Writes the factor into `values` and returns the rest of each matrix on the other unknowns.
@@ -79,30 +77,36 @@ impl<'a> Plan<'a> {
         // One after the other: the contributions of a matrix are gone before the next one is made.
         let parts = self.matrices.iter().zip(from_roots);
         Ok(parts
-            .map(|(matrix, roots)| self.rest(matrix, &roots))
+            .map(|(matrix, roots)| self.rest(matrix, roots))
             .collect())
     }
 
     /// Part of a matrix on the unknowns that are not eliminated, with the contributions of the roots
-    /// of the tree.
-    fn rest(&self, matrix: &CscMatrix<f64>, roots: &[ChildContribution]) -> Mat<f64> {
+    /// of the tree, whose memory goes as the columns are filled.
+    fn rest(&self, matrix: &CscMatrix<f64>, mut roots: Vec<ChildContribution>) -> Mat<f64> {
         let interior = self.symbolic.unknowns();
         let order = matrix.ncols() - interior;
-        let mut rest = Mat::zeros(order, order);
-        in_columns(rest.as_mut(), |start, columns| {
-            let mut columns = columns.get_mut(start.., ..);
-            for root in roots {
-                root.add_to_columns(start, &mut columns);
-            }
-            for j in 0..columns.ncols() {
-                let entries = matrix.col(interior + start + j);
-                for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
-                    if let Some(i) = i.checked_sub(interior + start).filter(|&i| i >= j) {
-                        columns[(i, j)] += v;
+        let mut rest = Mat::with_capacity(order, order);
+        for first in (0..order).step_by(COLUMNS) {
+            let end = order.min(first + COLUMNS);
+            rest.resize_with(order, end, |_, _| 0.0);
+            in_columns(rest.get_mut(.., first..end), |start, columns| {
+                let start = first + start;
+                let mut columns = columns.get_mut(start.., ..);
+                for root in &roots {
+                    root.add_to_columns(start, &mut columns);
+                }
+                for j in 0..columns.ncols() {
+                    let entries = matrix.col(interior + start + j);
+                    for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
+                        if let Some(i) = i.checked_sub(interior + start).filter(|&i| i >= j) {
+                            columns[(i, j)] += v;
+                        }
                     }
                 }
-            }
-        });
+            });
+            roots.iter_mut().for_each(|root| root.give_up(end));
+        }
         mirror(rest.as_mut());
         rest
     }

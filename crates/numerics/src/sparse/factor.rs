@@ -10,9 +10,9 @@ use faer::{Conj, Mat, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 
 use super::elimination::{EliminationError, Plan};
-use super::operations::view;
+use super::operations::{leading, view};
 use super::solve::Factor;
-use super::symbolic::{FactorError, Symbolic};
+use super::symbolic::{FactorError, Symbolic, check_finite};
 use crate::memory;
 
 /// A pivot below this fraction of its diagonal entry is rounding, not stiffness: a structure that
@@ -26,17 +26,20 @@ impl Symbolic {
     /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the
     /// one analysed, entries that are not finite, too little memory.
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
-        Ok(self.eliminated(&[matrix], matrix)?.0)
+        self.check_pattern(matrix)?;
+        Ok(self.eliminated(&[matrix])?.0)
     }
 
-    /// Eliminates the unknowns of `inner` = K_ii, which come first in the matrices ([`Plan`]).
+    /// Eliminates the unknowns that were analysed, which come first in the matrices ([`Plan`]).
     /// Returns the factor, and the rest of each matrix on the other unknowns.
     pub(super) fn eliminated(
         &self,
         matrices: &[&CscMatrix<f64>],
-        inner: &CscMatrix<f64>,
     ) -> Result<(Cholesky, Vec<Mat<f64>>), FactorError> {
-        self.check(inner)?;
+        matrices
+            .iter()
+            .try_for_each(|matrix| check_finite(matrix))?;
+        let stiffness = matrices[0];
         let plan = Plan::new(self, matrices);
         let unknowns = self.unknowns();
         memory::ask_for(plan.needed_bytes())
@@ -46,13 +49,13 @@ impl Symbolic {
             Ok(left) => {
                 let symbolic = self.clone();
                 let factor = Cholesky { symbolic, values };
-                factor.check_pivots(inner)?;
+                factor.check_pivots(stiffness)?;
                 Ok((factor, left))
             }
             Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
             Err(EliminationError::NotPositiveDefinite) => {
                 drop(values);
-                Err(self.refused(inner))
+                Err(self.refused(stiffness))
             }
         }
     }
@@ -63,7 +66,8 @@ impl Symbolic {
     /// [`FactorError::Singular`] on a zero pivot, a pattern other than the one analysed, entries
     /// that are not finite, too little memory.
     pub fn ldlt(&self, matrix: &CscMatrix<f64>) -> Result<Ldlt, FactorError> {
-        self.check(matrix)?;
+        self.check_pattern(matrix)?;
+        check_finite(matrix)?;
         let symbolic = self.analysis();
         let unknowns = symbolic.nrows();
         let mut values = zeros(symbolic.len_val(), unknowns)?;
@@ -92,11 +96,11 @@ impl Symbolic {
         }
     }
 
-    /// Reason why there is no Cholesky factor: the first pivot that is not clearly positive is
-    /// rounding of zero, or negative.
+    /// Reason why there is no Cholesky factor of the first unknowns of a matrix: the first pivot that
+    /// is not clearly positive is rounding of zero, or negative.
     fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
         let mut first = None;
-        match self.ldlt(matrix) {
+        match self.ldlt(&leading(matrix.clone(), self.unknowns())) {
             Ok(ldlt) => self.pivots(&ldlt.values, |position, pivot| {
                 let dof = self.unpermuted(position);
                 let share = pivot / diagonal(matrix, dof);

@@ -211,7 +211,8 @@ impl<'a> Tree<'a> {
 
 /// Contribution block: the Schur complement that a front adds to its parent. Its lower triangle is
 /// stored in panels of [`BLOCK`] columns, each from its diagonal block down. This takes half of the
-/// memory, and one task computes one panel.
+/// memory, and one task computes one panel. The panels stand in the order from the last to the first,
+/// so that those of the first columns can be given up before the others.
 pub(super) struct Contribution {
     order: usize,
     values: Vec<f64>,
@@ -227,15 +228,15 @@ impl Contribution {
 
     /// Number of values in a block of this order.
     pub fn size(order: usize) -> usize {
-        let panels = order.div_ceil(BLOCK);
-        panel_start(order, panels.saturating_sub(1)) + last_panel(order)
+        let (panels, last) = (order / BLOCK, order % BLOCK);
+        BLOCK * (panels * order - BLOCK * (panels * panels.saturating_sub(1) / 2)) + last * last
     }
 
     /// Column j from the diagonal down.
     fn column(&self, j: usize) -> &[f64] {
         let (panel, within) = (j / BLOCK, j % BLOCK);
         let height = self.order - panel * BLOCK;
-        let first = panel_start(self.order, panel) + within * height;
+        let first = Self::size(height.saturating_sub(BLOCK)) + within * height;
         &self.values[first + within..first + height]
     }
 
@@ -245,7 +246,8 @@ impl Contribution {
             .step_by(BLOCK)
             .map(|start| {
                 let (height, width) = (self.order - start, BLOCK.min(self.order - start));
-                let (panel, rest) = std::mem::take(&mut left).split_at_mut(height * width);
+                let before = left.len() - height * width;
+                let (rest, panel) = std::mem::take(&mut left).split_at_mut(before);
                 left = rest;
                 (
                     start,
@@ -254,20 +256,17 @@ impl Contribution {
             })
             .collect()
     }
-}
 
-/// Number of values in the panels before this one.
-fn panel_start(order: usize, panel: usize) -> usize {
-    match panel.checked_sub(1) {
-        None => 0,
-        Some(before) => BLOCK * (panel * order - BLOCK * panel * before / 2),
-    }
-}
-
-fn last_panel(order: usize) -> usize {
-    match order % BLOCK {
-        0 => BLOCK.min(order).pow(2),
-        width => width * width,
+    /// Gives the memory of the panels back that have none but the first `columns` columns.
+    fn give_up(&mut self, columns: usize) {
+        let panels = columns / BLOCK;
+        let left = Self::size(self.order.saturating_sub(panels * BLOCK));
+        if columns >= self.order {
+            self.values = Vec::new();
+        } else if left < self.values.len() {
+            self.values.truncate(left);
+            self.values.shrink_to_fit();
+        }
     }
 }
 
@@ -343,12 +342,21 @@ pub(super) struct ChildContribution {
 }
 
 impl ChildContribution {
+    /// Number of columns of the block that are in columns of its parent's front before `end`.
+    fn columns_before(&self, end: usize) -> usize {
+        self.rows.partition_point(|&row| row < end)
+    }
+
+    /// Gives memory back that has nothing but columns of the parent's front before `end`.
+    pub fn give_up(&mut self, end: usize) {
+        self.contribution.give_up(self.columns_before(end));
+    }
+
     /// Adds the block to the columns of its parent's front from number `above` on, given from the
     /// row of that number down.
     pub fn add_to_columns(&self, above: usize, columns: &mut MatMut<'_, f64>) {
         let end = above + columns.ncols();
-        let [first, end] = [above, end].map(|end| self.rows.partition_point(|&row| row < end));
-        for j in first..end {
+        for j in self.columns_before(above)..self.columns_before(end) {
             let column = columns.rb_mut().col_mut(self.rows[j] - above);
             let Some(into) = column.try_as_col_major_mut() else {
                 continue;

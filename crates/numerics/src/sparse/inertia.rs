@@ -8,7 +8,7 @@ use nalgebra_sparse::CscMatrix;
 
 use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
 use super::operations::sum;
-use super::symbolic::{FactorError, Symbolic};
+use super::symbolic::{FactorError, Symbolic, check_finite};
 
 /// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of
 /// K. If it belongs to another matrix, or M has entries that K has not, the matrix is analysed
@@ -23,13 +23,14 @@ pub fn negative_eigenvalues(
     symbolic: &Symbolic,
 ) -> Result<usize, FactorError> {
     let counted = symbolic
-        .check(stiffness)
+        .check_pattern(stiffness)
+        .and_then(|()| check_finite(stiffness))
         .and_then(|()| count(&[(1.0, stiffness), (-shift, mass)], symbolic));
     match counted {
         Err(FactorError::PatternDiffers) => {
             let whole = sum(stiffness, -shift, mass);
             let own = Symbolic::analyse(&whole)?;
-            own.check(&whole)?;
+            check_finite(&whole)?;
             count(&[(1.0, &whole)], &own)
         }
         counted => counted,

@@ -32,9 +32,16 @@ pub fn submatrix(a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]) -> CscMa
     for (new, &old) in rows.iter().enumerate() {
         position[old] = new;
     }
+    let is_kept = |row: &&usize| position[**row] != ABSENT;
     let mut offsets = Vec::with_capacity(columns.len() + 1);
     offsets.push(0);
-    let (mut indices, mut values) = (Vec::new(), Vec::new());
+    let mut entries = 0;
+    for &column in columns {
+        entries += a.col(column).row_indices().iter().filter(is_kept).count();
+        offsets.push(entries);
+    }
+    let mut indices = Vec::with_capacity(entries);
+    let mut values = Vec::with_capacity(entries);
     for &column in columns {
         let column = a.col(column);
         for (&row, &value) in column.row_indices().iter().zip(column.values()) {
@@ -43,10 +50,32 @@ pub fn submatrix(a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]) -> CscMa
                 values.push(value);
             }
         }
-        offsets.push(indices.len());
     }
     CscMatrix::try_from_csc_data(rows.len(), columns.len(), offsets, indices, values)
         .expect("ascending rows of a valid matrix stay a valid matrix")
+}
+
+/// First `count` rows and columns of `a`, in its own memory.
+pub fn leading(a: CscMatrix<f64>, count: usize) -> CscMatrix<f64> {
+    let (mut offsets, mut indices, mut values) = a.disassemble();
+    let mut kept = 0;
+    for column in 0..count {
+        for at in offsets[column]..offsets[column + 1] {
+            if indices[at] < count {
+                (indices[kept], values[kept]) = (indices[at], values[at]);
+                kept += 1;
+            }
+        }
+        offsets[column] = kept;
+    }
+    offsets.truncate(count);
+    offsets.insert(0, 0);
+    indices.truncate(kept);
+    values.truncate(kept);
+    indices.shrink_to_fit();
+    values.shrink_to_fit();
+    CscMatrix::try_from_csc_data(count, count, offsets, indices, values)
+        .expect("the first rows of a valid matrix stay a valid matrix")
 }
 
 /// Sum `k + s m`, on one pattern of entries where the two share it, otherwise on the union.
@@ -204,6 +233,8 @@ mod tests {
             }
         }
         assert_eq!(submatrix(&k, &[], &columns).ncols(), 3);
+        let first: Vec<usize> = (0..50).collect();
+        assert_eq!(leading(k.clone(), 50), submatrix(&k, &first, &first));
         let expected = dense(&k) - faer::Scale(7.0) * dense(&m);
         assert!((dense(&sum(&k, -7.0, &m)) - &expected).norm_max() < 1e-14);
         let other = CscMatrix::identity(k.nrows());

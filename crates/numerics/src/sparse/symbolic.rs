@@ -152,14 +152,11 @@ impl Symbolic {
             .map_or((&[], &[]), |permutation| permutation.arrays())
     }
 
-    /// Checks that `matrix` has the pattern analysed and finite entries.
-    pub(super) fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
-        if CompactPattern::of(matrix.pattern()) != self.inner.pattern {
-            return Err(FactorError::PatternDiffers);
-        }
-        match matrix.triplet_iter().find(|(_, _, v)| !v.is_finite()) {
-            Some((row, column, &value)) => Err(FactorError::NotFinite { row, column, value }),
-            None => Ok(()),
+    /// Checks that `matrix` has the pattern analysed.
+    pub(super) fn check_pattern(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
+        match CompactPattern::of(matrix.pattern()) == self.inner.pattern {
+            true => Ok(()),
+            false => Err(FactorError::PatternDiffers),
         }
     }
 
@@ -183,6 +180,14 @@ impl Symbolic {
                 each(supernode.start() + j, supernode.val()[(j, j)]);
             }
         }
+    }
+}
+
+/// Checks that all entries are finite.
+pub(super) fn check_finite(matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
+    match matrix.triplet_iter().find(|(_, _, v)| !v.is_finite()) {
+        Some((row, column, &value)) => Err(FactorError::NotFinite { row, column, value }),
+        None => Ok(()),
     }
 }
 

@@ -19,6 +19,8 @@
 //! `d_m = (1 + i w a) w_m^2 - (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`,
 //! `q_m = (fm_m - c_m . X) / d_m`.
 
+use std::borrow::Cow;
+
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -36,7 +38,7 @@ use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::sparse::{
-    Cholesky, FactorError, Symbolic, condense, submatrix, symmetric_product, times,
+    Cholesky, FactorError, Symbolic, condense, leading, submatrix, symmetric_product, times,
 };
 
 /// Largest number of stuck modes, and how far above the highest frequency they reach, where the
@@ -46,24 +48,28 @@ const REACH: f64 = 4.0;
 /// Estimated error of amplitudes that is small enough.
 const ACCURATE: f64 = 1e-4;
 
-/// Reduces the assembly to X and its stuck modes.
+/// Reduces the assembly to X and its stuck modes. Of a structure that is given away, the matrices of
+/// the bodies are dropped as soon as those of the assembly are made, which lowers the peak of memory.
 ///
 /// # Errors
 /// See [`ReductionError`].
-pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reduction, ReductionError> {
-    reduce_copies(structure, stuck_modes, 1)
+pub fn reduce<'a>(
+    structure: impl Into<Cow<'a, Structure>>,
+    stuck_modes: StuckModes,
+) -> Result<Reduction, ReductionError> {
+    reduce_copies(structure.into(), stuck_modes, 1)
 }
 
 /// Reduces an assembly of so many copies of a structure, each of whose modes stands as many times, as
 /// [`reduce`] does. Numbers of modes are those of one copy.
 pub(super) fn reduce_copies(
-    structure: &Structure,
+    mut structure: Cow<'_, Structure>,
     stuck_modes: StuckModes,
     copies: usize,
 ) -> Result<Reduction, ReductionError> {
-    let loads = Loads::of(structure);
-    let (joined, mut condensed) = Joined::new(structure, &loads)?;
-    let condensed_loads = joined.condensed_loads(&loads);
+    let (joined, mut condensed) = Joined::new(&mut structure)?;
+    let structure = &*structure;
+    let condensed_loads = joined.condensed_loads(&Loads::of(structure));
     let static_parts = joined.static_parts(structure);
     let mut count = copies * stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
@@ -121,14 +127,15 @@ pub fn stuck_shapes(
     let bodies = coordinates(structure, &Loads::of(structure))?;
     let stuck = Stuck::of(structure, &bodies)?;
     let transformation = &stuck.transformation;
-    let m_gg = on_g(transformation, &bodies, BodyMatrix::Mass);
+    let masses = matrices_of(structure, &bodies, BodyMatrix::Mass);
+    let m_gg = on_g(transformation, &masses, Zeros::LeftOut);
     let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
     let modes = modes.map_err(|source| ReductionError::Stuck { source })?;
     let outer = transformation.unknowns() - transformation.inner();
     let still = Mat::zeros(outer, modes.count());
     let moved = transformation.scatter(modes.vectors.as_ref(), still.as_ref());
     let whole = moved.into_iter().zip(&bodies).map(|(u, body)| match body {
-        Coordinates::Full(_) => u,
+        Coordinates::Full => u,
         Coordinates::Reduced(body) => body.interior.motion(u.as_ref()),
     });
     Ok((modes.omega2, whole.collect()))
@@ -142,7 +149,7 @@ pub fn stuck_shapes(
 pub fn stuck_displacement(structure: &Structure) -> Result<Vec<Vec<f64>>, ReductionError> {
     let full = structure.bodies.iter().map(|body| {
         check_size(body)?;
-        Ok(Coordinates::Full(body))
+        Ok(Coordinates::Full)
     });
     let bodies = full.collect::<Result<Vec<_>, ReductionError>>()?;
     let stuck = Stuck::of(structure, &bodies)?;
@@ -163,9 +170,10 @@ struct Stuck {
 }
 
 impl Stuck {
-    fn of(structure: &Structure, bodies: &[Coordinates<'_>]) -> Result<Self, ReductionError> {
+    fn of(structure: &Structure, bodies: &[Coordinates]) -> Result<Self, ReductionError> {
         let transformation = transformation(structure, bodies)?;
-        let k_gg = on_g(&transformation, bodies, BodyMatrix::Stiffness);
+        let stiffness = matrices_of(structure, bodies, BodyMatrix::Stiffness);
+        let k_gg = on_g(&transformation, &stiffness, Zeros::Kept);
         let factor =
             Cholesky::factor(&k_gg).map_err(|e| not_held(structure, bodies, &transformation, e))?;
         Ok(Self {
@@ -176,19 +184,14 @@ impl Stuck {
     }
 }
 
-/// Matrix K_gg or M_gg.
+/// Matrix K_gg or M_gg, from those of the bodies.
 fn on_g(
     transformation: &Transformation,
-    bodies: &[Coordinates<'_>],
-    which: BodyMatrix,
+    matrices: &[&CscMatrix<f64>],
+    zeros: Zeros,
 ) -> CscMatrix<f64> {
-    let inner: Vec<usize> = (0..transformation.inner()).collect();
-    let zeros = match which {
-        BodyMatrix::Stiffness => Zeros::Kept,
-        BodyMatrix::Mass => Zeros::LeftOut,
-    };
-    let whole = transformation.congruent(&matrices_of(bodies, which), zeros);
-    submatrix(&whole, &inner, &inner)
+    let whole = transformation.congruent(matrices, zeros);
+    leading(whole, transformation.inner())
 }
 
 /// Loads of the assembly, each as a vector on each body: the steady one, one unit of each
@@ -219,10 +222,10 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// Body with the matrices that it has in the assembly.
-enum Coordinates<'a> {
-    /// Body on all free degrees of freedom.
-    Full(&'a BodyMatrices),
+/// Coordinates that a body has in the assembly.
+enum Coordinates {
+    /// All free degrees of freedom.
+    Full,
     Reduced(Box<ReducedBody>),
 }
 
@@ -232,15 +235,15 @@ enum BodyMatrix {
     Mass,
 }
 
-fn coordinates<'a>(
-    structure: &'a Structure,
+fn coordinates(
+    structure: &Structure,
     loads: &Loads<'_>,
-) -> Result<Vec<Coordinates<'a>>, ReductionError> {
+) -> Result<Vec<Coordinates>, ReductionError> {
     let one = |b: usize| {
         let body = &structure.bodies[b];
         check_size(body)?;
         Ok(match body.fixed_interface_modes {
-            None => Coordinates::Full(body),
+            None => Coordinates::Full,
             Some(modes) => {
                 let loads = loads.on_body(b);
                 let reduced = craig_bampton::condense(body, modes, loads.as_ref())?;
@@ -254,27 +257,36 @@ fn coordinates<'a>(
         .collect()
 }
 
-fn matrices_of<'a>(bodies: &'a [Coordinates<'a>], which: BodyMatrix) -> Vec<&'a CscMatrix<f64>> {
-    let matrix = |body: &'a Coordinates<'a>| match (body, which) {
-        (Coordinates::Full(body), BodyMatrix::Stiffness) => &body.stiffness,
-        (Coordinates::Full(body), BodyMatrix::Mass) => &body.mass,
-        (Coordinates::Reduced(body), BodyMatrix::Stiffness) => &body.stiffness,
-        (Coordinates::Reduced(body), BodyMatrix::Mass) => &body.mass,
+/// Matrices of the bodies in their coordinates.
+fn matrices_of<'a>(
+    structure: &'a Structure,
+    bodies: &'a [Coordinates],
+    which: BodyMatrix,
+) -> Vec<&'a CscMatrix<f64>> {
+    let of_body = |(body, coordinates): (&'a BodyMatrices, &'a Coordinates)| {
+        let [stiffness, mass] = match coordinates {
+            Coordinates::Full => [&body.stiffness, &body.mass],
+            Coordinates::Reduced(body) => [&body.stiffness, &body.mass],
+        };
+        match which {
+            BodyMatrix::Stiffness => stiffness,
+            BodyMatrix::Mass => mass,
+        }
     };
-    bodies.iter().map(matrix).collect()
+    structure.bodies.iter().zip(bodies).map(of_body).collect()
 }
 
 fn transformation(
     structure: &Structure,
-    bodies: &[Coordinates<'_>],
+    bodies: &[Coordinates],
 ) -> Result<Transformation, ReductionError> {
-    let stiffness = matrices_of(bodies, BodyMatrix::Stiffness);
+    let stiffness = matrices_of(structure, bodies, BodyMatrix::Stiffness);
     let sizes: Vec<usize> = stiffness.iter().map(|k| k.ncols()).collect();
     Transformation::new(structure, &sizes, |at| {
         let body = &structure.bodies[at.body];
         let on_interface = at.node.checked_sub(body.interior_nodes)?;
         let first = match &bodies[at.body] {
-            Coordinates::Full(_) => at.node,
+            Coordinates::Full => at.node,
             Coordinates::Reduced(_) => on_interface,
         };
         (3 * at.node < body.dofs()).then_some(3 * first)
@@ -285,7 +297,7 @@ fn transformation(
 /// factorisation stopped.
 fn not_held(
     structure: &Structure,
-    bodies: &[Coordinates<'_>],
+    bodies: &[Coordinates],
     transformation: &Transformation,
     error: FactorError,
 ) -> ReductionError {
@@ -296,7 +308,7 @@ fn not_held(
     let (b, coordinate) = transformation.origin(dof).unwrap_or((0, 0));
     let body = &structure.bodies[b];
     let before = match &bodies[b] {
-        Coordinates::Full(_) => 0,
+        Coordinates::Full => 0,
         Coordinates::Reduced(_) => body.interior_nodes,
     };
     ReductionError::NotHeld {
@@ -305,9 +317,19 @@ fn not_held(
     }
 }
 
+/// Drops the matrices of the bodies that the assembly has in all their degrees of freedom.
+fn give_up(structure: &mut Structure, bodies: &[Coordinates]) {
+    for (body, coordinates) in structure.bodies.iter_mut().zip(bodies) {
+        if matches!(coordinates, Coordinates::Full) {
+            body.stiffness = CscMatrix::zeros(0, 0);
+            body.mass = CscMatrix::zeros(0, 0);
+        }
+    }
+}
+
 /// Assembly on (g, X).
-struct Joined<'a> {
-    bodies: Vec<Coordinates<'a>>,
+struct Joined {
+    bodies: Vec<Coordinates>,
     transformation: Transformation,
     factor: Cholesky,
     k_gg: CscMatrix<f64>,
@@ -336,26 +358,23 @@ struct OnModes {
     load_n: Vec<f64>,
 }
 
-impl<'a> Joined<'a> {
-    /// Assembly, with its stiffness and mass condensed on X.
-    fn new(
-        structure: &'a Structure,
-        loads: &Loads<'_>,
-    ) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
-        let bodies = coordinates(structure, loads)?;
+impl Joined {
+    /// Assembly, with its stiffness and mass condensed on X. Takes the matrices of the bodies from a
+    /// structure that is owned.
+    fn new(structure: &mut Cow<'_, Structure>) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
+        let bodies = coordinates(structure, &Loads::of(structure))?;
         let transformation = transformation(structure, &bodies)?;
-        let stiffness =
-            transformation.congruent(&matrices_of(&bodies, BodyMatrix::Stiffness), Zeros::Kept);
+        let own = matrices_of(structure, &bodies, BodyMatrix::Stiffness);
+        let stiffness = transformation.congruent(&own, Zeros::Kept);
         let inner: Vec<usize> = (0..transformation.inner()).collect();
         let outer: Vec<usize> = (transformation.inner()..transformation.unknowns()).collect();
-        let k_gg = submatrix(&stiffness, &inner, &inner);
         // The analysis keeps one thread busy.
         let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
-            || Symbolic::analyse(&k_gg),
+            || Symbolic::analyse(&submatrix(&stiffness, &inner, &inner)),
             || {
                 // Most of the mass is a scalar times the identity per pair of nodes: two thirds are
                 // zeros.
-                let matrices = matrices_of(&bodies, BodyMatrix::Mass);
+                let matrices = matrices_of(structure, &bodies, BodyMatrix::Mass);
                 (
                     transformation.congruent(&matrices, Zeros::LeftOut),
                     submatrix(&stiffness, &inner, &outer),
@@ -363,13 +382,16 @@ impl<'a> Joined<'a> {
                 )
             },
         );
+        if let Cow::Owned(structure) = structure {
+            give_up(structure, &bodies);
+        }
         let condensed = symbolic
-            .and_then(|symbolic| condense(&stiffness, &mass, &k_gg, &symbolic))
+            .and_then(|symbolic| condense(&stiffness, &mass, &symbolic))
             .map_err(|error| not_held(structure, &bodies, &transformation, error))?;
-        drop(stiffness);
-        let (m_gg, m_xg) = rayon::join(
-            || submatrix(&mass, &inner, &inner),
-            || submatrix(&mass, &outer, &inner),
+        let m_xg = submatrix(&mass, &outer, &inner);
+        let (k_gg, m_gg) = rayon::join(
+            || leading(stiffness, inner.len()),
+            || leading(mass, inner.len()),
         );
         let joined = Self {
             bodies,
@@ -412,7 +434,7 @@ impl<'a> Joined<'a> {
                 .iter()
                 .zip(load)
                 .map(|(body, load)| match body {
-                    Coordinates::Full(_) => load.to_vec(),
+                    Coordinates::Full => load.to_vec(),
                     Coordinates::Reduced(body) => body.interior.gather(load),
                 })
                 .collect();
@@ -546,12 +568,12 @@ impl<'a> Joined<'a> {
             frequencies: self.frequency_errors(structure, &on_modes),
         };
         let fixed_interface_omega2 = self.bodies.iter().map(|body| match body {
-            Coordinates::Full(_) => Vec::new(),
+            Coordinates::Full => Vec::new(),
             Coordinates::Reduced(body) => body.omega2.clone(),
         });
         let fixed_interface_omega2 = fixed_interface_omega2.collect();
         let interiors = self.bodies.into_iter().map(|body| match body {
-            Coordinates::Full(_) => None,
+            Coordinates::Full => None,
             Coordinates::Reduced(body) => Some(body.interior),
         });
         Reduction {
@@ -573,7 +595,7 @@ impl<'a> Joined<'a> {
     /// motion of the whole body and r the residual of K_ii u_i - w^2 M_ii u_i and the coupling in
     /// its interior, one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
     fn frequency_errors(&self, structure: &Structure, on_modes: &OnModes) -> Vec<f64> {
-        let reduced = |body: &Coordinates<'_>| matches!(body, Coordinates::Reduced(_));
+        let reduced = |body: &Coordinates| matches!(body, Coordinates::Reduced(_));
         if !self.bodies.iter().any(reduced) {
             return Vec::new();
         }

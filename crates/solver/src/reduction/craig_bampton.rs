@@ -104,11 +104,11 @@ pub fn condense(
     let (split, n) = (body.interior_dofs(), body.dofs());
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
     let (stiffness, mass) = (&body.stiffness, &body.mass);
-    let k_ii = submatrix(stiffness, &inner, &inner);
-    let condensed = Symbolic::analyse(&k_ii)
-        .and_then(|symbolic| sparse::condense(stiffness, mass, &k_ii, &symbolic))
+    let condensed = Symbolic::analyse(&submatrix(stiffness, &inner, &inner))
+        .and_then(|symbolic| sparse::condense(stiffness, mass, &symbolic))
         .map_err(|e| interior_error(body, e))?;
     let factor = condensed.factor;
+    let k_ii = submatrix(stiffness, &inner, &inner);
     let m_ii = submatrix(mass, &inner, &inner);
     let eigen = |source| ReductionError::Eigen {
         body: body.name.clone(),

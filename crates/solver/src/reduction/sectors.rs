@@ -163,7 +163,7 @@ pub fn reduce_wave(
         influenced: on_both(&structure.influenced, |vectors| vectors),
         ..copies(structure, sectors, nodal_diameter)
     };
-    reduce_copies(&copies, stuck_modes, 2)
+    reduce_copies(Cow::Owned(copies), stuck_modes, 2)
 }
 
 /// Structure of two copies of a sector for a nodal diameter, without loads.

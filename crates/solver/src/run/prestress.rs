@@ -29,7 +29,9 @@ const STILL: f64 = 1e-3;
 
 /// Reduction with the prestress that its model asks for.
 pub(super) struct Settled {
-    pub structure: Structure,
+    /// Matrices of the bodies of a sector, of which waves are reduced later; `None` for others, which
+    /// the reduction drops.
+    pub structure: Option<Structure>,
     pub reduction: KeptReduction,
     pub recovery: Recovery,
 }
@@ -51,12 +53,18 @@ pub(super) fn settle(
     scene: &Scene,
     session: &Session<'_>,
 ) -> Result<Settled, Error> {
-    let (mut structure, mut prestressed) = assemble(model, session)?;
-    let (reduction, held_flanks_error) = {
+    let (structure, mut prestressed) = assemble(model, session)?;
+    let reduced = |structure: Structure| -> Result<(Reduction, Option<Structure>), Error> {
+        if model.cyclic.is_some() {
+            return Ok((reduction::reduce(&structure, wanted)?, Some(structure)));
+        }
+        Ok((reduction::reduce(structure, wanted)?, None))
+    };
+    let (reduction, mut structure, held_flanks_error) = {
         let _stage = reduction_stage(model, session);
-        let reduction = reduction::reduce(&structure, wanted)?;
+        let (reduction, structure) = reduced(structure)?;
         let error = held_flanks_error(model, &prestressed, &reduction)?;
-        (reduction, error)
+        (reduction, structure, error)
     };
     let (mut pass, mut recovery) = Pass::of(reduction, model);
     let mut passes = Vec::new();
@@ -77,9 +85,14 @@ pub(super) fn settle(
             }
             let displacements = on_nodes(model, &recovery.full_static(&state.x));
             prestressed = displacements.into_iter().map(Some).collect();
-            structure = stressed(model, &prestressed, session)?;
+            let stressed = stressed(model, &prestressed, session)?;
             let before = (state, pass.first_omega2());
-            (pass, recovery) = Pass::of(reduce(model, &structure, wanted, session)?, model);
+            let reduction;
+            (reduction, structure) = {
+                let _stage = reduction_stage(model, session);
+                reduced(stressed)?
+            };
+            (pass, recovery) = Pass::of(reduction, model);
             state = static_state(scene, &pass.problem, session);
             let change = if state.status.is_empty() {
                 relative(before.1, pass.first_omega2())

@@ -196,7 +196,9 @@ impl Bodies {
                     let mut store = session.store();
                     store.keep_reduction(key, &settled.reduction, &settled.recovery);
                 }
-                structure.get_or_init(|| settled.structure);
+                if let Some(settled) = settled.structure {
+                    structure.get_or_init(|| settled);
+                }
                 recovery.get_or_init(|| settled.recovery);
                 settled.reduction
             }
@@ -348,7 +350,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Matrices of the bodies, assembled once.
+    /// Matrices of the bodies, assembled once more where the reduction has dropped them.
     pub(super) fn structure(&self, session: &Session<'_>) -> Result<&Structure, Error> {
         if let Some(structure) = self.structure.get() {
             return Ok(structure);

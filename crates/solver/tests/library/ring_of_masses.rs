@@ -105,7 +105,7 @@ fn influence() -> Vec<InfluenceCoefficient> {
 /// The ring under a force of 1 N on each mass, of this engine order.
 fn ring_under(engine_order: usize) -> Problem {
     let modes = StuckModes::new(Some(1), Highest::RadS(0.0));
-    let mut reduced = reduce(&ring(BETWEEN_N_M), modes).unwrap().model;
+    let mut reduced = reduce(ring(BETWEEN_N_M), modes).unwrap().model;
     let excitation = DiscExcitation {
         sectors: SECTORS,
         engine_order,

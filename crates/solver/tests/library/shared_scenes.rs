@@ -20,7 +20,7 @@ pub fn bytes(name: &str) -> Vec<u8> {
 /// Model of an assembly, and its reduced model.
 pub fn reduced(assembly: &Assembly, mesh: &Mesh, wanted: StuckModes) -> (Model, Problem) {
     let model = bind(assembly, mesh, None).unwrap();
-    let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
+    let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     (model, problem)
 }

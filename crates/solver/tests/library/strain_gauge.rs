@@ -146,7 +146,7 @@ fn gauges_on_a_bar_in_axial_vibration_measure_the_strain_of_the_wave_equation() 
         ];
         let model = bind(&assembly, &mesh, None).unwrap();
         let wanted = StuckModes::new(Some(60), Highest::RadS(0.0));
-        let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
+        let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
         let problem = Problem::new(reduction.model, &model);
         let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
         let system = ContactSystem::new(&problem, Rayleigh::NONE);

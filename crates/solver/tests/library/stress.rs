@@ -47,7 +47,7 @@ fn vibrating(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
     assembly.loads = vec![pulled(STEADY_PA)];
     let model = bind(&assembly, &mesh, None).unwrap();
     let wanted = StuckModes::new(Some(60), Highest::RadS(0.0));
-    let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
+    let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
     let omega = wave_1_m * sound_m_s;
