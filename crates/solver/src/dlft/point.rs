@@ -1,7 +1,8 @@
 //! Solution of one frequency by strategies, tried from the cheapest to the dearest.
 //!
 //! A frequency is started from its neighbour and from the static state, by Newton-GMRES with
-//! accurate and then with loose linear solves. If that fails, it is approached by smaller steps in
+//! accurate and then with loose linear solves. From the static state the excited harmonics come first,
+//! and their motion is the start for all. If that fails, it is approached by smaller steps in
 //! frequency, with a growing force, and by the dense dogleg. For few unknowns the Jacobian is
 //! factored instead, which copes with more kinks. Each strategy is tried on the balance with the
 //! mean free and on the one with the mean retained ([`super::retention`]). The answer is the free
@@ -20,6 +21,7 @@ use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use super::{Attempt, Orbit, Told};
 use crate::dlft::settings::Solver;
+use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
@@ -39,10 +41,13 @@ pub const MOST_EXACT_UNKNOWNS: usize = 500;
 
 /// Relative residual of the linear solves of the estimates.
 const ESTIMATE_TOLERANCE: f64 = 0.05;
-/// A start with a relative residual below this is taken, however good another is.
+/// A start with a relative residual below this is taken, however good another is, and a start that is
+/// computed goes no further.
 const GOOD_START: f64 = 1e-2;
 /// Fractions of the retention's stiffness on the way from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+/// Relative residual of the motions at those fractions, which are starts alone.
+const RELEASE_TOLERANCE: f64 = 1e-5;
 /// Newton iterations allowed at each fraction; a step that needs more leads nowhere.
 const RELEASE_ITERATIONS: usize = 15;
 
@@ -716,7 +721,11 @@ impl<'a> FrequencySolver<'a> {
             }
             Strategy::FromRest(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
-                Some(self.iterate(balance, self.static_start(), method, self.newton, work))
+                let start = match method {
+                    Method::Krylov(_) => self.excited_start(frequency_hz, mean, method, work)?,
+                    Method::Exact | Method::Dogleg => self.static_start(),
+                };
+                Some(self.iterate(balance, start, method, self.newton, work))
             }
             Strategy::InFrequency(steps) => {
                 let last = last?;
@@ -740,6 +749,48 @@ impl<'a> FrequencySolver<'a> {
                 self.with_growing_friction((from, growth), frequency_hz, mean, work)
             }
         }
+    }
+
+    /// Motion with the mean and the harmonics up to the highest excited one alone, found from the
+    /// static state: the start for all harmonics, whose iterations cost several times as much. The
+    /// static state itself where no such motion is found, or for a free mean that may be retained
+    /// `None`: with all harmonics it would not be found either.
+    fn excited_start(
+        &self,
+        frequency_hz: f64,
+        mean: Mean,
+        method: Method,
+        work: &mut Work,
+    ) -> Option<Vec<f64>> {
+        let setting = &self.setting;
+        let excited = setting.system.problem.highest_excited().max(1);
+        let start = self.static_start();
+        if excited >= setting.fourier.harmonics() {
+            return Some(start);
+        }
+        let fourier = Fourier::new(excited, setting.fourier.samples());
+        let fewer = self.with_fourier(&fourier);
+        let balance = fewer.balance(frequency_hz, mean)?;
+        let options = NewtonOptions {
+            tolerance: self.newton.tolerance.max(GOOD_START),
+            ..self.newton
+        };
+        let first = resized(&start, fewer.unknowns());
+        let solved = fewer.iterate(balance, first, method, options, work);
+        if solved.is_converged() {
+            return Some(resized(&solved.u, start.len()));
+        }
+        let may_be_retained = mean == Mean::Free && self.retention().is_some();
+        (!may_be_retained).then_some(start)
+    }
+
+    /// This solver with other harmonics and samples.
+    fn with_fourier<'b>(&'b self, fourier: &'b Fourier) -> FrequencySolver<'b> {
+        let setting = Setting {
+            fourier,
+            ..self.setting
+        };
+        FrequencySolver { setting, ..*self }
     }
 
     /// Follows growing coefficients of friction; `None` where a coefficient on the way has no
@@ -848,16 +899,18 @@ impl<'a> FrequencySolver<'a> {
             return None;
         }
         let mut u = retained.u.clone();
-        let small_step = NewtonOptions {
-            max_iterations: RELEASE_ITERATIONS.min(self.newton.max_iterations),
-            ..self.newton
-        };
+        let max_iterations = RELEASE_ITERATIONS.min(self.newton.max_iterations);
         for fraction in RELEASE.into_iter().chain([0.0]) {
             let mut balance = Balance::new(&self.setting, TAU * frequency_hz);
+            let mut options = NewtonOptions {
+                max_iterations,
+                ..self.newton
+            };
             if fraction > 0.0 {
                 balance = balance.retained_by(Cow::Owned(self.retention()?.softened(fraction)));
+                options.tolerance = options.tolerance.max(RELEASE_TOLERANCE);
             }
-            let solved = self.iterate(balance, u, self.stepping(), small_step, work);
+            let solved = self.iterate(balance, u, self.stepping(), options, work);
             if !solved.is_converged() || !self.is_blocked_by_friction(&solved) {
                 return None;
             }

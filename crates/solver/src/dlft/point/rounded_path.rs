@@ -2,7 +2,6 @@
 //! solution is the start of the next sharper one.
 
 use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized};
-use crate::dlft::balance::Setting;
 use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
 use crate::dlft::gross_slip::{GROSS_SLIP, free_slips_m, slides_past};
 use crate::dlft::pair_signals::Rounding;
@@ -156,13 +155,7 @@ impl Path<'_, '_> {
         }
         let setting = &self.solver.setting;
         let fourier = Fourier::new(self.harmonics, setting.fourier.samples());
-        let fewer = FrequencySolver {
-            setting: Setting {
-                fourier: &fourier,
-                ..*setting
-            },
-            ..*self.solver
-        };
+        let fewer = self.solver.with_fourier(&fourier);
         let Some(mut balance) = fewer.balance(self.frequency_hz, self.mean) else {
             return false;
         };
