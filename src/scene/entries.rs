@@ -665,7 +665,7 @@ section! {
              linear curve exceeds 1e-4 ([method.md](method.md#how-many-stuck-modes)); `dovetail \
              verify` takes at least 48",
             "20";
-        slip_threshold_m: Number("m", Limits::NOT_NEGATIVE), "1e-5 of the largest static slip",
+        slip_threshold_m: Number("m", Limits::NOT_NEGATIVE), "1e-5 of the largest static slip, or 1e-9 of the largest elastic compression where that is longer",
             "a pair counts as slipping when it slides farther than this in a period",
             "1e-10";
     }

@@ -180,7 +180,8 @@ pub struct ResponseSpec {
     /// [`StuckModes`](crate::reduction::StuckModes) gives, and all modes of a reduced model that is
     /// read.
     pub stuck_modes: Option<usize>,
-    /// Distance beyond which a pair slips in a period, m; `None`: 1e-5 of the largest static slip.
+    /// Distance beyond which a pair slips in a period, m; `None`: 1e-5 of the largest static
+    /// slip, or 1e-9 of the largest elastic compression where that is longer.
     pub slip_threshold_m: Option<f64>,
 }
 

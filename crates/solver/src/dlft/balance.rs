@@ -74,7 +74,7 @@ impl<'a> Setting<'a> {
             },
             pressing_n: state.lambda.iter().step_by(3).map(|n| -n).sum(),
             periods: Periods::UntilPeriodic,
-            slip_threshold_m: state.slip_threshold_m(),
+            slip_threshold_m: state.slip_threshold_m(eps),
             free_slips_m: &[],
         }
     }

@@ -99,6 +99,9 @@ impl Outcome {
 
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
+/// Distance that a pair at its cone may slide by rounding, as a fraction of the largest elastic
+/// compression.
+const SLIP_BY_ROUNDING: f64 = 1e-9;
 
 /// Static state of the pairs.
 #[derive(Debug, Clone)]
@@ -136,10 +139,15 @@ impl StaticState {
     }
 
     /// Distance beyond which a pair slips in a period, m, where none is given: a fraction of the
-    /// largest static slip.
-    pub fn slip_threshold_m(&self) -> f64 {
+    /// largest static slip, or what a pair at its cone may slide by rounding, whichever is longer.
+    /// The latter is a fraction of the largest elastic compression, lambda_N / eps_N; `eps` is that
+    /// of the balance, N/m, n.
+    pub fn slip_threshold_m(&self, eps: &[f64]) -> f64 {
         let slips = self.x.chunks_exact(3).map(|x| x[1].hypot(x[2]));
-        SLIP_THRESHOLD * slips.fold(0.0, f64::max)
+        let pressed = self.lambda.iter().zip(eps).step_by(3);
+        let compressions = pressed.map(|(lambda, eps)| (lambda / eps).abs());
+        let of_slips = SLIP_THRESHOLD * slips.fold(0.0, f64::max);
+        of_slips.max(SLIP_BY_ROUNDING * compressions.fold(0.0, f64::max))
     }
 
     /// Returns `true` if no pair carries a force.

@@ -46,7 +46,7 @@ pub struct SweepSettings {
     pub periods: Periods,
     /// Method that solves the balance of a frequency.
     pub solver: Solver,
-    /// Slip threshold, m; `None`: 1e-5 of the largest static slip.
+    /// Slip threshold, m; `None`: that of [`StaticState::slip_threshold_m`].
     pub slip_threshold_m: Option<f64>,
     /// Seconds after which a frequency is given up, which makes the result depend on the machine.
     /// `None`: no limit.
@@ -142,7 +142,7 @@ pub(super) fn in_run<T>(
     let holding = Holding::of(problem);
     let slip_threshold_m = settings
         .slip_threshold_m
-        .unwrap_or(static_state.slip_threshold_m());
+        .unwrap_or_else(|| static_state.slip_threshold_m(&levels[0].eps));
     let inexact = match settings.solver {
         Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
         Solver::Powell => InexactModel::unprepared(&problem.reduced),

@@ -212,7 +212,8 @@ impl<'b> Values<'b> {
         let lowest = &self.run.refinement.lowest().setting;
         Setting {
             periods: lowest.periods,
-            slip_threshold_m: (self.slip_threshold_m).unwrap_or_else(|| state.slip_threshold_m()),
+            slip_threshold_m: (self.slip_threshold_m)
+                .unwrap_or_else(|| state.slip_threshold_m(lowest.eps)),
             free_slips_m,
             ..Setting::about(state, model, (lowest.fourier, lowest.eps))
         }

@@ -159,13 +159,19 @@ fn a_pair_slips_beyond_a_share_of_the_largest_static_slip_where_nothing_is_said(
     let mut settings = SweepSettings::new(vec![], resolution);
     let mut state = static_state(&problem, 1, settings.newton);
     state.x = vec![7.0, 3e-3, 4e-3];
-    let threshold_m = |settings: &_| {
+    let threshold_m = |settings: &_, state: &_| {
         let damping = made_up::DAMPING;
-        sweep(&problem, damping, &state, settings, &[], &|_| ()).slip_threshold_m
+        sweep(&problem, damping, state, settings, &[], &|_| ()).slip_threshold_m
     };
-    assert!((threshold_m(&settings) / 5e-8 - 1.0).abs() < 1e-12);
+    assert!((threshold_m(&settings, &state) / 5e-8 - 1.0).abs() < 1e-12);
+    // At rest nothing has slipped: a pair at its cone does not slip by rounding alone.
+    state.x = vec![0.0; 3];
+    state.lambda = vec![-3.0, 0.0, 0.0];
+    let system = ContactSystem::new(&problem, made_up::DAMPING);
+    let compression_m = 3.0 / settings.eps.of(&system, 0.0, 1)[0];
+    assert!((threshold_m(&settings, &state) / (1e-9 * compression_m) - 1.0).abs() < 1e-12);
     settings.slip_threshold_m = Some(0.25);
-    assert_eq!(threshold_m(&settings), 0.25);
+    assert_eq!(threshold_m(&settings, &state), 0.25);
 }
 
 #[test]
