@@ -21,12 +21,6 @@ use faer::Mat;
 /// # Errors
 /// [`FemError::ContactNodeNotFree`]; modes on which the air acts that are not found.
 pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
-    let pairs = model.pairs.iter();
-    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
-    let tied = model.cyclic.iter().flat_map(|cyclic| &cyclic.ties);
-    let bonded = model.bonded.iter().chain(tied).map(|slave| (slave, None));
-    let joints = pairs.chain(bonded);
-    let joints = joints.map(|(slave, turned)| joint(model, slave, turned));
     let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
     let steady_parts = steady_parts(model, &bodies);
     let excitation = |excitation: &Excitation| {
@@ -58,7 +52,7 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
     let influence = model.cyclic.as_ref().and_then(|c| c.influence.as_ref());
     let influenced = influence.map(|influence| influenced(model, influence, &bodies));
     Ok(Structure {
-        joints: joints.collect::<Result<_, _>>()?,
+        joints: joints(model)?,
         steady_parts,
         excitations: model.excitations.iter().map(excitation).collect(),
         observations: model.observations.iter().map(observation).collect(),
@@ -66,6 +60,20 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
         influenced: influenced.transpose()?.unwrap_or_default(),
         bodies,
     })
+}
+
+/// Joints of a model.
+///
+/// # Errors
+/// [`FemError::ContactNodeNotFree`].
+pub(super) fn joints(model: &Model) -> Result<Vec<Joint>, FemError> {
+    let pairs = model.pairs.iter();
+    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
+    let tied = model.cyclic.iter().flat_map(|cyclic| &cyclic.ties);
+    let bonded = model.bonded.iter().chain(tied).map(|slave| (slave, None));
+    let all = pairs.chain(bonded);
+    all.map(|(slave, turned)| joint(model, slave, turned))
+        .collect()
 }
 
 /// Loads on the bodies whose work on a motion is the amplitude of a mode on which the air acts: `M phi`

@@ -33,12 +33,15 @@ mod error;
 mod joined;
 
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
+};
 
 use crate::model::{Body, BodyPrestress, Matrices, Model, Rotation};
-use crate::structure::{BodyMatrices, Structure};
+use crate::structure::{BodyMatrices, Joint, Structure};
 use assembly::{
-    NodePattern, add_springs, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars,
+    LowerBlocks, NodePattern, add_springs, renew, sum_elements, symmetric_matrix,
+    symmetric_matrix_of_scalars,
 };
 use elements::Elements;
 use springs::spring_elements;
@@ -63,25 +66,39 @@ pub type OnNodes = Vec<[f64; 3]>;
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
 pub fn assemble(model: &Model) -> Result<Structure, FemError> {
-    Ok(assemble_with(model, &statics::solve_by_cholesky)?.0)
+    Ok(assemble_with(model, &statics::solve_by_cholesky, |_, _| ())?.0)
 }
 
 /// Like [`assemble`], with a linear solver of the caller's, and with the displacements that the
 /// prestress comes from. `solve` computes the static displacement with the flanks held, and is never
-/// called where the prestress is another one.
+/// called where the prestress is another one. `meanwhile` is called with the bodies without stress
+/// and their joints while it solves; stress changes no pattern of entries.
 ///
 /// # Errors
 /// The errors of [`assemble`].
-pub fn assemble_with(
+pub fn assemble_with<T: Send>(
     model: &Model,
     solve: &SolveSpd,
-) -> Result<(Structure, Prestressed), FemError> {
+    meanwhile: impl FnOnce(&[BodyMatrices], &[Joint]) -> T + Send,
+) -> Result<(Structure, Prestressed, T), FemError> {
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter();
-    let bodies = bodies.map(|body| with_held_flanks(body, rotation, solve));
+    let bodies = bodies.map(|body| Assembled::new(body, rotation.filter(|_| body.rotates)));
     let bodies: Vec<_> = bodies.collect::<Result<_, _>>()?;
-    let (matrices, prestressed) = bodies.into_iter().unzip();
-    Ok((join(model, matrices)?, prestressed))
+    let joints = joined::joints(model)?;
+    let (matrices, parts): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
+    let (prestressed, found) = rayon::join(
+        || -> Result<Prestressed, FemError> {
+            let bodies = parts.par_iter().zip(&matrices);
+            let held = bodies.map(|(parts, matrices)| parts.held_displacement(matrices, solve));
+            held.collect()
+        },
+        || meanwhile(&matrices, &joints),
+    );
+    let prestressed = prestressed?;
+    let bodies = parts.into_par_iter().zip(matrices).zip(&prestressed);
+    let bodies = bodies.map(|((parts, matrices), u)| parts.stressed(matrices, u.as_ref()));
+    Ok((join(model, bodies.collect())?, prestressed, found))
 }
 
 /// Like [`assemble`], with the prestress taken from these displacements, whether a body rotates or
@@ -97,7 +114,7 @@ pub fn assemble_stressed(
     let bodies = model.bodies.par_iter().zip(prestressed);
     let bodies = bodies.map(|(body, u)| {
         let rotation = rotation.filter(|_| body.rotates);
-        Ok(body_matrices(body, rotation, |_, _| Ok(u.clone()))?.0)
+        body_matrices(body, rotation, u.as_ref())
     });
     join(model, bodies.collect::<Result<_, _>>()?)
 }
@@ -146,72 +163,134 @@ fn with_held_flanks(
     rotation: Option<&Rotation>,
     solve: &SolveSpd,
 ) -> Result<(BodyMatrices, Option<OnNodes>), FemError> {
-    let rotation = rotation.filter(|_| body.rotates);
-    body_matrices(body, rotation, |stiffness, load_n| {
-        match rotation.map(|r| r.prestress) {
-            None | Some(BodyPrestress::None) => Ok(None),
-            Some(BodyPrestress::HeldFlanks) => {
-                statics::held_displacement(body, stiffness, load_n, solve).map(Some)
-            }
-        }
-    })
+    let (matrices, parts) = Assembled::new(body, rotation.filter(|_| body.rotates))?;
+    let prestressed = parts.held_displacement(&matrices, solve)?;
+    Ok((parts.stressed(matrices, prestressed.as_ref()), prestressed))
 }
 
-/// Matrices of a body with the prestress of the displacement that `stressed` finds from its
-/// stiffness and its load, and this displacement. Matrices of another program stay as they are: what
-/// stresses them is not known.
+/// Matrices of a body with the prestress of a displacement.
 fn body_matrices(
     body: &Body,
     rotation: Option<&Rotation>,
-    stressed: impl FnOnce(&CscMatrix<f64>, &[f64]) -> Result<Option<OnNodes>, FemError>,
-) -> Result<(BodyMatrices, Option<OnNodes>), FemError> {
-    let springs = spring_elements(body);
-    let material = match &body.matrices {
-        Matrices::Elements(material) => *material,
-        Matrices::Given(placed) => {
-            let (mut stiffness, mass) = given::matrices(body, placed, &springs)?;
-            loads::uncouple(&mut stiffness, &body.held_dofs);
-            let load_n = steady_load(body, given::steady_load(body, placed));
-            return Ok((finished(body, stiffness, mass, load_n, Vec::new()), None));
+    prestressed: Option<&OnNodes>,
+) -> Result<BodyMatrices, FemError> {
+    let (matrices, parts) = Assembled::new(body, rotation)?;
+    Ok(parts.stressed(matrices, prestressed))
+}
+
+/// What the stress of a body adds to, beside its matrices without stress.
+struct Assembled<'a> {
+    body: &'a Body,
+    rotation: Option<&'a Rotation>,
+    /// `None` for matrices of another program. They stay as they are: what stresses them is not
+    /// known.
+    elements: Option<Stiffened<'a>>,
+}
+
+/// Elements of a body, and the sums of their stiffness and mass.
+struct Stiffened<'a> {
+    elements: Elements<'a>,
+    pattern: NodePattern,
+    stiffness: LowerBlocks<9>,
+    mass: LowerBlocks<1>,
+}
+
+impl<'a> Assembled<'a> {
+    /// Assembles a body without stress. `rotation` is that of a body that rotates.
+    fn new(
+        body: &'a Body,
+        rotation: Option<&'a Rotation>,
+    ) -> Result<(BodyMatrices, Self), FemError> {
+        let springs = spring_elements(body);
+        let material = match &body.matrices {
+            Matrices::Elements(material) => *material,
+            Matrices::Given(placed) => {
+                let (mut stiffness, mass) = given::matrices(body, placed, &springs)?;
+                loads::uncouple(&mut stiffness, &body.held_dofs);
+                let load_n = steady_load(body, given::steady_load(body, placed));
+                let matrices = finished(body, stiffness, mass, load_n, Vec::new());
+                let parts = Self {
+                    body,
+                    rotation: None,
+                    elements: None,
+                };
+                return Ok((matrices, parts));
+            }
+        };
+        let elements = Elements::new(body, material)?;
+        let pattern = NodePattern::new(body, &springs);
+        let isolated = pattern.isolated();
+        if !isolated.is_empty() {
+            return Err(FemError::orphan_nodes(body, &isolated));
         }
-    };
-    let elements = Elements::new(body, material)?;
-    let pattern = NodePattern::new(body, &springs);
-    let isolated = pattern.isolated();
-    if !isolated.is_empty() {
-        return Err(FemError::orphan_nodes(body, &isolated));
-    }
-    let mut k = sum_elements::<9>(body, &pattern, |e, out| elements.stiffness(e, out));
-    add_springs(body, &pattern, &springs, &mut k);
-    let m = sum_elements::<1>(body, &pattern, |e, out| elements.mass(e, out));
-    let mut stiffness = symmetric_matrix(&pattern, &k);
-    loads::uncouple(&mut stiffness, &body.held_dofs);
-    let (mut load_n, mut centrifugal_n_s2) = (vec![0.0; stiffness.ncols()], Vec::new());
-    if let Some(rotation) = rotation {
-        // At rest the load is that at 1 rad/s: a load path may come by a speed.
-        let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
-        let some_omega2 = if omega2 > 0.0 { omega2 } else { 1.0 };
-        let mut centrifugal_n = spin::centrifugal_load(body, &elements, rotation, some_omega2);
-        hold(body, &mut centrifugal_n);
-        centrifugal_n_s2 = centrifugal_n.iter().map(|f| f / some_omega2).collect();
-        if omega2 > 0.0 {
-            load_n = centrifugal_n;
-        }
-    }
-    let load_n = steady_load(body, load_n);
-    let prestressed = stressed(&stiffness, &load_n)?;
-    if let Some(u0) = &prestressed {
-        let g = spin::geometric_stiffness(body, &elements, &pattern, u0);
-        if let Some(rotation) = rotation {
-            spin::add_softening(&mut k, &m, rotation);
-        }
-        spin::add_geometric(&mut k, &g);
-        renew(&mut stiffness, &pattern, &k);
+        let mut k = sum_elements::<9>(body, &pattern, |e, out| elements.stiffness(e, out));
+        add_springs(body, &pattern, &springs, &mut k);
+        let m = sum_elements::<1>(body, &pattern, |e, out| elements.mass(e, out));
+        let mut stiffness = symmetric_matrix(&pattern, &k);
         loads::uncouple(&mut stiffness, &body.held_dofs);
+        let (mut load_n, mut centrifugal_n_s2) = (vec![0.0; stiffness.ncols()], Vec::new());
+        if let Some(rotation) = rotation {
+            // At rest the load is that at 1 rad/s: a load path may come by a speed.
+            let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+            let some_omega2 = if omega2 > 0.0 { omega2 } else { 1.0 };
+            let mut centrifugal_n = spin::centrifugal_load(body, &elements, rotation, some_omega2);
+            hold(body, &mut centrifugal_n);
+            centrifugal_n_s2 = centrifugal_n.iter().map(|f| f / some_omega2).collect();
+            if omega2 > 0.0 {
+                load_n = centrifugal_n;
+            }
+        }
+        let load_n = steady_load(body, load_n);
+        let mass = symmetric_matrix_of_scalars(&pattern, &m);
+        let matrices = finished(body, stiffness, mass, load_n, centrifugal_n_s2);
+        let parts = Self {
+            body,
+            rotation,
+            elements: Some(Stiffened {
+                elements,
+                pattern,
+                stiffness: k,
+                mass: m,
+            }),
+        };
+        Ok((matrices, parts))
     }
-    let mass = symmetric_matrix_of_scalars(&pattern, &m);
-    let matrices = finished(body, stiffness, mass, load_n, centrifugal_n_s2);
-    Ok((matrices, prestressed))
+
+    /// Displacement with the flanks held; `None` where the prestress is another one.
+    fn held_displacement(
+        &self,
+        matrices: &BodyMatrices,
+        solve: &SolveSpd,
+    ) -> Result<Option<OnNodes>, FemError> {
+        match self.rotation.map(|r| r.prestress) {
+            Some(BodyPrestress::HeldFlanks) => {
+                let (stiffness, load_n) = (&matrices.stiffness, &matrices.load_n);
+                statics::held_displacement(self.body, stiffness, load_n, solve).map(Some)
+            }
+            None | Some(BodyPrestress::None) => Ok(None),
+        }
+    }
+
+    /// The matrices with the prestress of a displacement.
+    fn stressed(self, mut matrices: BodyMatrices, prestressed: Option<&OnNodes>) -> BodyMatrices {
+        let (Some(u0), Some(of_elements)) = (prestressed, self.elements) else {
+            return matrices;
+        };
+        let Stiffened {
+            elements,
+            pattern,
+            mut stiffness,
+            mass,
+        } = of_elements;
+        let g = spin::geometric_stiffness(self.body, &elements, &pattern, u0);
+        if let Some(rotation) = self.rotation {
+            spin::add_softening(&mut stiffness, &mass, rotation);
+        }
+        spin::add_geometric(&mut stiffness, &g);
+        renew(&mut matrices.stiffness, &pattern, &stiffness);
+        loads::uncouple(&mut matrices.stiffness, &self.body.held_dofs);
+        matrices
+    }
 }
 
 /// Steady loads of a body, with those that `load_n` has already.

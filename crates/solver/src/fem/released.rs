@@ -47,7 +47,7 @@ impl Released {
         let (stiffness, mass, load_n) = match &part.matrices {
             Matrices::Elements(_) => {
                 let rotation = rotation.filter(|_| body.rotates);
-                let (all, _) = body_matrices(&part, rotation, |_, _| Ok(prestressed_m.cloned()))?;
+                let all = body_matrices(&part, rotation, prestressed_m)?;
                 (all.stiffness, all.mass, all.load_n)
             }
             Matrices::Given(placed) => {

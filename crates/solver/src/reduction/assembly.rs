@@ -34,7 +34,7 @@ use super::{
     Dashpots, Highest, Load, ObservedPoint, ReducedModel, Reduction, ReductionError, StaticPart,
     StuckModes, Waves,
 };
-use crate::structure::{BodyMatrices, BodyVectors, Structure};
+use crate::structure::{BodyMatrices, BodyVectors, Joint, Structure};
 use dovetail_numerics::dense::parallel::product;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::sparse::{
@@ -57,7 +57,34 @@ pub fn reduce<'a>(
     structure: impl Into<Cow<'a, Structure>>,
     stuck_modes: StuckModes,
 ) -> Result<Reduction, ReductionError> {
-    reduce_copies(structure.into(), stuck_modes, 1)
+    reduce_copies(structure.into(), stuck_modes, 1, None)
+}
+
+/// Reduces the assembly as [`reduce`] does, in the order of its [`analyse`]d stiffness. An analysis of
+/// another number of unknowns is not used.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn reduce_analysed<'a>(
+    structure: impl Into<Cow<'a, Structure>>,
+    stuck_modes: StuckModes,
+    analysis: Option<&Symbolic>,
+) -> Result<Reduction, ReductionError> {
+    reduce_copies(structure.into(), stuck_modes, 1, analysis)
+}
+
+/// Order and symbolic analysis of the stiffness K_gg of an assembly, which depend on the pattern of
+/// entries alone: they serve whatever stresses the bodies. `None` where a body is reduced by itself,
+/// which leaves little to analyse, and where the reduction will say what is wrong.
+pub fn analyse(bodies: &[BodyMatrices], joints: &[Joint]) -> Option<Symbolic> {
+    let is_whole = |body: &BodyMatrices| body.fixed_interface_modes.is_none();
+    if !bodies.iter().all(is_whole) {
+        return None;
+    }
+    let whole: Vec<Coordinates> = bodies.iter().map(|_| Coordinates::Full).collect();
+    let transformation = transformation(bodies, joints, &whole).ok()?;
+    let stiffness: Vec<_> = bodies.iter().map(|body| &body.stiffness).collect();
+    Symbolic::analyse(&on_g(&transformation, &stiffness, Zeros::Kept)).ok()
 }
 
 /// Reduces an assembly of so many copies of a structure, each of whose modes stands as many times, as
@@ -66,8 +93,9 @@ pub(super) fn reduce_copies(
     mut structure: Cow<'_, Structure>,
     stuck_modes: StuckModes,
     copies: usize,
+    analysis: Option<&Symbolic>,
 ) -> Result<Reduction, ReductionError> {
-    let (joined, mut condensed) = Joined::new(&mut structure)?;
+    let (joined, mut condensed) = Joined::new(&mut structure, analysis)?;
     let structure = &*structure;
     let condensed_loads = joined.condensed_loads(&Loads::of(structure));
     let static_parts = joined.static_parts(structure);
@@ -112,20 +140,22 @@ pub(super) fn reduce_copies(
 /// # Errors
 /// See [`ReductionError`].
 pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, ReductionError> {
-    Ok(stuck_shapes(structure, count)?.0)
+    Ok(stuck_shapes(structure, count, None)?.0)
 }
 
 /// Lowest `count` stuck modes of the assembly alone: squared angular frequencies, rad2/s2, and the
 /// shapes of modal mass 1 on all free degrees of freedom of each body, a column for each mode.
+/// `analysis` is that of [`analyse`], if it is known.
 ///
 /// # Errors
 /// See [`ReductionError`].
 pub fn stuck_shapes(
     structure: &Structure,
     count: usize,
+    analysis: Option<&Symbolic>,
 ) -> Result<(Vec<f64>, Vec<Mat<f64>>), ReductionError> {
     let bodies = coordinates(structure, &Loads::of(structure))?;
-    let stuck = Stuck::of(structure, &bodies)?;
+    let stuck = Stuck::of(structure, &bodies, analysis)?;
     let transformation = &stuck.transformation;
     let masses = matrices_of(structure, &bodies, BodyMatrix::Mass);
     let m_gg = on_g(transformation, &masses, Zeros::LeftOut);
@@ -142,17 +172,20 @@ pub fn stuck_shapes(
 }
 
 /// Linear static displacement (m) of all free dofs of each body under the steady load, with all
-/// pairs stuck. No body is reduced by itself.
+/// pairs stuck. No body is reduced by itself. `analysis` is that of [`analyse`], if it is known.
 ///
 /// # Errors
 /// See [`ReductionError`].
-pub fn stuck_displacement(structure: &Structure) -> Result<Vec<Vec<f64>>, ReductionError> {
+pub fn stuck_displacement(
+    structure: &Structure,
+    analysis: Option<&Symbolic>,
+) -> Result<Vec<Vec<f64>>, ReductionError> {
     let full = structure.bodies.iter().map(|body| {
         check_size(body)?;
         Ok(Coordinates::Full)
     });
     let bodies = full.collect::<Result<Vec<_>, ReductionError>>()?;
-    let stuck = Stuck::of(structure, &bodies)?;
+    let stuck = Stuck::of(structure, &bodies, analysis)?;
     let loads: Vec<Vec<f64>> = structure.bodies.iter().map(|b| b.load_n.clone()).collect();
     let (mut g, on_x) = stuck.transformation.gather(&loads);
     stuck.factor.solve_vector(&mut g);
@@ -170,12 +203,17 @@ struct Stuck {
 }
 
 impl Stuck {
-    fn of(structure: &Structure, bodies: &[Coordinates]) -> Result<Self, ReductionError> {
-        let transformation = transformation(structure, bodies)?;
+    fn of(
+        structure: &Structure,
+        bodies: &[Coordinates],
+        analysis: Option<&Symbolic>,
+    ) -> Result<Self, ReductionError> {
+        let transformation = transformation(&structure.bodies, &structure.joints, bodies)?;
         let stiffness = matrices_of(structure, bodies, BodyMatrix::Stiffness);
         let k_gg = on_g(&transformation, &stiffness, Zeros::Kept);
-        let factor =
-            Cholesky::factor(&k_gg).map_err(|e| not_held(structure, bodies, &transformation, e))?;
+        let factor = known_or_analysed(analysis, k_gg.ncols(), || Symbolic::analyse(&k_gg))
+            .and_then(|symbolic| symbolic.cholesky(&k_gg))
+            .map_err(|e| not_held(structure, bodies, &transformation, e))?;
         Ok(Self {
             transformation,
             k_gg,
@@ -276,16 +314,30 @@ fn matrices_of<'a>(
     structure.bodies.iter().zip(bodies).map(of_body).collect()
 }
 
+/// The analysis of so many unknowns that is known, or else one that is made.
+fn known_or_analysed(
+    known: Option<&Symbolic>,
+    unknowns: usize,
+    analyse: impl FnOnce() -> Result<Symbolic, FactorError>,
+) -> Result<Symbolic, FactorError> {
+    let known = known.filter(|symbolic| symbolic.unknowns() == unknowns);
+    known.cloned().map_or_else(analyse, Ok)
+}
+
 fn transformation(
-    structure: &Structure,
-    bodies: &[Coordinates],
+    bodies: &[BodyMatrices],
+    joints: &[Joint],
+    coordinates: &[Coordinates],
 ) -> Result<Transformation, ReductionError> {
-    let stiffness = matrices_of(structure, bodies, BodyMatrix::Stiffness);
-    let sizes: Vec<usize> = stiffness.iter().map(|k| k.ncols()).collect();
-    Transformation::new(structure, &sizes, |at| {
-        let body = &structure.bodies[at.body];
+    let size = |(body, coordinates): (&BodyMatrices, &Coordinates)| match coordinates {
+        Coordinates::Full => body.dofs(),
+        Coordinates::Reduced(reduced) => reduced.stiffness.ncols(),
+    };
+    let sizes: Vec<usize> = bodies.iter().zip(coordinates).map(size).collect();
+    Transformation::new(bodies, joints, &sizes, |at| {
+        let body = &bodies[at.body];
         let on_interface = at.node.checked_sub(body.interior_nodes)?;
-        let first = match &bodies[at.body] {
+        let first = match &coordinates[at.body] {
             Coordinates::Full => at.node,
             Coordinates::Reduced(_) => on_interface,
         };
@@ -361,16 +413,23 @@ struct OnModes {
 impl Joined {
     /// Assembly, with its stiffness and mass condensed on X. Takes the matrices of the bodies from a
     /// structure that is owned.
-    fn new(structure: &mut Cow<'_, Structure>) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
+    fn new(
+        structure: &mut Cow<'_, Structure>,
+        analysis: Option<&Symbolic>,
+    ) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
         let bodies = coordinates(structure, &Loads::of(structure))?;
-        let transformation = transformation(structure, &bodies)?;
+        let transformation = transformation(&structure.bodies, &structure.joints, &bodies)?;
         let own = matrices_of(structure, &bodies, BodyMatrix::Stiffness);
         let stiffness = transformation.congruent(&own, Zeros::Kept);
         let inner: Vec<usize> = (0..transformation.inner()).collect();
         let outer: Vec<usize> = (transformation.inner()..transformation.unknowns()).collect();
         // The analysis keeps one thread busy.
         let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
-            || Symbolic::analyse(&submatrix(&stiffness, &inner, &inner)),
+            || {
+                known_or_analysed(analysis, inner.len(), || {
+                    Symbolic::analyse(&submatrix(&stiffness, &inner, &inner))
+                })
+            },
             || {
                 // Most of the mass is a scalar times the identity per pair of nodes: two thirds are
                 // zeros.

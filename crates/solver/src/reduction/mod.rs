@@ -39,7 +39,9 @@ use dovetail_numerics::sparse::{FactorError, stored};
 use dovetail_numerics::vector::dot;
 
 pub use all_sectors::AllSectors;
-pub use assembly::{reduce, stuck_displacement, stuck_modes, stuck_shapes};
+pub use assembly::{
+    analyse, reduce, reduce_analysed, stuck_displacement, stuck_modes, stuck_shapes,
+};
 pub use influence::{Influence, InfluenceCoefficient};
 pub use recovery::Recovery;
 pub use residual::ResidualError;

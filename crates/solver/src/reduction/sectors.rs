@@ -84,7 +84,7 @@ pub fn wave_modes(
 ) -> Result<WaveModes, ReductionError> {
     match at_nodal_diameter(structure, sectors, nodal_diameter) {
         AtDiameter::Standing(sector) => {
-            let (omega2, real) = stuck_shapes(&sector, count)?;
+            let (omega2, real) = stuck_shapes(&sector, count, None)?;
             let still = real.iter().map(|u| Mat::zeros(u.nrows(), u.ncols()));
             Ok(WaveModes {
                 imaginary: still.collect(),
@@ -93,7 +93,7 @@ pub fn wave_modes(
             })
         }
         AtDiameter::Travelling(copies) => {
-            let (omega2, shapes) = stuck_shapes(&copies, 2 * count)?;
+            let (omega2, shapes) = stuck_shapes(&copies, 2 * count, None)?;
             // Of each two modes of one frequency the first, which is the wave at some phase.
             let first = |u: &Mat<f64>| {
                 let modes = u.ncols().div_ceil(2).min(count);
@@ -163,7 +163,7 @@ pub fn reduce_wave(
         influenced: on_both(&structure.influenced, |vectors| vectors),
         ..copies(structure, sectors, nodal_diameter)
     };
-    reduce_copies(Cow::Owned(copies), stuck_modes, 2)
+    reduce_copies(Cow::Owned(copies), stuck_modes, 2, None)
 }
 
 /// Structure of two copies of a sector for a nodal diameter, without loads.

@@ -28,7 +28,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
-use crate::structure::{InterfaceNode, Structure};
+use crate::structure::{BodyMatrices, InterfaceNode, Joint};
 use dovetail_numerics::sparse::{stored, times};
 
 /// Number of columns that one task assembles.
@@ -67,7 +67,7 @@ struct Row {
 }
 
 impl Transformation {
-    /// Transformation of a structure. `sizes` are the numbers of coordinates of the bodies, and
+    /// Transformation of bodies with their joints. `sizes` are the numbers of coordinates of the bodies, and
     /// `first_coordinate` gives the first of the three that are the displacement of a node of an
     /// interface.
     ///
@@ -76,7 +76,8 @@ impl Transformation {
     /// [`ReductionError::Circle`] where slaves are each other's masters,
     /// [`ReductionError::NotOfInterface`].
     pub(super) fn new(
-        structure: &Structure,
+        bodies: &[BodyMatrices],
+        joints: &[Joint],
         sizes: &[usize],
         first_coordinate: impl Fn(InterfaceNode) -> Option<usize>,
     ) -> Result<Self, ReductionError> {
@@ -85,7 +86,7 @@ impl Transformation {
             starts.push(starts[starts.len() - 1] + size);
         }
         let named = |at: InterfaceNode| {
-            let body = &structure.bodies[at.body];
+            let body = &bodies[at.body];
             (body.name.clone(), body.node_tag(at.node))
         };
         let at = |node: InterfaceNode| {
@@ -95,10 +96,10 @@ impl Transformation {
             })?;
             Ok(starts[node.body] + own)
         };
-        let held = |at: InterfaceNode| structure.bodies[at.body].held_axes(at.node);
+        let held = |at: InterfaceNode| bodies[at.body].held_axes(at.node);
         let mut slaves: BTreeMap<usize, Row> = BTreeMap::new();
         let mut pairs = 0;
-        for joint in &structure.joints {
+        for joint in joints {
             let still = held(joint.slave);
             let mut masters = Vec::with_capacity(joint.masters.len());
             let turn = joint.across.map_or(IDENTITY, |sector| sector.turn);

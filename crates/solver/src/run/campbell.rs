@@ -10,10 +10,10 @@ use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::sectors::{
     largest_nodal_diameter, modes_of_nodal_diameter, nodal_diameter_of,
 };
-use crate::reduction::{LISTED_MODES, ReductionError, stuck_modes};
+use crate::reduction::{LISTED_MODES, ReductionError, stuck_shapes};
 use crate::results::modes::{ModeKind, hertz};
 use crate::structure::{BodyMatrices, Structure};
-use dovetail_numerics::sparse::sum;
+use dovetail_numerics::sparse::{Symbolic, sum};
 
 /// Modes over the speed.
 #[derive(Debug)]
@@ -204,6 +204,8 @@ fn waves(model: &Model) -> Vec<Option<Wave>> {
 struct Spun {
     at_rest: Structure,
     fastest: Structure,
+    /// Analysis of the stuck assembly, which is the same at all speeds.
+    analysis: Option<Symbolic>,
 }
 
 impl Spun {
@@ -212,9 +214,13 @@ impl Spun {
             rotation: None,
             ..model.clone()
         };
-        let (at_rest, _) = assemble(&at_rest, session)?;
-        let (fastest, _) = assemble(model, session)?;
-        Ok(Self { at_rest, fastest })
+        let (at_rest, _, analysis) = assemble(&at_rest, session)?;
+        let (fastest, ..) = assemble(model, session)?;
+        Ok(Self {
+            at_rest,
+            fastest,
+            analysis,
+        })
     }
 
     /// Matrices of a body at `share` of the square of the highest speed.
@@ -246,7 +252,10 @@ impl Spun {
             .transpose()?;
         let held = held.map(|modes| Ok(modes.omega2));
         let stuck = waves.iter().map(|wave| match wave {
-            None => stuck_modes(&structure, LISTED_MODES),
+            None => {
+                let analysis = self.analysis.as_ref();
+                Ok(stuck_shapes(&structure, LISTED_MODES, analysis)?.0)
+            }
             Some(wave) => {
                 let (sectors, diameter) = (wave.sectors, wave.nodal_diameter);
                 modes_of_nodal_diameter(&structure, sectors, diameter, LISTED_MODES)

@@ -21,6 +21,7 @@ use crate::reduction::{
 };
 use crate::results::modes::hertz;
 use crate::structure::Structure;
+use dovetail_numerics::sparse::Symbolic;
 
 /// Largest number of passes.
 const MOST_PASSES: usize = 20;
@@ -53,12 +54,15 @@ pub(super) fn settle(
     scene: &Scene,
     session: &Session<'_>,
 ) -> Result<Settled, Error> {
-    let (structure, mut prestressed) = assemble(model, session)?;
+    let (structure, mut prestressed, analysis) = assemble(model, session)?;
+    let analysis = analysis.as_ref();
     let reduced = |structure: Structure| -> Result<(Reduction, Option<Structure>), Error> {
         if model.cyclic.is_some() {
-            return Ok((reduction::reduce(&structure, wanted)?, Some(structure)));
+            let reduction = reduction::reduce_analysed(&structure, wanted, analysis)?;
+            return Ok((reduction, Some(structure)));
         }
-        Ok((reduction::reduce(structure, wanted)?, None))
+        let reduction = reduction::reduce_analysed(structure, wanted, analysis)?;
+        Ok((reduction, None))
     };
     let (reduction, mut structure, held_flanks_error) = {
         let _stage = reduction_stage(model, session);
@@ -196,28 +200,30 @@ fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
         .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
 }
 
-/// Matrices of the bodies, and the displacements that their prestress comes from. Where it is that
-/// of the static state with contact, it is taken with all pairs stuck.
+/// Matrices of the bodies, the displacements that their prestress comes from, and the analysis of the
+/// assembly, which one thread makes while the others find the displacements. Where the prestress is
+/// that of the static state with contact, it is taken with all pairs stuck.
 pub(super) fn assemble(
     model: &Model,
     session: &Session<'_>,
-) -> Result<(Structure, Prestressed), Error> {
+) -> Result<(Structure, Prestressed, Option<Symbolic>), Error> {
     let stage = session.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         stage.solves(k.ncols());
         solve_by_cholesky(k, f)
     };
-    let (structure, prestressed) = fem::assemble_with(model, &solve)?;
+    let (structure, prestressed, analysis) = fem::assemble_with(model, &solve, reduction::analyse)?;
     if !is_of_contact(model) {
-        return Ok((structure, prestressed));
+        return Ok((structure, prestressed, analysis));
     }
     stage.solves(unknowns(model));
-    let free = stuck_displacement(&structure)?;
+    let free = stuck_displacement(&structure, analysis.as_ref())?;
     let bodies = model.bodies.iter().zip(&free);
     let prestressed: Prestressed = bodies
         .map(|(body, free)| prestressing(body, free).map(Some))
         .collect::<Result<_, FemError>>()?;
-    Ok((assemble_stressed(model, &prestressed)?, prestressed))
+    let structure = assemble_stressed(model, &prestressed)?;
+    Ok((structure, prestressed, analysis))
 }
 
 /// Largest relative change of the first stuck frequencies where the prestress of the held flanks is

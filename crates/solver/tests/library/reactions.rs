@@ -49,7 +49,8 @@ struct Case {
 impl Case {
     fn of(assembly: &Assembly, mesh: &Mesh, modes: usize) -> Self {
         let model = bind(assembly, mesh, None).unwrap();
-        let (structure, prestressed) = assemble_with(&model, &solve_by_cholesky).unwrap();
+        let (structure, prestressed, ()) =
+            assemble_with(&model, &solve_by_cholesky, |_, _| ()).unwrap();
         let wanted = StuckModes::new(Some(modes), Highest::OfFirstStuckMode(1.0));
         let reduction = reduce(&structure, wanted).unwrap();
         Self {

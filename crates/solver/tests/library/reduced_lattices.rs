@@ -6,7 +6,8 @@ use dovetail_solver::fem::{FemError, join};
 use dovetail_solver::model::{Body, BodyNode, Model, NodeMotion, Slave};
 use dovetail_solver::reduction::craig_bampton::{condense, fixed_interface_modes};
 use dovetail_solver::reduction::{
-    Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, reduce, stuck_modes,
+    Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, analyse, reduce,
+    reduce_analysed, stuck_modes,
 };
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
 use dovetail_testkit::threads::on_threads;
@@ -643,6 +644,29 @@ fn a_structure_that_is_given_away_gives_the_same_bits() {
         let [kept, given] = [kept, given].map(|all| all.recovery.full_static(&still));
         assert_eq!(kept, given);
     }
+}
+
+/// The analysis of an assembly serves to the last bit, whatever the stiffness is by then. That of one
+/// with other unknowns is not used.
+#[test]
+fn an_analysis_that_is_known_serves_another_stiffness() {
+    let (_, mut structure) = assembly([None, None]);
+    let analysis = analyse(&structure.bodies, &structure.joints);
+    let of_others = analyse(&structure.bodies, &[]);
+    assert!(analysis.is_some() && of_others.is_some());
+    for body in &mut structure.bodies {
+        let entries = body.stiffness.values_mut().iter_mut();
+        entries.for_each(|k| *k *= 1.25);
+    }
+    let expected = reduce(&structure, wanted(6)).unwrap().model;
+    for analysis in [analysis, of_others] {
+        let found = reduce_analysed(&structure, wanted(6), analysis.as_ref()).unwrap();
+        assert_eq!(found.model.stiffness, expected.stiffness);
+        assert_eq!(found.model.mass, expected.mass);
+        assert_eq!(found.model.omega2, expected.omega2);
+    }
+    let (_, by_modes) = assembly([None, Some(7)]);
+    assert!(analyse(&by_modes.bodies, &by_modes.joints).is_none());
 }
 
 #[test]
