@@ -67,9 +67,9 @@ struct Row {
 }
 
 impl Transformation {
-    /// Transformation of bodies with their joints. `sizes` are the numbers of coordinates of the bodies, and
-    /// `first_coordinate` gives the first of the three that are the displacement of a node of an
-    /// interface.
+    /// Transformation of bodies with their joints. `sizes` are the numbers of coordinates of the
+    /// bodies, and `first_coordinate` gives the first of the three that are the displacement of a node
+    /// of an interface.
     ///
     /// # Errors
     /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
