@@ -98,8 +98,11 @@ mod tests {
 
     #[test]
     fn it_is_the_condensation_by_constraint_modes() {
-        // The last one has fronts of several blocks.
-        for (shape, boundary) in [([6, 4, 3], 30), ([9, 5, 4], 99), ([9, 14, 14], 1176)] {
+        // The last two have fronts of several blocks, and the very last one a root that hands on more
+        // columns than are filled at once.
+        let small = [([6, 4, 3], 30), ([9, 5, 4], 99)];
+        let large = [([9, 14, 14], 1176), ([3, 19, 19], 1083)];
+        for (shape, boundary) in small.into_iter().chain(large) {
             let (k, m) = matrices(shape);
             // A mass that couples the axes too, on the pattern of K.
             let m = sum(&m, 1e-9, &k);
