@@ -154,18 +154,9 @@ pub fn assemble_body(
     rotation: Option<&Rotation>,
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
-    Ok(with_held_flanks(body, rotation, solve)?.0)
-}
-
-/// Matrices of [`assemble_body`], and the displacement that their prestress comes from.
-fn with_held_flanks(
-    body: &Body,
-    rotation: Option<&Rotation>,
-    solve: &SolveSpd,
-) -> Result<(BodyMatrices, Option<OnNodes>), FemError> {
     let (matrices, parts) = Assembled::new(body, rotation.filter(|_| body.rotates))?;
     let prestressed = parts.held_displacement(&matrices, solve)?;
-    Ok((parts.stressed(matrices, prestressed.as_ref()), prestressed))
+    Ok(parts.stressed(matrices, prestressed.as_ref()))
 }
 
 /// Matrices of a body with the prestress of a displacement.
@@ -184,11 +175,11 @@ struct Assembled<'a> {
     rotation: Option<&'a Rotation>,
     /// `None` for matrices of another program. They stay as they are: what stresses them is not
     /// known.
-    elements: Option<Stiffened<'a>>,
+    elements: Option<ElementSums<'a>>,
 }
 
 /// Elements of a body, and the sums of their stiffness and mass.
-struct Stiffened<'a> {
+struct ElementSums<'a> {
     elements: Elements<'a>,
     pattern: NodePattern,
     stiffness: LowerBlocks<9>,
@@ -246,7 +237,7 @@ impl<'a> Assembled<'a> {
         let parts = Self {
             body,
             rotation,
-            elements: Some(Stiffened {
+            elements: Some(ElementSums {
                 elements,
                 pattern,
                 stiffness: k,
@@ -276,7 +267,7 @@ impl<'a> Assembled<'a> {
         let (Some(u0), Some(of_elements)) = (prestressed, self.elements) else {
             return matrices;
         };
-        let Stiffened {
+        let ElementSums {
             elements,
             pattern,
             mut stiffness,

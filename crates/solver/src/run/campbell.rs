@@ -204,7 +204,7 @@ fn waves(model: &Model) -> Vec<Option<Wave>> {
 struct Spun {
     at_rest: Structure,
     fastest: Structure,
-    /// Analysis of the stuck assembly, which is the same at all speeds.
+    /// Analysis of the stuck assembly, which is the same at all speeds; `None` without a prestress.
     analysis: Option<Symbolic>,
 }
 
@@ -214,8 +214,8 @@ impl Spun {
             rotation: None,
             ..model.clone()
         };
-        let (at_rest, _, analysis) = assemble(&at_rest, session)?;
-        let (fastest, ..) = assemble(model, session)?;
+        let (at_rest, ..) = assemble(&at_rest, session)?;
+        let (fastest, _, analysis) = assemble(model, session)?;
         Ok(Self {
             at_rest,
             fastest,

@@ -20,7 +20,7 @@ use crate::reduction::{
     self, Recovery, Reduction, StuckModes, Truncation, frequency_change, stuck_displacement,
 };
 use crate::results::modes::hertz;
-use crate::structure::Structure;
+use crate::structure::{BodyMatrices, Joint, Structure};
 use dovetail_numerics::sparse::Symbolic;
 
 /// Largest number of passes.
@@ -41,6 +41,13 @@ pub(super) struct Settled {
 pub(super) fn is_of_contact(model: &Model) -> bool {
     let rotation = model.rotation.as_ref();
     rotation.is_some_and(|r| r.prestress_of_contact)
+}
+
+/// Returns `true` if a model asks for a prestress.
+fn is_stressed(model: &Model) -> bool {
+    let rotation = model.rotation.as_ref();
+    let of_bodies = rotation.is_some_and(|r| r.prestress != BodyPrestress::None);
+    of_bodies || is_of_contact(model)
 }
 
 /// Reduces a model with the prestress that it asks for.
@@ -201,8 +208,8 @@ fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
 }
 
 /// Matrices of the bodies, the displacements that their prestress comes from, and the analysis of the
-/// assembly, which one thread makes while the others find the displacements. Where the prestress is
-/// that of the static state with contact, it is taken with all pairs stuck.
+/// assembly, which one thread makes while the others find the displacements; `None` without a
+/// prestress. Where this is that of the static state with contact, it is taken with all pairs stuck.
 pub(super) fn assemble(
     model: &Model,
     session: &Session<'_>,
@@ -212,7 +219,11 @@ pub(super) fn assemble(
         stage.solves(k.ncols());
         solve_by_cholesky(k, f)
     };
-    let (structure, prestressed, analysis) = fem::assemble_with(model, &solve, reduction::analyse)?;
+    // Without a prestress there is nothing to wait for, and one reduction alone to serve.
+    let analyse = |bodies: &[BodyMatrices], joints: &[Joint]| {
+        is_stressed(model).then(|| reduction::analyse(bodies, joints))?
+    };
+    let (structure, prestressed, analysis) = fem::assemble_with(model, &solve, analyse)?;
     if !is_of_contact(model) {
         return Ok((structure, prestressed, analysis));
     }
