@@ -77,6 +77,10 @@ pub trait NonlinearSystem {
     fn correction(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> Option<f64>;
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
+    /// Smallest damping factor that is tried.
+    fn smallest_step(&self) -> f64 {
+        SMALLEST_STEP
+    }
     /// Returns `true` if an accepted x is so far off that no solution is wanted there. The
     /// iteration then ends as stagnated.
     fn has_diverged(&self, _x: &[f64]) -> bool {
@@ -137,7 +141,7 @@ pub struct NewtonEnd {
 
 /// Most halvings of a step.
 const MOST_HALVINGS: i32 = 10;
-/// Smallest damping factor tried.
+/// Smallest damping factor tried, unless a system has its own.
 const SMALLEST_STEP: f64 = 1.0 / (1 << MOST_HALVINGS) as f64;
 
 /// Full correction at `x`, which is not applied: zero where the measure is within `tolerance`,
@@ -174,6 +178,7 @@ pub fn newton<S: NonlinearSystem>(
     let mut step: f64 = 1.0;
     let mut iterations = 0;
     let tolerances = system.linear_tolerances();
+    let smallest_step = system.smallest_step();
     let mut serves_again = false;
     let status = loop {
         if !measure.is_finite() {
@@ -207,7 +212,7 @@ pub fn newton<S: NonlinearSystem>(
             }
             system.residual(&trial, &mut f_trial);
             let new = system.measure(&f_trial);
-            let is_shortest = step <= SMALLEST_STEP;
+            let is_shortest = step <= smallest_step;
             let accepted = match S::DAMPING {
                 Damping::Natural => {
                     new <= (1.0 - 0.5 * step) * measure
@@ -345,6 +350,47 @@ mod tests {
             // The shortest step the wrong way is accepted nevertheless.
             let way = [1.0, 1.0 + SMALLEST_STEP, 0.0];
             assert_eq!(end.residuals[..], way[..=max_iterations]);
+        }
+    }
+
+    /// The system f = x, whose corrections all point the wrong way.
+    struct Uphill {
+        smallest_step: f64,
+        evaluations: usize,
+    }
+
+    impl NonlinearSystem for Uphill {
+        fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+            self.evaluations += 1;
+            f[0] = x[0];
+        }
+        fn measure(&self, f: &[f64]) -> f64 {
+            f[0].abs()
+        }
+        fn linearise(&mut self, _: &[f64]) {}
+        fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
+            dx[0] = f[0];
+            Some(0.0)
+        }
+        fn length(&self, dx: &[f64]) -> f64 {
+            dx[0].abs()
+        }
+        fn smallest_step(&self) -> f64 {
+            self.smallest_step
+        }
+    }
+
+    #[test]
+    fn no_step_is_tried_that_is_shorter_than_the_smallest() {
+        for (smallest_step, trials) in [(1.0, 1), (0.25, 3), (1.0 / 64.0, 7)] {
+            let evaluations = 0;
+            let mut system = Uphill {
+                smallest_step,
+                evaluations,
+            };
+            let end = newton(&mut system, &mut [1.0], NewtonOptions::new(1e-10, 5));
+            assert_eq!((end.status, end.measure), (NewtonStatus::Stagnated, 1.0));
+            assert_eq!(system.evaluations, 1 + trials);
         }
     }
 

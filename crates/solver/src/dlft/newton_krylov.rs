@@ -19,6 +19,9 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// period, where a full Newton step goes far astray.
 pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
+/// Smallest damping factor of Newton's method at one frequency. Each one that is tried costs a linear
+/// solve, and where only a shorter step helps, another start or strategy takes less.
+const SMALLEST_STEP: f64 = 1.0 / 64.0;
 /// Stuck modes below this multiple of the highest harmonic's frequency enter the linear solves.
 const MODES_BELOW: f64 = 6.0;
 
@@ -140,6 +143,10 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
 
     fn length(&self, dx: &[f64]) -> f64 {
         step_length(self.evaluator.balance, dx)
+    }
+
+    fn smallest_step(&self) -> f64 {
+        SMALLEST_STEP
     }
 }
 
