@@ -126,7 +126,8 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
             (last, iterations.parse::<usize>().unwrap())
         });
         let attempts: Vec<(f64, usize)> = attempts.collect();
-        assert!(attempts.last().unwrap().0 < 1e-2, "{line}");
+        // The motion itself; attempts to release its mean may follow.
+        assert!(attempts.iter().any(|(last, _)| *last <= 1e-8), "{line}");
         let (_, iterations) = news.rsplit_once(", ").unwrap();
         let iterations: usize = iterations.split(' ').next().unwrap().parse().unwrap();
         let all: usize = attempts.iter().map(|(_, iterations)| iterations).sum();

@@ -45,7 +45,7 @@ const ESTIMATE_TOLERANCE: f64 = 0.05;
 /// computed goes no further.
 const GOOD_START: f64 = 1e-2;
 /// Fractions of the retention's stiffness on the way from a retained motion to the free one.
-const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+const RELEASE: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 /// Relative residual of the motions at those fractions, which are starts alone.
 const RELEASE_TOLERANCE: f64 = 1e-5;
 /// Newton iterations allowed at each fraction; a step that needs more leads nowhere.
@@ -870,15 +870,18 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// Free motion beside a retained one; `None` where friction does not hold the bodies there. The
-    /// spring is removed at once. If that fails, and the pairs that stick hold the bodies, it is
-    /// softened in steps as long as they do.
+    /// Free motion beside a retained one; `None` where the pairs that stick do not hold the bodies in
+    /// either: what the spring carries is one more load for them without it. The spring is removed at
+    /// once. If that fails, it is softened in steps as long as the pairs hold the bodies.
     fn with_mean_released(
         &self,
         frequency_hz: f64,
         retained: &Solution<'_>,
         work: &mut Work,
     ) -> Option<Solution<'_>> {
+        if !self.is_blocked_by_friction(retained) {
+            return None;
+        }
         let mut u = retained.u.clone();
         let first_step = NewtonOptions {
             max_iterations: 1,
@@ -894,9 +897,6 @@ impl<'a> FrequencySolver<'a> {
                 return self.is_blocked_by_friction(&free).then_some(free);
             }
             u = free.u;
-        }
-        if !self.is_blocked_by_friction(retained) {
-            return None;
         }
         let mut u = retained.u.clone();
         let max_iterations = RELEASE_ITERATIONS.min(self.newton.max_iterations);
