@@ -476,8 +476,12 @@ fn settled<'b>(
         }
     }
     let retained = solve(&start.0, &start.1, Mean::Retained, work)?;
-    // A free motion beside it that friction holds is the answer.
+    // A free motion beside it that friction holds is the answer. There is none where friction does
+    // not even hold the bodies beside the spring.
     let (solution, further) = &retained;
+    if !solver.is_blocked_by_friction(solution) {
+        return Some(retained);
+    }
     let free = solve(&solution.u, further, Mean::Free, work).filter(is_held);
     Some(free.unwrap_or(retained))
 }
