@@ -870,9 +870,10 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// Free motion beside a retained one; `None` where the pairs that stick do not hold the bodies in
-    /// either: what the spring carries is one more load for them without it. The spring is removed at
-    /// once. If that fails, it is softened in steps as long as the pairs hold the bodies.
+    /// Free motion beside a retained one in which the pairs that stick hold the bodies; `None` where
+    /// none is found. It is not looked for where they do not even hold them beside the spring: they
+    /// would have to carry its force as well. The spring is removed at once. If that fails, it is
+    /// softened in steps as long as the pairs hold the bodies.
     fn with_mean_released(
         &self,
         frequency_hz: f64,
