@@ -32,13 +32,15 @@ pub fn unilateral_coulomb<D: Real>(
         return (Contact::Open, [zero; 3]);
     }
     let limit = normal * -friction;
-    let tangential = length(t1, t2);
-    if tangential.re() < limit.re() - touch_n {
+    let square = t1 * t1 + t2 * t2;
+    let room_n = limit.re() - touch_n;
+    // Squares, as what follows waits for the comparison.
+    if room_n > 0.0 && square.re() < room_n * room_n {
         (Contact::Stick, trial)
-    } else if tangential.re() == 0.0 {
+    } else if square.re() == 0.0 {
         (Contact::Slip, [normal, zero, zero])
     } else {
-        let scale = limit / tangential;
+        let scale = limit / square.sqrt();
         (Contact::Slip, [normal, t1 * scale, t2 * scale])
     }
 }

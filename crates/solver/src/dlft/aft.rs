@@ -7,7 +7,9 @@
 
 use super::between_samples::{self, ByInputs, Passed, PassedDerivative, Visit};
 use super::derivative_rows::{DerivativeSignals, fixed_point, own_state, state_columns};
-use super::pair_signals::{PERIODICITY, PairInput, Passage, Periods, Signals, add_own};
+use super::pair_signals::{
+    PERIODICITY, PairInput, Passage, Periods, Signals, add_own, compression_n,
+};
 use super::rounded;
 use crate::contact::coulomb::{Contact, SlipTangent};
 use crate::contact::{PredictedLaw, State};
@@ -114,13 +116,8 @@ fn evaluate_pair(
         return end;
     }
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let mut state = input.start;
-    if !input.law.rubs() {
-        // No force depends on the past: the state is that of the last sample, and one period is
-        // periodic.
-        let last = signals.prediction(samples - 1, input.law.shift_n);
-        state = input.law.evaluate(last, state).state;
-    }
+    let mut state = first_state(&input, signals);
+    let mut start = state;
     let mut slipping = state;
     let mut slips = false;
     for period in 1..=MOST_PERIODS {
@@ -130,7 +127,9 @@ fn evaluate_pair(
             Periods::UntilPeriodic if period > 1 => Some(SAME * scale),
             _ => None,
         };
-        let memory = one_period(samples, &input, signals, &mut state, near_n);
+        start = before;
+        let remembers = period >= PLAIN_PERIODS;
+        let memory = one_period(samples, &input, signals, &mut state, near_n, remembers);
         slips = signals.passages.iter().any(|passage| passage.slips);
         end.always_stuck &= !slips;
         if slips {
@@ -159,10 +158,11 @@ fn evaluate_pair(
             state.slid_n = [0, 1].map(|c| before.slid_n[c] + step[c]);
         }
     }
-    let (contacts, passages) = (signals.contact.iter(), signals.passages.iter());
+    let contacts = signals.contact.iter();
     end.open_samples = contacts.filter(|c| **c == Contact::Open).count();
-    end.slid_n = passages.clone().map(|passage| passage.slid_n).sum();
-    end.rubbed_n2 = passages.map(|passage| passage.rubbed_n2).sum();
+    if slips {
+        [end.slid_n, end.rubbed_n2] = signals.path(start.slid_n, input.law.shift_n);
+    }
     // A pair that shakes down touches its cone without sliding: it keeps where it came from. Of one
     // that slides, the last period that slips is the last one.
     let slides = end.open_samples > 0 || end.slid_n > TOUCH * scale;
@@ -205,8 +205,20 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
     }
 }
 
+/// State in which the time evaluation of a pair begins.
+#[inline(always)]
+fn first_state(input: &PairInput<'_>, signals: &Signals) -> State {
+    if input.law.rubs() {
+        return input.start;
+    }
+    // No force depends on the past: the state is that of the last sample, and one period is periodic.
+    let last = signals.prediction(signals.samples() - 1, input.law.shift_n);
+    input.law.evaluate(last, input.start).state
+}
+
 /// Evaluates one period from `state`, up to where the pair is within `near_n` of where it was in the
-/// period before, if that is given. Returns the memory of the period, if all of it is evaluated.
+/// period before, if that is given. Returns the memory of the period, if it is asked for and all of
+/// the period is evaluated.
 #[inline(always)]
 fn one_period(
     samples: usize,
@@ -214,11 +226,10 @@ fn one_period(
     signals: &mut Signals,
     state: &mut State,
     near_n: Option<f64>,
+    remembers: bool,
 ) -> Option<Memory> {
-    let mut memory = Memory::Whole;
+    let mut memory = remembers.then_some(Memory::Whole);
     let between = input.periods == Periods::UntilPeriodic;
-    let compression = |prediction_n: f64| (-prediction_n).max(0.0);
-    let mut before_n = compression(signals.prediction(samples - 1, input.law.shift_n)[0]);
     for n in 0..samples {
         let was = State {
             contact: signals.contact[n],
@@ -228,41 +239,37 @@ fn one_period(
         if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
             let window = signals.window(n, input.law.shift_n);
             let passed = between_samples::pass(&window, *state, None, input.law);
+            let mut before_n = compression_n(window[1][0]);
+            let [mut slid_n, mut rubbed_n2] = [0.0; 2];
             for visit in passed.visits.iter().flatten() {
                 passage.slips |= visit.contact != Contact::Stick;
-                passage.slid_n += visit.slid_n;
-                let now_n = compression(visit.trial[0]);
-                passage.rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
+                slid_n += visit.slid_n;
+                let now_n = compression_n(visit.trial[0]);
+                rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
                 before_n = now_n;
-                memory = memory.after(visit, &input.law);
+                memory = memory.map(|memory| memory.after(visit, &input.law));
             }
+            passage.path = Some([slid_n, rubbed_n2]);
             *state = passed.state;
             signals.write(n, state.contact, passed.force);
         } else {
             let predicted = signals.prediction(n, input.law.shift_n);
             let now = input.law.evaluate(predicted, *state);
             signals.write(n, now.state.contact, now.force);
-            let now_n = compression(predicted[0]);
-            match now.state.contact {
-                Contact::Stick => {}
-                Contact::Slip => {
-                    passage.slips = true;
-                    passage.slid_n = now.state.distance_n(state);
-                    passage.rubbed_n2 = 0.5 * (before_n + now_n) * passage.slid_n;
-                    memory = memory.after_slip(input.law.slip_tangent(now.trial));
-                }
-                Contact::Open => {
-                    passage.slips = true;
-                    memory = Memory::Lost;
-                }
-            }
-            before_n = now_n;
+            passage.slips = now.state.contact != Contact::Stick;
+            memory = memory.map(|memory| match now.state.contact {
+                Contact::Stick => memory,
+                Contact::Slip => memory.after_slip(input.law.slip_tangent(now.trial)),
+                Contact::Open => Memory::Lost,
+            });
             *state = now.state;
         }
         passage.position_n = state.slid_n;
         signals.passages[n] = passage;
-        let is_near =
-            |near_n: f64| was.contact == state.contact && state.distance_n(&was) <= near_n;
+        let is_near = |near_n: f64| {
+            let moved = [0, 1].map(|c| state.slid_n[c] - was.slid_n[c]);
+            was.contact == state.contact && moved.iter().all(|moved| moved.abs() <= near_n)
+        };
         if near_n.is_some_and(is_near) {
             *state = State {
                 contact: signals.contact[samples - 1],
@@ -271,7 +278,7 @@ fn one_period(
             return None;
         }
     }
-    Some(memory)
+    memory
 }
 
 /// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
@@ -348,33 +355,40 @@ impl Memory {
     }
 }
 
-impl PairEnd {
-    /// Returns `true` if the derivative needs no more of the signals than [`predictions`] writes: the
-    /// pair has come to stick within a few periods from the start.
-    pub fn needs_predictions_alone(&self) -> bool {
-        matches!(self.history, History::Stuck(_))
-    }
+/// Writes the signals from which [`contact_force_derivative`] starts, of a pair whose evaluation ended
+/// with `end`: those of the last period, or the predictions alone where the pair has come to stick.
+pub fn last_period(fourier: &Fourier, input: PairInput<'_>, end: &PairEnd, signals: &mut Signals) {
+    Arch::new().dispatch(Repeat(fourier, input, end, signals));
 }
 
-/// Writes the predicted forces of a pair at the samples, and where they reverse.
-pub fn predictions(fourier: &Fourier, input: &PairInput<'_>, signals: &mut Signals) {
-    Arch::new().dispatch(Predict(fourier, input, signals));
-}
+/// [`last_period`], compiled as [`Evaluate`].
+struct Repeat<'a>(&'a Fourier, PairInput<'a>, &'a PairEnd, &'a mut Signals);
 
-/// [`predictions`], compiled as [`Evaluate`].
-struct Predict<'a>(&'a Fourier, &'a PairInput<'a>, &'a mut Signals);
-
-impl WithSimd for Predict<'_> {
+impl WithSimd for Repeat<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.2.predict(self.0, self.1);
+        let Self(fourier, input, end, signals) = self;
+        signals.predict(fourier, &input);
+        if let Some(rounding) = input.rounding {
+            rounded::contact_forces(&input, rounding, signals);
+            return;
+        }
+        let (mut state, periods) = match end.history {
+            History::Stuck(_) => return,
+            History::FromStart(before) => (first_state(&input, signals), before + 1),
+            History::Periodic(start) | History::FixedPoint { last: start, .. } => (start, 1),
+        };
+        for _ in 0..periods {
+            one_period(fourier.samples(), &input, signals, &mut state, None, false);
+        }
     }
 }
 
 /// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
-/// row-major, both indices component-major. `signals` and `end` are those of [`contact_forces`].
+/// row-major, both indices component-major. `signals` are those of [`last_period`], or of
+/// [`contact_forces`], and `end` is that of the latter.
 pub fn contact_force_derivative(
     fourier: &Fourier,
     input: PairInput<'_>,
@@ -415,7 +429,9 @@ fn differentiate_pair(
     let row = 3 * block;
     if let History::Stuck(before) = end.history {
         let mut pass = Pass::new(fourier, &input, signals);
-        (0..before).for_each(|_| pass.period(None));
+        for _ in 0..before {
+            pass.period(None);
+        }
         return write_stuck(width, pass.history.chunks_exact(block), derivative);
     }
     let found = match input.rounding {
@@ -501,7 +517,9 @@ fn derivative_signals(
     let mut is_fixed_point = false;
     match end.history {
         History::FromStart(before) | History::Stuck(before) => {
-            (0..before).for_each(|_| pass.period(None));
+            for _ in 0..before {
+                pass.period(None);
+            }
         }
         History::Periodic(start) => {
             is_fixed_point = true;
@@ -577,10 +595,14 @@ impl<'a> Pass<'a> {
         for n in 0..samples {
             let s = self.fourier.padded_row(n);
             let turns = between && self.signals.turns(n, &self.input.law);
-            let walked = rows.as_deref_mut().filter(|_| turns);
-            let walked = walked.map(|rows| self.add_corrections(n, rows));
-            let row = rows.as_deref_mut();
-            let row = row.map(|r| r[n * size..][..size].split_at_mut(block));
+            let mut walked = None;
+            let mut row = None;
+            if let Some(rows) = rows.as_deref_mut() {
+                if turns {
+                    walked = Some(self.add_corrections(n, rows));
+                }
+                row = Some(rows[n * size..][..size].split_at_mut(block));
+            }
             let passes =
                 between && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n));
             let passed = passes.then(|| self.pass_interval(n));
@@ -611,10 +633,9 @@ impl<'a> Pass<'a> {
                 self.force_rows.fill(0.0);
             }
             // history = S_T - d lambda_T
-            self.history
-                .iter_mut()
-                .zip(&self.force_rows)
-                .for_each(|(g, f)| *g = -f);
+            for (history, force) in self.history.iter_mut().zip(&self.force_rows) {
+                *history = -force;
+            }
             add_own(s, &mut self.history);
         }
     }
@@ -708,7 +729,9 @@ impl<'a> Pass<'a> {
 /// Adds a multiple of a row to another.
 #[inline(always)]
 fn add(by: f64, from: &[f64], to: &mut [f64]) {
-    to.iter_mut().zip(from).for_each(|(to, v)| *to += by * v);
+    for (to, v) in to.iter_mut().zip(from) {
+        *to += by * v;
+    }
 }
 
 /// Adds the derivative where the force is the prediction: S_N, and S_T - history.
@@ -735,15 +758,17 @@ fn slip_rows(tangent: SlipTangent, s: &[f64], history: &[f64], rows: &mut [f64])
         first[j] = across[0] * v;
         second[j] = across[1] * v;
     }
-    let mut add = |column: usize, by: [f64; 2]| {
+    let own = [
+        tangent.by_normal,
+        across.map(|a| k * across[0] * a),
+        across.map(|a| k * across[1] * a),
+    ];
+    for (column, by) in own.into_iter().enumerate() {
+        let start = column * width;
         for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
-            let own = rows[column * width..(column + 1) * width].iter_mut();
-            own.zip(s).for_each(|(r, v)| *r += by * v);
+            add(by, s, &mut rows[start..start + width]);
         }
-    };
-    add(0, tangent.by_normal);
-    add(1, across.map(|a| k * across[0] * a));
-    add(2, across.map(|a| k * across[1] * a));
+    }
 }
 
 #[cfg(test)]
@@ -910,15 +935,16 @@ mod tests {
                 contact: signals.contact[63],
                 slid_n: signals.passages[63].position_n,
             };
+            let start_n = state.slid_n;
             let mut whole = Signals::new(64);
             whole.lambda_u.copy_from_slice(&signals.lambda_u);
             whole.reverses.copy_from_slice(&signals.reverses);
-            assert!(one_period(64, &input, &mut whole, &mut state, None).is_some());
+            assert!(one_period(64, &input, &mut whole, &mut state, None, true).is_some());
             assert_eq!(whole.contact, signals.contact);
             for (a, b) in whole.lambda.iter().zip(&signals.lambda) {
                 assert!((a - b).abs() < 1e-10, "trial {trial}: {a} {b}");
             }
-            let path: f64 = whole.passages.iter().map(|passage| passage.slid_n).sum();
+            let [path, _] = whole.path(start_n, input.law.shift_n);
             assert!((path - end.slid_n).abs() < 1e-9, "{path} {}", end.slid_n);
             slid += usize::from(path > 0.1);
         }

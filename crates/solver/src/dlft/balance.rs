@@ -4,8 +4,8 @@
 //! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
 //! known at once, and only the other ("active") pairs enter the linear solve.
 
-use super::aft::{PairEnd, contact_force_derivative, contact_forces, predictions};
-use super::pair_signals::{PairInput, Periods, Rounding, Signals};
+use super::aft::{PairEnd, contact_force_derivative, contact_forces, last_period};
+use super::pair_signals::{PairInput, Periods, Rounding, Signals, compression_n};
 use super::retention::{Mean, Retention};
 use super::{PairStatus, StaticState};
 use crate::contact::PredictedLaw;
@@ -401,17 +401,18 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Compression -lambda_N of a pair at the samples of its last period, N, from the `lambda_u` of
-    /// an evaluation.
-    pub fn compressions_n(&self, pair: usize, lambda_u: &[f64], signals: &mut Signals) -> Vec<f64> {
+    /// Compression -lambda_N of a pair at the samples of a period under the law itself, N, from the
+    /// `lambda_u` of an evaluation.
+    pub fn compressions_n(&self, pair: usize, lambda_u: &[f64]) -> Vec<f64> {
         let fourier = self.setting.fourier;
-        let width = fourier.width();
+        let shift_n = self.law(pair).shift_n;
+        let mut compressions = vec![0.0; fourier.samples()];
         let force = self.prediction(lambda_u, pair);
-        let input = self.input(pair, &force);
-        contact_forces(fourier, input, signals, &mut vec![0.0; 3 * width]);
-        // 0 - x rather than -x: an open pair carries 0, not -0.
-        let normal = signals.lambda[..fourier.samples()].iter();
-        normal.map(|lambda| 0.0 - lambda).collect()
+        fourier.to_time(&force[..fourier.width()], &mut compressions);
+        for normal in &mut compressions {
+            *normal = compression_n(*normal + shift_n);
+        }
+        compressions
     }
 
     /// Jacobian J at the U of an evaluation.
@@ -421,22 +422,17 @@ impl<'a> Balance<'a> {
         let found: Vec<Option<Vec<f64>>> = (evaluation.ends.par_iter().enumerate())
             .with_min_len(8)
             .map_init(
-                || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
-                |(signals, lambda), (pair, end)| {
+                || Signals::new(fourier.samples()),
+                |signals, (pair, end)| {
                     let law = self.law(pair);
                     if end.always_stuck && law.is_rigid {
                         return None;
                     }
                     let force = self.prediction(&evaluation.lambda_u, pair);
                     let input = self.input(pair, &force);
-                    let end = if end.needs_predictions_alone() {
-                        predictions(fourier, &input, signals);
-                        *end
-                    } else {
-                        contact_forces(fourier, input, signals, lambda)
-                    };
+                    last_period(fourier, input, end, signals);
                     let mut derivative = vec![0.0; 9 * width * width];
-                    contact_force_derivative(fourier, input, signals, &end, &mut derivative);
+                    contact_force_derivative(fourier, input, signals, end, &mut derivative);
                     if !law.is_rigid {
                         let parts = derivative.chunks_exact_mut(width);
                         for (part, share) in parts.zip(law.shares.into_iter().cycle()) {
@@ -504,13 +500,14 @@ impl Jacobian {
     pub fn truncated(&self, width: usize) -> Self {
         let truncated = |derivative: &Vec<f64>| {
             let own = derivative.len().isqrt() / 3;
-            let indices = (0..3).flat_map(|c| (0..width).map(move |h| c * own + h));
-            let rows = indices.clone();
-            rows.flat_map(|row| {
-                let row = &derivative[3 * own * row..];
-                indices.clone().map(|column| row[column])
-            })
-            .collect()
+            let mut out = Vec::with_capacity(9 * width * width);
+            for rows in derivative.chunks_exact(3 * own * own) {
+                // Parts of the first rows of a component, one for each component.
+                for part in rows[..3 * own * width].chunks_exact(own) {
+                    out.extend_from_slice(&part[..width]);
+                }
+            }
+            out
         };
         Self {
             active: self.active.clone(),

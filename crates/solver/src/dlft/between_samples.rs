@@ -223,19 +223,22 @@ impl<D: Real> Stretch<D> {
     /// Integral and first moment over the interval of component `c` of the prediction minus
     /// `offset`, between two times.
     #[inline(always)]
-    fn integrals(&self, c: usize, offset: D, times: [D; 2]) -> [D; 2] {
+    fn integrals(&self, c: usize, offset: D, [begin, end]: [D; 2]) -> [D; 2] {
         let level = self.from[c] - offset;
-        let (straight, curve) = (self.step[c] - self.curve[c], self.curve[c]);
-        let [first, last] = two(|i| {
-            let t = times[i];
-            let (square, cube) = (t * t, t * t * t);
-            [
-                level * t + straight * square * 0.5 + curve * cube / 3.0,
-                level * square * 0.5 + straight * cube / 3.0 + curve * cube * t * 0.25,
-            ]
-        });
+        let [first, last] = [self.up_to(c, level, begin), self.up_to(c, level, end)];
         let [sum, moment] = two(|i| (last[i] - first[i]) * self.length);
         [sum, self.begin * sum + self.length * moment]
+    }
+    /// Integral and first moment over the stretch of component `c` of the prediction, which begins at
+    /// `level`, from its beginning up to a time of the stretch.
+    #[inline(always)]
+    fn up_to(&self, c: usize, level: D, t: D) -> [D; 2] {
+        let (straight, curve) = (self.step[c] - self.curve[c], self.curve[c]);
+        let (square, cube) = (t * t, t * t * t);
+        [
+            level * t + straight * square * 0.5 + curve * cube / 3.0,
+            level * square * 0.5 + straight * cube / 3.0 + curve * cube * t * 0.25,
+        ]
     }
 }
 

@@ -238,9 +238,7 @@ impl WithSimd for Images<'_> {
             difference,
         } = self;
         let width = linear.width();
-        let full = 3 * width;
         for pair in pairs.clone() {
-            let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
             for from in 0..width {
                 let columns = &of.blocks.0[from];
                 for (row, part, sign) in of.coupled(from) {
@@ -258,7 +256,7 @@ impl WithSimd for Images<'_> {
                         for ((a, f), w) in difference.iter_mut().zip(force).zip(own) {
                             *a = sign * f - eps * w;
                         }
-                        let d = &d[(c * width + row) * full..(c * width + row + 1) * full];
+                        let d = linear.derivatives.column(pair, c * width + row);
                         for r in 0..3 {
                             let by = d[r * width + to];
                             if by != 0.0 {

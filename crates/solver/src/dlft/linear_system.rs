@@ -16,12 +16,64 @@ use crate::problem::inexact::Inexact;
 pub struct LinearSystem {
     pub inexact: Arc<Inexact>,
     pub harmonics: Vec<Coefficients>,
-    /// D of each pair, 3(2H+1) square, component-major indices, one after the other, by columns.
-    pub derivatives: Vec<f32>,
+    /// D of each pair.
+    pub derivatives: PairDerivatives,
     /// Retention, restricted to the pairs that take part.
     pub retention: Option<Retention>,
     /// eps of each unknown, N/m.
     pub eps: Vec<f32>,
+}
+
+/// Number of entries of a column of D that are multiplied together.
+const LANES: usize = 8;
+
+/// D of pairs, 3(2H+1) square with component-major indices, by columns, which zeros fill up to whole
+/// vectors.
+pub struct PairDerivatives {
+    size: usize,
+    padded: usize,
+    entries: Vec<f32>,
+}
+
+impl PairDerivatives {
+    /// Derivatives of so many pairs, all zero, for vectors of so many blocks.
+    pub fn zeros(pairs: usize, width: usize) -> Self {
+        let size = 3 * width;
+        let padded = size.next_multiple_of(LANES);
+        Self {
+            size,
+            padded,
+            entries: vec![0.0; pairs * size * padded],
+        }
+    }
+
+    /// Sets the entries of a pair, `entry(row, column)`.
+    #[inline(always)]
+    pub fn set(&mut self, pair: usize, entry: impl Fn(usize, usize) -> f32) {
+        let (size, padded) = (self.size, self.padded);
+        let own = &mut self.entries[pair * size * padded..][..size * padded];
+        for (j, column) in own.chunks_exact_mut(padded).enumerate() {
+            for (i, out) in column[..size].iter_mut().enumerate() {
+                *out = entry(i, j);
+            }
+        }
+    }
+
+    /// Padded columns of each pair.
+    fn pairs(&self) -> impl Iterator<Item = &[f32]> {
+        self.entries.chunks_exact(self.size * self.padded)
+    }
+
+    /// Column `j` of a pair.
+    #[inline(always)]
+    pub fn column(&self, pair: usize, j: usize) -> &[f32] {
+        &self.entries[(pair * self.size + j) * self.padded..][..self.size]
+    }
+
+    /// Largest entry by size.
+    pub fn largest(&self) -> f32 {
+        self.entries.iter().fold(0.0, |m, d| m.max(d.abs()))
+    }
 }
 
 impl LinearSystem {
@@ -75,18 +127,26 @@ impl<A: Fn(f32, usize, usize) -> f32> WithSimd for Subtract<'_, A> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { of, y, a } = self;
         let width = of.width();
-        let full = 3 * width;
-        let (mut difference, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
-        for (slot, d) in of.derivatives.chunks_exact(full * full).enumerate() {
+        let PairDerivatives { size, padded, .. } = of.derivatives;
+        let (mut difference, mut moved) = (vec![0.0_f32; size], vec![0.0_f32; padded]);
+        for (slot, d) in of.derivatives.pairs().enumerate() {
             for c in 0..3 {
                 let i = 3 * slot + c;
                 for h in 0..width {
                     difference[c * width + h] = a(y[(i, h)], i, h);
                 }
             }
-            moved.fill(0.0);
-            for (column, a) in d.chunks_exact(full).zip(&difference) {
-                moved.iter_mut().zip(column).for_each(|(m, d)| *m += d * a);
+            for (start, moved) in (0..padded)
+                .step_by(LANES)
+                .zip(moved.chunks_exact_mut(LANES))
+            {
+                let mut sums = [0.0_f32; LANES];
+                for (column, a) in d.chunks_exact(padded).zip(&difference) {
+                    for (sum, d) in sums.iter_mut().zip(&column[start..start + LANES]) {
+                        *sum += d * a;
+                    }
+                }
+                moved.copy_from_slice(&sums);
             }
             for c in 0..3 {
                 for h in 0..width {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
-use super::linear_system::LinearSystem;
+use super::linear_system::{LinearSystem, PairDerivatives};
 use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
 use dovetail_numerics::krylov::{GmresEnd, RefreshPolicy};
@@ -172,7 +172,11 @@ impl Preconditioner {
         let columns = inexact.columns();
         let linear = LinearSystem {
             harmonics: balance.stiffness.coefficients(MODES_BELOW),
-            derivatives: by_columns(jacobian, &inexact.pairs, balance.setting.fourier.width()),
+            derivatives: in_single_precision(
+                jacobian,
+                &inexact.pairs,
+                balance.setting.fourier.width(),
+            ),
             retention: balance.retention().map(|r| r.restricted(&columns)),
             eps: columns.iter().map(|&c| balance.eps_at(c) as f32).collect(),
             inexact,
@@ -271,21 +275,15 @@ impl Preconditioner {
     }
 }
 
-/// D of `pairs` in single precision, by columns; the identity for those not active, which stick.
-fn by_columns(jacobian: &Jacobian, pairs: &[usize], width: usize) -> Vec<f32> {
+/// D of `pairs` in single precision; the identity for those not active, which stick.
+fn in_single_precision(jacobian: &Jacobian, pairs: &[usize], width: usize) -> PairDerivatives {
     let full = 3 * width;
-    let mut all = vec![0.0_f32; pairs.len() * full * full];
+    let mut all = PairDerivatives::zeros(pairs.len(), width);
     let mut active = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
-    for (pair, out) in pairs.iter().zip(all.chunks_exact_mut(full * full)) {
+    for (slot, pair) in pairs.iter().enumerate() {
         match active.next_if(|(p, _)| *p == pair) {
-            Some((_, derivative)) => {
-                for (r, row) in derivative.chunks_exact(full).enumerate() {
-                    for (c, v) in row.iter().enumerate() {
-                        out[c * full + r] = *v as f32;
-                    }
-                }
-            }
-            None => (0..full).for_each(|i| out[i * full + i] = 1.0),
+            Some((_, derivative)) => all.set(slot, |i, j| derivative[i * full + j] as f32),
+            None => all.set(slot, |i, j| f32::from(u8::from(i == j))),
         }
     }
     all

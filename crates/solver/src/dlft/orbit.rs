@@ -2,7 +2,6 @@
 //! pair cycles, powers.
 
 use super::balance::{Balance, Evaluation, Setting};
-use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
@@ -65,14 +64,11 @@ fn with_pairs(
     outcome: Outcome,
 ) -> Orbit {
     let n = balance.unknowns_per_block();
-    let (fourier, frequency_hz) = (balance.setting.fourier, motion.frequency_hz);
+    let frequency_hz = motion.frequency_hz;
     let cycles: Vec<PairCycle> = (0..n / 3)
         .into_par_iter()
         .with_min_len(16)
-        .map_init(
-            || Signals::new(fourier.samples()),
-            |signals, pair| pair_cycle(balance, u, evaluation, signals, pair, frequency_hz),
-        )
+        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
         .collect();
     Orbit {
         outcome,
@@ -452,7 +448,6 @@ fn pair_cycle(
     balance: &Balance<'_>,
     u: &[f64],
     evaluation: &Evaluation,
-    signals: &mut Signals,
     pair: usize,
     frequency_hz: f64,
 ) -> PairCycle {
@@ -462,7 +457,7 @@ fn pair_cycle(
     let slid_m = balance.slid_m(pair, end);
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
     // Compressions by the law itself: a sum of harmonics would pull at a pair that opens.
-    let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
+    let compressions = balance.compressions_n(pair, &evaluation.lambda_u);
     let rubs = balance.setting.system.problem.laws[pair].friction > 0.0;
     let mut friction = 0.0;
     for k in (1..=fourier.harmonics()).filter(|_| rubs) {

@@ -1,7 +1,7 @@
 //! Input of the time evaluation of a pair, and its signals over a period.
 
 use super::between_samples::{self, Window};
-use crate::contact::coulomb::Contact;
+use crate::contact::coulomb::{Contact, length};
 use crate::contact::{PredictedLaw, State};
 use dovetail_numerics::fourier::Fourier;
 
@@ -66,10 +66,16 @@ pub struct Passage {
     pub position_n: [f64; 2],
     /// True if the pair slips or is open at some instant that is looked at.
     pub slips: bool,
-    /// Path slid, N.
-    pub slid_n: f64,
-    /// Compression times path slid, N2.
-    pub rubbed_n2: f64,
+    /// Path slid, N, and compression times path slid, N2, where the pair may turn on the way: it
+    /// then does not slide straight from sample to sample.
+    pub path: Option<[f64; 2]>,
+}
+
+/// Compression of a pair under a normal prediction, N.
+#[inline(always)]
+pub fn compression_n(normal: f64) -> f64 {
+    // 0 - x rather than -x: an open pair carries 0, not -0.
+    (0.0 - normal).max(0.0)
 }
 
 impl Signals {
@@ -153,6 +159,28 @@ impl Signals {
         }
     }
 
+    /// Path slid over the last period, N, and the integral of the compression along it, N2. The
+    /// period begins at `start_n` ([`State::slid_n`]).
+    #[inline(always)]
+    pub fn path(&self, start_n: [f64; 2], shift_n: f64) -> [f64; 2] {
+        let mut path = [0.0; 2];
+        let mut from_n = start_n;
+        for (n, passage) in self.passages.iter().enumerate() {
+            let to_n = passage.position_n;
+            if let Some(own) = passage.path {
+                path = [0, 1].map(|i| path[i] + own[i]);
+            } else if self.contact[n] == Contact::Slip {
+                let slid_n = length(to_n[0] - from_n[0], to_n[1] - from_n[1]);
+                let [before_n, now_n] =
+                    [self.before(n), n].map(|n| compression_n(self.prediction(n, shift_n)[0]));
+                path[0] += slid_n;
+                path[1] += 0.5 * (before_n + now_n) * slid_n;
+            }
+            from_n = to_n;
+        }
+        path
+    }
+
     /// State of the pair after sample `n`.
     pub fn state(&self, n: usize, shift_n: f64) -> State {
         State::after(self.prediction(n, shift_n), self.contact[n], self.force(n))
@@ -208,7 +236,8 @@ impl Signals {
 pub fn add_own(s: &[f64], rows: &mut [f64]) {
     let width = s.len();
     for start in [width, 5 * width] {
-        let own = rows[start..start + width].iter_mut();
-        own.zip(s).for_each(|(r, v)| *r += v);
+        for (r, v) in rows[start..start + width].iter_mut().zip(s) {
+            *r += v;
+        }
     }
 }

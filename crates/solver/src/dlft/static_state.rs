@@ -11,7 +11,7 @@
 //! does): there is no state to be found then, or one far away.
 
 use super::coarse::Coarse;
-use super::linear_system::LinearSystem;
+use super::linear_system::{LinearSystem, PairDerivatives};
 use super::retention::{Holding, Retention};
 use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
@@ -364,7 +364,7 @@ impl<'a> StaticSystem<'a> {
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
-                derivatives: vec![0.0; 3 * n],
+                derivatives: PairDerivatives::zeros(n / 3, 1),
                 retention: retention.cloned(),
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
@@ -545,14 +545,14 @@ impl<'a> StaticSystem<'a> {
         }
         for (j, eps) in self.eps.iter().enumerate() {
             let column = jacobian.col_as_slice_mut(j);
-            let derivatives = self.linear.derivatives.chunks_exact(9);
-            for (pair, (column, d)) in column.chunks_exact_mut(3).zip(derivatives).enumerate() {
+            for (pair, column) in column.chunks_exact_mut(3).enumerate() {
+                let d = |r: usize, c: usize| f64::from(self.linear.derivatives.column(pair, c)[r]);
                 let mut difference = [column[0], column[1], column[2]];
                 if j / 3 == pair {
                     difference[j % 3] -= eps;
                 }
                 for (r, c) in column.iter_mut().enumerate() {
-                    let moved = (0..3).map(|c| f64::from(d[3 * c + r]) * difference[c]);
+                    let moved = (0..3).map(|c| d(r, c) * difference[c]);
                     *c -= moved.sum::<f64>();
                 }
             }
@@ -580,10 +580,8 @@ impl NonlinearSystem for StaticSystem<'_> {
     fn linearise(&mut self, x: &[f64]) {
         for (pair, instant) in self.pairs(x).into_iter().enumerate() {
             let derivative = self.law(pair).derivative(&instant);
-            let outs = self.linear.derivatives[9 * pair..][..9].iter_mut();
-            for (i, out) in outs.enumerate() {
-                *out = derivative[i % 3][i / 3] as f32;
-            }
+            let entry = |i: usize, j: usize| derivative[i][j] as f32;
+            self.linear.derivatives.set(pair, entry);
         }
         if self.coarse.is_none() || self.refresh.is_due() {
             self.coarse = Coarse::new(&self.linear, 0);
@@ -593,9 +591,8 @@ impl NonlinearSystem for StaticSystem<'_> {
 
     fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
-        let derivatives = self.linear.derivatives.iter();
         let is_small = f.len() <= MOST_DENSE_UNKNOWNS;
-        let mut solved = !is_small || derivatives.fold(0.0_f32, |m, d| m.max(d.abs())) <= STEEPEST;
+        let mut solved = !is_small || self.linear.derivatives.largest() <= STEEPEST;
         let mut unsolved = 0.0;
         if solved {
             let (solution, end) = two_level::solve(

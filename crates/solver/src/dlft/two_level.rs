@@ -319,6 +319,7 @@ fn image(system: &LinearSystem, near: Option<&NearField>, z: Preconditioned) -> 
 mod tests {
     use super::*;
     use crate::dlft::coarse::Blocks;
+    use crate::dlft::linear_system::PairDerivatives;
     use crate::problem::Problem;
     use crate::problem::dovetail72::dovetail72;
     use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
@@ -340,14 +341,17 @@ mod tests {
         let inexact =
             InexactModel::new(&problem.reduced).taking_part(&pairs.collect::<Vec<_>>(), None);
         let m = inexact.unknowns();
-        let derivatives = (0..m / 3 * FULL * FULL).map(|i| {
-            let (row, column) = (i % FULL, i / FULL % FULL);
-            let mixing = 0.02 * (i as f32).sin();
-            if row == column { 0.05 } else { mixing }
-        });
+        let mut derivatives = PairDerivatives::zeros(m / 3, 2 * HARMONICS + 1);
+        for pair in 0..m / 3 {
+            derivatives.set(pair, |row, column| {
+                let i = (pair * FULL + column) * FULL + row;
+                let mixing = 0.02 * (i as f32).sin();
+                if row == column { 0.05 } else { mixing }
+            });
+        }
         let linear = LinearSystem {
             harmonics: stiffness.coefficients(6.0),
-            derivatives: derivatives.collect(),
+            derivatives,
             retention: None,
             eps: inexact
                 .columns()
@@ -371,13 +375,13 @@ mod tests {
         stiffness.apply(&whole, &mut forces);
         let force = |h: usize, i: usize| forces[h * n + columns[i]];
         let mut y = vec![0.0; m * width];
-        for (slot, d) in linear.derivatives.chunks_exact(FULL * FULL).enumerate() {
+        for slot in 0..m / 3 {
             for row in 0..FULL {
                 let (i, h) = (3 * slot + row / width, row % width);
                 let moved = (0..FULL).map(|column| {
                     let (j, k) = (3 * slot + column / width, column % width);
                     let difference = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
-                    f64::from(d[column * FULL + row]) * difference
+                    f64::from(linear.derivatives.column(slot, column)[row]) * difference
                 });
                 y[h * m + i] = force(h, i) - moved.sum::<f64>();
             }
@@ -425,18 +429,20 @@ mod tests {
         let model = ReducedModel::of_pairs(stiffness, Mat::zeros(3 * PAIRS, 3 * PAIRS));
         let model: &'static ReducedModel = Box::leak(Box::new(model));
         let all: Vec<usize> = (0..PAIRS).collect();
+        // Pairs that open, and pairs that slide.
+        let mut derivatives = PairDerivatives::zeros(PAIRS, 1);
+        for pair in 0..PAIRS {
+            derivatives.set(pair, |row, column| match (pair % 3, row, column) {
+                (0, ..) => 0.0,
+                (_, 0, 0) | (_, 1, 1) => 0.9,
+                (_, 0, 1) => 0.3,
+                _ => 0.0,
+            });
+        }
         let linear = LinearSystem {
             inexact: InexactModel::new(model).taking_part(&all, None),
             harmonics: vec![],
-            // Pairs that open, and pairs that slide.
-            derivatives: (0..9 * PAIRS)
-                .map(|i| match (i / 9 % 3, i % 9) {
-                    (0, _) => 0.0,
-                    (_, 0 | 4) => 0.9,
-                    (_, 3) => 0.3,
-                    _ => 0.0,
-                })
-                .collect(),
+            derivatives,
             retention: None,
             eps: model
                 .diagonal_stiffness()
@@ -461,10 +467,9 @@ mod tests {
             let forces = &model.stiffness * &x;
             let image = |i: usize| {
                 let pair = i / 3;
-                let d = &linear.derivatives[9 * pair..][..9];
                 let moved = (0..3).map(|c| {
                     let j = 3 * pair + c;
-                    f64::from(d[3 * c + i % 3])
+                    f64::from(linear.derivatives.column(pair, c)[i % 3])
                         * (forces[(j, 0)] - model.stiffness[(j, j)] * x[(j, 0)])
                 });
                 forces[(i, 0)] - moved.sum::<f64>()
