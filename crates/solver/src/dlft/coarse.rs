@@ -256,9 +256,9 @@ impl WithSimd for Images<'_> {
                         for ((a, f), w) in difference.iter_mut().zip(force).zip(own) {
                             *a = sign * f - eps * w;
                         }
-                        let d = linear.derivatives.column(pair, c * width + row);
                         for r in 0..3 {
-                            let by = d[r * width + to];
+                            let entry = [r * width + to, c * width + row];
+                            let by = linear.derivatives.entry(pair, entry);
                             if by != 0.0 {
                                 let out = image.col_as_slice_mut(3 * (pair - pairs.start) + r);
                                 let out = out[columns.clone()].iter_mut();

@@ -27,52 +27,73 @@ pub struct LinearSystem {
 /// Number of entries of a column of D that are multiplied together.
 const LANES: usize = 8;
 
-/// D of pairs, 3(2H+1) square with component-major indices, by columns, which zeros fill up to whole
-/// vectors.
+/// D of pairs, 3(2H+1) square with component-major indices.
 pub struct PairDerivatives {
     size: usize,
+    /// Length of a column, which zeros fill up to whole vectors.
     padded: usize,
+    /// Index of the first entry of each pair; `None` for the identity.
+    starts: Vec<Option<usize>>,
+    /// Entries of the pairs, by columns.
     entries: Vec<f32>,
 }
 
 impl PairDerivatives {
-    /// Derivatives of so many pairs, all zero, for vectors of so many blocks.
-    pub fn zeros(pairs: usize, width: usize) -> Self {
+    /// Derivatives of no pair yet, for vectors of so many blocks.
+    pub fn new(width: usize) -> Self {
         let size = 3 * width;
-        let padded = size.next_multiple_of(LANES);
         Self {
             size,
-            padded,
-            entries: vec![0.0; pairs * size * padded],
+            padded: size.next_multiple_of(LANES),
+            starts: Vec::new(),
+            entries: Vec::new(),
         }
     }
 
-    /// Sets the entries of a pair, `entry(row, column)`.
+    /// Adds a pair with the entries `entry(row, column)`.
     #[inline(always)]
-    pub fn set(&mut self, pair: usize, entry: impl Fn(usize, usize) -> f32) {
-        let (size, padded) = (self.size, self.padded);
-        let own = &mut self.entries[pair * size * padded..][..size * padded];
-        for (j, column) in own.chunks_exact_mut(padded).enumerate() {
-            for (i, out) in column[..size].iter_mut().enumerate() {
+    pub fn push(&mut self, entry: impl Fn(usize, usize) -> f32) {
+        let start = self.entries.len();
+        self.starts.push(Some(start));
+        self.entries.resize(start + self.size * self.padded, 0.0);
+        let columns = self.entries[start..].chunks_exact_mut(self.padded);
+        for (j, column) in columns.enumerate() {
+            for (i, out) in column[..self.size].iter_mut().enumerate() {
                 *out = entry(i, j);
             }
         }
     }
 
-    /// Padded columns of each pair.
-    fn pairs(&self) -> impl Iterator<Item = &[f32]> {
-        self.entries.chunks_exact(self.size * self.padded)
+    /// Adds a pair that sticks throughout, whose D is the identity.
+    pub fn push_identity(&mut self) {
+        self.starts.push(None);
     }
 
-    /// Column `j` of a pair.
+    /// Removes all pairs.
+    pub fn clear(&mut self) {
+        self.starts.clear();
+        self.entries.clear();
+    }
+
+    /// Padded columns of a pair, one after the other; `None` for the identity.
     #[inline(always)]
-    pub fn column(&self, pair: usize, j: usize) -> &[f32] {
-        &self.entries[(pair * self.size + j) * self.padded..][..self.size]
+    fn columns(&self, pair: usize) -> Option<&[f32]> {
+        self.starts[pair].map(|start| &self.entries[start..start + self.size * self.padded])
+    }
+
+    /// Entry of a pair at a row and a column.
+    #[inline(always)]
+    pub fn entry(&self, pair: usize, [row, column]: [usize; 2]) -> f32 {
+        match self.starts[pair] {
+            Some(start) => self.entries[start + column * self.padded + row],
+            None => f32::from(u8::from(row == column)),
+        }
     }
 
     /// Largest entry by size.
     pub fn largest(&self) -> f32 {
-        self.entries.iter().fold(0.0, |m, d| m.max(d.abs()))
+        let identity = f32::from(u8::from(self.starts.contains(&None)));
+        self.entries.iter().fold(identity, |m, d| m.max(d.abs()))
     }
 }
 
@@ -129,28 +150,31 @@ impl<A: Fn(f32, usize, usize) -> f32> WithSimd for Subtract<'_, A> {
         let width = of.width();
         let PairDerivatives { size, padded, .. } = of.derivatives;
         let (mut difference, mut moved) = (vec![0.0_f32; size], vec![0.0_f32; padded]);
-        for (slot, d) in of.derivatives.pairs().enumerate() {
+        for pair in 0..of.inexact.pairs.len() {
             for c in 0..3 {
-                let i = 3 * slot + c;
+                let i = 3 * pair + c;
                 for h in 0..width {
                     difference[c * width + h] = a(y[(i, h)], i, h);
                 }
             }
-            for (start, moved) in (0..padded)
-                .step_by(LANES)
-                .zip(moved.chunks_exact_mut(LANES))
-            {
-                let mut sums = [0.0_f32; LANES];
-                for (column, a) in d.chunks_exact(padded).zip(&difference) {
-                    for (sum, d) in sums.iter_mut().zip(&column[start..start + LANES]) {
-                        *sum += d * a;
+            match of.derivatives.columns(pair) {
+                None => moved[..size].copy_from_slice(&difference),
+                Some(d) => {
+                    for (i, moved) in moved.chunks_exact_mut(LANES).enumerate() {
+                        let rows = LANES * i..LANES * (i + 1);
+                        let mut sums = [0.0_f32; LANES];
+                        for (column, a) in d.chunks_exact(padded).zip(&difference) {
+                            for (sum, d) in sums.iter_mut().zip(&column[rows.clone()]) {
+                                *sum += d * a;
+                            }
+                        }
+                        moved.copy_from_slice(&sums);
                     }
                 }
-                moved.copy_from_slice(&sums);
             }
             for c in 0..3 {
                 for h in 0..width {
-                    y[(3 * slot + c, h)] -= moved[c * width + h];
+                    y[(3 * pair + c, h)] -= moved[c * width + h];
                 }
             }
         }

@@ -278,12 +278,12 @@ impl Preconditioner {
 /// D of `pairs` in single precision; the identity for those not active, which stick.
 fn in_single_precision(jacobian: &Jacobian, pairs: &[usize], width: usize) -> PairDerivatives {
     let full = 3 * width;
-    let mut all = PairDerivatives::zeros(pairs.len(), width);
+    let mut all = PairDerivatives::new(width);
     let mut active = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
-    for (slot, pair) in pairs.iter().enumerate() {
+    for pair in pairs {
         match active.next_if(|(p, _)| *p == pair) {
-            Some((_, derivative)) => all.set(slot, |i, j| derivative[i * full + j] as f32),
-            None => all.set(slot, |i, j| f32::from(u8::from(i == j))),
+            Some((_, derivative)) => all.push(|i, j| derivative[i * full + j] as f32),
+            None => all.push_identity(),
         }
     }
     all

@@ -364,7 +364,7 @@ impl<'a> StaticSystem<'a> {
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
-                derivatives: PairDerivatives::zeros(n / 3, 1),
+                derivatives: PairDerivatives::new(1),
                 retention: retention.cloned(),
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
@@ -546,7 +546,7 @@ impl<'a> StaticSystem<'a> {
         for (j, eps) in self.eps.iter().enumerate() {
             let column = jacobian.col_as_slice_mut(j);
             for (pair, column) in column.chunks_exact_mut(3).enumerate() {
-                let d = |r: usize, c: usize| f64::from(self.linear.derivatives.column(pair, c)[r]);
+                let d = |r: usize, c: usize| f64::from(self.linear.derivatives.entry(pair, [r, c]));
                 let mut difference = [column[0], column[1], column[2]];
                 if j / 3 == pair {
                     difference[j % 3] -= eps;
@@ -578,10 +578,11 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn linearise(&mut self, x: &[f64]) {
+        self.linear.derivatives.clear();
         for (pair, instant) in self.pairs(x).into_iter().enumerate() {
             let derivative = self.law(pair).derivative(&instant);
             let entry = |i: usize, j: usize| derivative[i][j] as f32;
-            self.linear.derivatives.set(pair, entry);
+            self.linear.derivatives.push(entry);
         }
         if self.coarse.is_none() || self.refresh.is_due() {
             self.coarse = Coarse::new(&self.linear, 0);

@@ -341,9 +341,9 @@ mod tests {
         let inexact =
             InexactModel::new(&problem.reduced).taking_part(&pairs.collect::<Vec<_>>(), None);
         let m = inexact.unknowns();
-        let mut derivatives = PairDerivatives::zeros(m / 3, 2 * HARMONICS + 1);
+        let mut derivatives = PairDerivatives::new(2 * HARMONICS + 1);
         for pair in 0..m / 3 {
-            derivatives.set(pair, |row, column| {
+            derivatives.push(|row, column| {
                 let i = (pair * FULL + column) * FULL + row;
                 let mixing = 0.02 * (i as f32).sin();
                 if row == column { 0.05 } else { mixing }
@@ -381,7 +381,7 @@ mod tests {
                 let moved = (0..FULL).map(|column| {
                     let (j, k) = (3 * slot + column / width, column % width);
                     let difference = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
-                    f64::from(linear.derivatives.column(slot, column)[row]) * difference
+                    f64::from(linear.derivatives.entry(slot, [row, column])) * difference
                 });
                 y[h * m + i] = force(h, i) - moved.sum::<f64>();
             }
@@ -430,9 +430,9 @@ mod tests {
         let model: &'static ReducedModel = Box::leak(Box::new(model));
         let all: Vec<usize> = (0..PAIRS).collect();
         // Pairs that open, and pairs that slide.
-        let mut derivatives = PairDerivatives::zeros(PAIRS, 1);
+        let mut derivatives = PairDerivatives::new(1);
         for pair in 0..PAIRS {
-            derivatives.set(pair, |row, column| match (pair % 3, row, column) {
+            derivatives.push(|row, column| match (pair % 3, row, column) {
                 (0, ..) => 0.0,
                 (_, 0, 0) | (_, 1, 1) => 0.9,
                 (_, 0, 1) => 0.3,
@@ -469,7 +469,7 @@ mod tests {
                 let pair = i / 3;
                 let moved = (0..3).map(|c| {
                     let j = 3 * pair + c;
-                    f64::from(linear.derivatives.column(pair, c)[i % 3])
+                    f64::from(linear.derivatives.entry(pair, [i % 3, c]))
                         * (forces[(j, 0)] - model.stiffness[(j, j)] * x[(j, 0)])
                 });
                 forces[(i, 0)] - moved.sum::<f64>()
