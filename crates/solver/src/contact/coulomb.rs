@@ -32,15 +32,13 @@ pub fn unilateral_coulomb<D: Real>(
         return (Contact::Open, [zero; 3]);
     }
     let limit = normal * -friction;
-    let square = t1 * t1 + t2 * t2;
-    let room_n = limit.re() - touch_n;
-    // Squares, as what follows waits for the comparison.
-    if room_n > 0.0 && square.re() < room_n * room_n {
+    let tangential = length(t1, t2);
+    if tangential.re() < limit.re() - touch_n {
         (Contact::Stick, trial)
-    } else if square.re() == 0.0 {
+    } else if tangential.re() == 0.0 {
         (Contact::Slip, [normal, zero, zero])
     } else {
-        let scale = limit / square.sqrt();
+        let scale = limit / tangential;
         (Contact::Slip, [normal, t1 * scale, t2 * scale])
     }
 }
