@@ -45,6 +45,17 @@ pub struct PairEnd {
     /// / eps_T).
     pub rubbed_n2: f64,
     history: History,
+    last: LastPeriod,
+}
+
+/// Last period that was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LastPeriod {
+    /// State at its start.
+    start: State,
+    /// State at the start of the period before, and how near the pair came to where it was in it, N,
+    /// where the last period was cut short.
+    cut: Option<(State, f64)>,
 }
 
 /// Periods that the derivative has to go through.
@@ -107,6 +118,10 @@ fn evaluate_pair(
         slid_n: 0.0,
         rubbed_n2: 0.0,
         history: History::FromStart(0),
+        last: LastPeriod {
+            start: input.start,
+            cut: None,
+        },
     };
     if let Some(rounding) = input.rounding {
         end.periodic = rounded::contact_forces(&input, rounding, signals);
@@ -117,7 +132,7 @@ fn evaluate_pair(
     }
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = first_state(&input, signals);
-    let mut start = state;
+    end.last.start = state;
     let mut slipping = state;
     let mut slips = false;
     for period in 1..=MOST_PERIODS {
@@ -127,9 +142,15 @@ fn evaluate_pair(
             Periods::UntilPeriodic if period > 1 => Some(SAME * scale),
             _ => None,
         };
-        start = before;
         let remembers = period >= PLAIN_PERIODS;
-        let memory = one_period(samples, &input, signals, &mut state, near_n, remembers);
+        let passed = one_period(samples, &input, signals, &mut state, near_n, remembers);
+        end.last = LastPeriod {
+            start: before,
+            cut: match passed {
+                Period::Whole(_) => None,
+                Period::Cut => near_n.map(|near_n| (end.last.start, near_n)),
+            },
+        };
         slips = signals.passages.iter().any(|passage| passage.slips);
         end.always_stuck &= !slips;
         if slips {
@@ -154,14 +175,17 @@ fn evaluate_pair(
         if period >= PLAIN_PERIODS {
             // Newton's step on (state after a period) = (state before it).
             let moved = [0, 1].map(|c| state.slid_n[c] - before.slid_n[c]);
-            let step = memory.map_or(moved, |memory| memory.fixed_point_step(moved));
+            let step = match passed {
+                Period::Whole(Some(memory)) => memory.fixed_point_step(moved),
+                _ => moved,
+            };
             state.slid_n = [0, 1].map(|c| before.slid_n[c] + step[c]);
         }
     }
     let contacts = signals.contact.iter();
     end.open_samples = contacts.filter(|c| **c == Contact::Open).count();
     if slips {
-        [end.slid_n, end.rubbed_n2] = signals.path(start.slid_n, input.law.shift_n);
+        [end.slid_n, end.rubbed_n2] = signals.path(end.last.start.slid_n, input.law.shift_n);
     }
     // A pair that shakes down touches its cone without sliding: it keeps where it came from. Of one
     // that slides, the last period that slips is the last one.
@@ -217,8 +241,7 @@ fn first_state(input: &PairInput<'_>, signals: &Signals) -> State {
 }
 
 /// Evaluates one period from `state`, up to where the pair is within `near_n` of where it was in the
-/// period before, if that is given. Returns the memory of the period, if it is asked for and all of
-/// the period is evaluated.
+/// period before, if that is given. The memory of the period is followed if `remembers` is true.
 #[inline(always)]
 fn one_period(
     samples: usize,
@@ -227,7 +250,7 @@ fn one_period(
     state: &mut State,
     near_n: Option<f64>,
     remembers: bool,
-) -> Option<Memory> {
+) -> Period {
     let mut memory = remembers.then_some(Memory::Whole);
     let between = input.periods == Periods::UntilPeriodic;
     for n in 0..samples {
@@ -267,18 +290,26 @@ fn one_period(
         passage.position_n = state.slid_n;
         signals.passages[n] = passage;
         let is_near = |near_n: f64| {
-            let moved = [0, 1].map(|c| state.slid_n[c] - was.slid_n[c]);
-            was.contact == state.contact && moved.iter().all(|moved| moved.abs() <= near_n)
+            let [t1, t2] = [0, 1].map(|c| state.slid_n[c] - was.slid_n[c]);
+            was.contact == state.contact && t1 * t1 + t2 * t2 <= near_n * near_n
         };
         if near_n.is_some_and(is_near) {
             *state = State {
                 contact: signals.contact[samples - 1],
                 slid_n: signals.passages[samples - 1].position_n,
             };
-            return None;
+            return Period::Cut;
         }
     }
-    memory
+    Period::Whole(memory)
+}
+
+/// End of the evaluation of one period.
+enum Period {
+    /// All of it was evaluated; its memory, if that was asked for.
+    Whole(Option<Memory>),
+    /// It was cut short: the rest is that of the period before.
+    Cut,
 }
 
 /// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
@@ -375,14 +406,23 @@ impl WithSimd for Repeat<'_> {
             rounded::contact_forces(&input, rounding, signals);
             return;
         }
-        let (mut state, periods) = match end.history {
-            History::Stuck(_) => return,
-            History::FromStart(before) => (first_state(&input, signals), before + 1),
-            History::Periodic(start) | History::FixedPoint { last: start, .. } => (start, 1),
-        };
-        for _ in 0..periods {
-            one_period(fourier.samples(), &input, signals, &mut state, None, false);
+        if let History::Stuck(_) = end.history {
+            return;
         }
+        let mut march = |mut state: State, near_n| {
+            one_period(
+                fourier.samples(),
+                &input,
+                signals,
+                &mut state,
+                near_n,
+                false,
+            );
+        };
+        if let Some((before, _)) = end.last.cut {
+            march(before, None);
+        }
+        march(end.last.start, end.last.cut.map(|(_, near_n)| near_n));
     }
 }
 
@@ -939,7 +979,8 @@ mod tests {
             let mut whole = Signals::new(64);
             whole.lambda_u.copy_from_slice(&signals.lambda_u);
             whole.reverses.copy_from_slice(&signals.reverses);
-            assert!(one_period(64, &input, &mut whole, &mut state, None, true).is_some());
+            let passed = one_period(64, &input, &mut whole, &mut state, None, true);
+            assert!(matches!(passed, Period::Whole(Some(_))));
             assert_eq!(whole.contact, signals.contact);
             for (a, b) in whole.lambda.iter().zip(&signals.lambda) {
                 assert!((a - b).abs() < 1e-10, "trial {trial}: {a} {b}");
