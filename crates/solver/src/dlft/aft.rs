@@ -53,8 +53,8 @@ pub struct PairEnd {
 struct LastPeriod {
     /// State at its start.
     start: State,
-    /// State at the start of the period before, and how near the pair came to where it was in it, N,
-    /// where the last period was cut short.
+    /// Where the last period was cut short: the state at the start of the period before, and the
+    /// distance, N, within which the pair was of where it had been in that one.
     cut: Option<(State, f64)>,
 }
 
@@ -990,6 +990,33 @@ mod tests {
             slid += usize::from(path > 0.1);
         }
         assert!(slid > 10, "{slid}");
+    }
+
+    #[test]
+    fn the_last_period_is_repeated_to_the_same_bits() {
+        let fourier = Fourier::new(3, 64);
+        let (mut cut, mut whole) = (0, 0);
+        let mut again = Signals::new(64);
+        for trial in 0..40 {
+            let f = force(fourier.width(), trial as f64);
+            for periods in [Periods::UntilPeriodic, Periods::Exactly(3)] {
+                let input = PairInput {
+                    periods,
+                    ..shifted(&f)
+                };
+                let mut signals = Signals::new(64);
+                let end = contact_forces(&fourier, input, &mut signals, &mut vec![0.0; f.len()]);
+                if matches!(end.history, History::Stuck(_)) {
+                    continue;
+                }
+                last_period(&fourier, input, &end, &mut again);
+                assert_eq!(again.lambda, signals.lambda, "trial {trial}");
+                assert_eq!(again.contact, signals.contact, "trial {trial}");
+                cut += usize::from(end.last.cut.is_some());
+                whole += usize::from(end.last.cut.is_none());
+            }
+        }
+        assert!(cut > 10 && whole > 10, "{cut} {whole}");
     }
 
     #[test]
