@@ -47,39 +47,41 @@ impl StressCycle {
         let equivalent = von_mises(*mean);
         let trace = mean[0] + mean[1] + mean[2];
         // A length in this space is an equivalent stress.
-        let (mean, moving): (_, Vec<_>) = (
-            deviator(*mean),
-            moving.iter().copied().map(deviator).collect(),
-        );
-        let harmonics = moving.len() / 2;
-        let at = |phase_rad: f64| {
-            let mut sum = [0.0; 6];
-            for (k, pair) in moving.chunks_exact(2).enumerate() {
-                let (sin, cos) = ((k + 1) as f64 * phase_rad).sin_cos();
-                for ((sum, c), s) in sum.iter_mut().zip(pair[0]).zip(pair[1]) {
-                    *sum += cos * c + sin * s;
+        let mean = deviator(*mean);
+        let moving = Moving(moving.iter().copied().map(deviator).collect());
+        let instants = (SAMPLES * moving.harmonics()).clamp(LEAST_SAMPLES, MOST_SAMPLES);
+        let step = TAU / instants as f64;
+        let path: Vec<[f64; 6]> = (0..instants).map(|i| moving.at(step * i as f64)).collect();
+        let origin = mean.map(|m| -m);
+        let (mut range, mut farthest) = (-1.0, [0; 2]);
+        let (mut size, mut largest) = (-1.0, 0);
+        for (i, here) in path.iter().enumerate() {
+            let from_origin = squared_distance(here, &origin);
+            if from_origin >= size {
+                (size, largest) = (from_origin, i);
+            }
+            for (j, there) in path[..i].iter().enumerate() {
+                let between = squared_distance(here, there);
+                if between >= range {
+                    (range, farthest) = (between, [i, j]);
                 }
             }
-            sum
-        };
-        let instants = (SAMPLES * harmonics).clamp(LEAST_SAMPLES, MOST_SAMPLES);
-        let step = TAU / instants as f64;
-        let path: Vec<[f64; 6]> = (0..instants).map(|i| at(step * i as f64)).collect();
-        let range = |[a, b]: [f64; 2]| distance(at(a), at(b));
-        let pairs = (0..instants).flat_map(|i| (0..i).map(move |j| [i, j]));
-        let farthest = pairs.max_by(|[a, b], [c, d]| {
-            distance(path[*a], path[*b]).total_cmp(&distance(path[*c], path[*d]))
-        });
-        let farthest = farthest.unwrap_or_default().map(|i| step * i as f64);
-        let origin = mean.map(|m| -m);
-        let size = |[a]: [f64; 1]| distance(at(a), origin);
-        let largest = (0..instants)
-            .max_by(|a, b| distance(path[*a], origin).total_cmp(&distance(path[*b], origin)));
-        let largest = [step * largest.unwrap_or(0) as f64];
+        }
+        let instant_rad = |i: usize| step * i as f64;
+        let range = moving.climb(
+            |[a, b]| squared_distance(a, b),
+            farthest.map(instant_rad),
+            step,
+        );
+        let size = moving.climb(
+            |[a]| squared_distance(a, &origin),
+            [instant_rad(largest)],
+            step,
+        );
         Self {
             mean_pa: if trace < 0.0 { -equivalent } else { equivalent },
-            amplitude_pa: 0.5 * climb(range, farthest, step),
-            largest_pa: climb(size, largest, step),
+            amplitude_pa: 0.5 * range.sqrt(),
+            largest_pa: size.sqrt(),
         }
     }
 
@@ -113,33 +115,66 @@ fn deviator(s: [f64; 6]) -> [f64; 6] {
     ]
 }
 
-fn distance(a: [f64; 6], b: [f64; 6]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
-    squares.sum::<f64>().sqrt()
+fn squared_distance(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// Largest value near a place, by steps along each of its `N` numbers that are halved where none of
-/// them rises.
-fn climb<const N: usize>(value: impl Fn([f64; N]) -> f64, mut at: [f64; N], step: f64) -> f64 {
-    let (mut best, mut step, mut halvings) = (value(at), 0.5 * step, 0);
-    while halvings < HALVINGS {
-        let mut rises = false;
-        for axis in 0..N {
-            for way in [-step, step] {
-                let mut other = at;
-                other[axis] += way;
-                let found = value(other);
-                if found > best {
-                    (best, at, rises) = (found, other, true);
+/// Part of a stress that changes with time, as deviators: cosine 1, sine 1, ...
+struct Moving(Vec<[f64; 6]>);
+
+impl Moving {
+    fn harmonics(&self) -> usize {
+        self.0.len() / 2
+    }
+
+    /// Deviator at a phase of the period.
+    fn at(&self, phase_rad: f64) -> [f64; 6] {
+        let (first_sin, first_cos) = phase_rad.sin_cos();
+        let (mut sin, mut cos) = (first_sin, first_cos);
+        let mut sum = [0.0; 6];
+        for pair in self.0.chunks_exact(2) {
+            for ((sum, c), s) in sum.iter_mut().zip(pair[0]).zip(pair[1]) {
+                *sum += cos * c + sin * s;
+            }
+            (sin, cos) = (
+                sin * first_cos + cos * first_sin,
+                cos * first_cos - sin * first_sin,
+            );
+        }
+        sum
+    }
+
+    /// Largest value near `N` phases, by steps of each of them that are halved where none rises.
+    fn climb<const N: usize>(
+        &self,
+        value: impl Fn([&[f64; 6]; N]) -> f64,
+        mut phases_rad: [f64; N],
+        step: f64,
+    ) -> f64 {
+        let mut places = phases_rad.map(|phase_rad| self.at(phase_rad));
+        let mut best = value(places.each_ref());
+        let (mut step, mut halvings) = (0.5 * step, 0);
+        while halvings < HALVINGS {
+            let mut rises = false;
+            for i in 0..N {
+                for way in [-step, step] {
+                    let phase_rad = phases_rad[i] + way;
+                    let other = self.at(phase_rad);
+                    let mut others = places.each_ref();
+                    others[i] = &other;
+                    let found = value(others);
+                    if found > best {
+                        (best, phases_rad[i], places[i], rises) = (found, phase_rad, other, true);
+                    }
                 }
             }
+            if !rises {
+                step *= 0.5;
+                halvings += 1;
+            }
         }
-        if !rises {
-            step *= 0.5;
-            halvings += 1;
-        }
+        best
     }
-    best
 }
 
 /// Stress of each body whose nodes have the motion `motion_m[b]`: 2H+1 fields, mean, cosine 1,
