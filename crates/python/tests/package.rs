@@ -85,13 +85,28 @@ fn passes(arguments: &[&str]) {
     println!("{}", said.lines().last().unwrap_or_default());
 }
 
+const EXAMPLES: &str = "test_examples.py";
+const OF_THE_PAPER: &str = "twenty_lines";
+const OF_THE_FIT: &str = "fit";
+
 #[test]
-fn the_tests_of_the_notebooks_and_examples_pass() {
-    passes(&["test_examples.py"]);
+fn the_notebook_of_the_paper_passes() {
+    passes(&[EXAMPLES, "-k", OF_THE_PAPER]);
 }
 
-/// All the others, beside those of the examples: each takes half of the time.
+#[test]
+fn the_notebook_of_the_fit_passes() {
+    passes(&[EXAMPLES, "-k", OF_THE_FIT]);
+}
+
+#[test]
+fn the_tests_of_the_other_notebooks_and_examples_pass() {
+    let others = format!("not {OF_THE_PAPER} and not {OF_THE_FIT}");
+    passes(&[EXAMPLES, "-k", &others]);
+}
+
+/// All the others, beside those of the examples.
 #[test]
 fn the_tests_of_the_python_package_pass() {
-    passes(&["--ignore", "test_examples.py"]);
+    passes(&["--ignore", EXAMPLES]);
 }
