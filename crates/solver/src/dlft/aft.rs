@@ -66,16 +66,11 @@ enum History {
     /// The same, where the pair does not slide in the last one. Where it touches its cone, the slip at
     /// that sample in a period before has left it there.
     Stuck(usize),
-    /// The last period, in which the pair slides: its start, which is the fixed point of the period.
-    Periodic(State),
+    /// The last period, in which the pair slides and whose fixed point is its start.
+    Periodic,
     /// The last period and one before it, as the state was solved for: `slipping` is the start of
-    /// the last period that slid (the state is the fixed point of that period), `last` the start of
-    /// the last period.
-    FixedPoint {
-        slipping: State,
-        last: State,
-        touch_n: f64,
-    },
+    /// the last period that slid (the state is the fixed point of that period).
+    FixedPoint { slipping: State, touch_n: f64 },
 }
 
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
@@ -163,7 +158,6 @@ fn evaluate_pair(
         end.history = if period > PLAIN_PERIODS {
             History::FixedPoint {
                 slipping,
-                last: before,
                 touch_n: TOUCH * scale,
             }
         } else {
@@ -195,7 +189,7 @@ fn evaluate_pair(
         && is_settled
     {
         if slides {
-            end.history = History::Periodic(slipping);
+            end.history = History::Periodic;
         } else if !slips || before > 0 && input.law.rubs() && end.slid_n == 0.0 {
             end.history = History::Stuck(before);
         }
@@ -561,24 +555,20 @@ fn derivative_signals(
                 pass.period(None);
             }
         }
-        History::Periodic(start) => {
+        History::Periodic => {
             is_fixed_point = true;
-            pass.state = start;
+            pass.state = end.last.start;
         }
-        History::FixedPoint {
-            slipping,
-            last,
-            touch_n,
-        } => {
+        History::FixedPoint { slipping, touch_n } => {
             pass.law.touch_n = touch_n;
             pass.state = slipping;
-            is_fixed_point = slipping == last;
+            is_fixed_point = slipping == end.last.start;
             if !is_fixed_point {
                 pass.history = own_state(width, block);
                 pass.period(None);
                 pass.history = fixed_point(&pass.history, width, block).concat();
             }
-            pass.state = last;
+            pass.state = end.last.start;
         }
     }
     if is_fixed_point {

@@ -39,14 +39,16 @@ pub struct PairDerivatives {
 }
 
 impl PairDerivatives {
-    /// Derivatives of no pair yet, for vectors of so many blocks.
-    pub fn new(width: usize) -> Self {
+    /// Derivatives of no pair yet, for vectors of so many blocks, with room for those of `moving`
+    /// pairs.
+    pub fn new(width: usize, moving: usize) -> Self {
         let size = 3 * width;
+        let padded = size.next_multiple_of(LANES);
         Self {
             size,
-            padded: size.next_multiple_of(LANES),
+            padded,
             starts: Vec::new(),
-            entries: Vec::new(),
+            entries: Vec::with_capacity(moving * size * padded),
         }
     }
 

@@ -278,7 +278,7 @@ impl Preconditioner {
 /// D of `pairs` in single precision; the identity for those not active, which stick.
 fn in_single_precision(jacobian: &Jacobian, pairs: &[usize], width: usize) -> PairDerivatives {
     let full = 3 * width;
-    let mut all = PairDerivatives::new(width);
+    let mut all = PairDerivatives::new(width, jacobian.active.len());
     let mut active = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
     for pair in pairs {
         match active.next_if(|(p, _)| *p == pair) {

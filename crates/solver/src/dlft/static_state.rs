@@ -364,7 +364,7 @@ impl<'a> StaticSystem<'a> {
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
-                derivatives: PairDerivatives::new(1),
+                derivatives: PairDerivatives::new(1, 0),
                 retention: retention.cloned(),
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
@@ -580,7 +580,12 @@ impl NonlinearSystem for StaticSystem<'_> {
     fn linearise(&mut self, x: &[f64]) {
         self.linear.derivatives.clear();
         for (pair, instant) in self.pairs(x).into_iter().enumerate() {
-            let derivative = self.law(pair).derivative(&instant);
+            let law = self.law(pair);
+            if law.is_rigid && instant.state.contact == Contact::Stick {
+                self.linear.derivatives.push_identity();
+                continue;
+            }
+            let derivative = law.derivative(&instant);
             let entry = |i: usize, j: usize| derivative[i][j] as f32;
             self.linear.derivatives.push(entry);
         }

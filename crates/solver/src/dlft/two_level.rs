@@ -341,7 +341,7 @@ mod tests {
         let inexact =
             InexactModel::new(&problem.reduced).taking_part(&pairs.collect::<Vec<_>>(), None);
         let m = inexact.unknowns();
-        let mut derivatives = PairDerivatives::new(2 * HARMONICS + 1);
+        let mut derivatives = PairDerivatives::new(2 * HARMONICS + 1, m / 3);
         for pair in 0..m / 3 {
             derivatives.push(|row, column| {
                 let i = (pair * FULL + column) * FULL + row;
@@ -430,7 +430,7 @@ mod tests {
         let model: &'static ReducedModel = Box::leak(Box::new(model));
         let all: Vec<usize> = (0..PAIRS).collect();
         // Pairs that open, and pairs that slide.
-        let mut derivatives = PairDerivatives::new(1);
+        let mut derivatives = PairDerivatives::new(1, PAIRS);
         for pair in 0..PAIRS {
             derivatives.push(|row, column| match (pair % 3, row, column) {
                 (0, ..) => 0.0,
