@@ -354,12 +354,14 @@ impl Tracer {
         work: &mut Work,
     ) -> Option<Found<'b>> {
         let span = second.length - first.length;
-        let (u, abscissa) = between(first, second, (length - first.length) / span);
+        let way = length - first.length;
+        let (u, abscissa) = between(first, second, way / span);
         let plane = first.plane(span, (&u, abscissa));
-        let start = (&u[..], abscissa);
         let newton = self.newton(over, abscissa)?;
+        // Beside a corner the tangents of its sides are nearer to the curve than the cubic.
+        let starts = [(u, abscissa), first.ahead(way), second.ahead(way - span)];
         let (solution, abscissa) =
-            self.corrected_between([first, second], over, &plane, start, newton, work)?;
+            self.corrected_between([first, second], over, &plane, &starts, newton, work)?;
         Some(Found {
             solution,
             abscissa,
@@ -391,9 +393,14 @@ impl Tracer {
         let (row, corner) = scales.across(&gauge, &joins, joins_along);
         let plane = Plane::across((&row, corner), squared, (&u, abscissa));
         let newton = self.newton(over, abscissa)?;
-        let start = (&u[..], abscissa);
-        let (solution, abscissa) =
-            self.corrected_between([first, second], over, &plane, start, newton, work)?;
+        let (solution, abscissa) = self.corrected_between(
+            [first, second],
+            over,
+            &plane,
+            &[(u, abscissa)],
+            newton,
+            work,
+        )?;
         Some(Found {
             solution,
             abscissa,
@@ -604,23 +611,33 @@ impl Tracer {
         Some(passed)
     }
 
-    /// Solution in a plane between two points, with the mean of the first, or else with that of the
-    /// second; `None` where none is found.
+    /// Solution in a plane between two points, from the first of these starts that leads to one: with
+    /// the mean of the first point, or else with that of the second, or else with the retained one
+    /// where friction does not hold the bodies. `None` where none is found.
     fn corrected_between<'b>(
         &self,
         ends: [&Point; 2],
         over: &'b dyn Over<'b>,
         plane: &Plane,
-        start: (&[f64], f64),
+        starts: &[(Vec<f64>, f64)],
         options: NewtonOptions,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
-        let [first, second] = ends.map(|end| end.mean);
-        let found = self.corrected(over, plane, start, first, options, work);
-        if found.is_some() || first == second {
-            return found;
+        let mut means = ends.map(|end| end.mean).to_vec();
+        means.dedup();
+        let solvers = self.solvers(over);
+        for &mean in &means {
+            for (u, abscissa) in starts {
+                let start = (&u[..], *abscissa);
+                let (found, abscissa) = correct(solvers, plane, start, mean, options, work)?;
+                if found.is_converged() {
+                    return Some((found, abscissa));
+                }
+            }
         }
-        self.corrected(over, plane, start, second, options, work)
+        let (u, abscissa) = starts.first()?;
+        let is_free = means.contains(&Mean::Free);
+        is_free.then(|| self.retained(over, plane, (u, *abscissa), options, work))?
     }
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
@@ -634,14 +651,24 @@ impl Tracer {
         options: NewtonOptions,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
-        let solvers = self.solvers(over);
-        let (found, abscissa) = correct(solvers, plane, start, mean, options, work)?;
+        let (found, abscissa) = correct(self.solvers(over), plane, start, mean, options, work)?;
         if found.is_converged() {
             return Some((found, abscissa));
         }
-        if mean == Mean::Retained {
-            return None;
-        }
+        (mean == Mean::Free).then(|| self.retained(over, plane, start, options, work))?
+    }
+
+    /// Solution in a plane with the mean retained; `None` where none is found, or friction holds the
+    /// bodies.
+    fn retained<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        start: (&[f64], f64),
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let solvers = self.solvers(over);
         let (found, abscissa) = correct(solvers, plane, start, Mean::Retained, options, work)?;
         if !found.is_converged() {
             return None;
