@@ -27,6 +27,9 @@ const MOST_ADDED: usize = 8;
 /// A peak is found where neither the cubic through two points and their slopes nor the parabola
 /// through three points rises by more than this fraction above the highest of them.
 const PEAK_ERROR: f64 = 2e-5;
+/// Where no motion is found at a place of a peak, it is looked for this fraction of the way nearer to
+/// the points on both sides.
+const BESIDE: f64 = 0.05;
 /// Points from which a peak is looked for.
 const RECENT: usize = 3;
 /// A fold is found where the tangents of the points on both sides of it meet no farther beyond them
@@ -450,10 +453,18 @@ impl<'b> Follower<'b> {
                     break;
                 };
                 let ends = [after, after + 1].map(|i| self.recent[i].clone());
-                let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
-                    tracer.inside(over, ends, length, work)
-                };
-                let Some(added) = self.add(over, solve, ends.each_ref(), length) else {
+                let [before, behind] = ends.each_ref().map(|end| end.length - length);
+                // At a corner a motion beside it is found where the one on it is not.
+                let beside = [0.0, BESIDE * before, BESIDE * behind].map(|off| (off, false));
+                let found =
+                    (beside.into_iter().chain([(0.0, true)])).find_map(|(off, retained)| {
+                        let solve =
+                            |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
+                                tracer.inside(over, ends, (length, retained), work)
+                            };
+                        self.add(over, solve, ends.each_ref(), length + off)
+                    });
+                let Some(added) = found else {
                     break;
                 };
                 self.recent.insert(after + 1, added);

@@ -180,6 +180,26 @@ mod tests {
         }
     }
 
+    /// At this peak a pair begins to slip, which is a corner of the curve. Where the points beside it
+    /// lie hangs on rounding, and so did whether Newton's method found the corner.
+    #[test]
+    fn a_peak_at_a_corner_is_found_from_any_points_beside_it() {
+        let resolution = Resolution::fixed(1, 64);
+        let peaks = [0.0, 1e-9, 2e-9, 5e-9].map(|change| {
+            let problem = dovetail72(0.72 * (1.0 + change));
+            let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+            let ends = [0.96, 1.01].map(|ratio| ratio * first_hz);
+            let settings = SweepSettings::new(ends.to_vec(), resolution);
+            let state = static_state(&problem, 10, settings.newton);
+            let curve = follow(&problem, damping(&problem), &state, &settings, &[], &|_| ());
+            highest(&curve).observed_amplitude[0]
+        });
+        let highest = peaks.iter().copied().fold(0.0, f64::max);
+        let off = peaks.map(|peak| 1.0 - peak / highest);
+        println!("{off:?}");
+        assert!(off.iter().all(|off| *off < 1e-4), "{off:?}");
+    }
+
     /// Behind its fold the motion jumps down at a frequency: the guess is there.
     #[test]
     fn a_peak_above_a_fold_is_found_from_behind_the_fold() {

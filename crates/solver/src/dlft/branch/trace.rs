@@ -345,14 +345,16 @@ impl Tracer {
         }
     }
 
-    /// Solution at a length of the curve between two points.
+    /// Solution at a length of the curve between two points, with the mean of either. Where `retained`
+    /// is true and neither is found, the mean may be retained where friction does not hold the bodies.
     pub fn inside<'b>(
         &self,
         over: &'b dyn Over<'b>,
-        [first, second]: [&Point; 2],
-        length: f64,
+        ends: [&Point; 2],
+        (length, retained): (f64, bool),
         work: &mut Work,
     ) -> Option<Found<'b>> {
+        let [first, second] = ends;
         let span = second.length - first.length;
         let way = length - first.length;
         let (u, abscissa) = between(first, second, way / span);
@@ -360,8 +362,11 @@ impl Tracer {
         let newton = self.newton(over, abscissa)?;
         // Beside a corner the tangents of its sides are nearer to the curve than the cubic.
         let starts = [(u, abscissa), first.ahead(way), second.ahead(way - span)];
-        let (solution, abscissa) =
-            self.corrected_between([first, second], over, &plane, &starts, newton, work)?;
+        let (solution, abscissa) = if retained {
+            self.corrected_between(ends, over, &plane, &starts, newton, work)?
+        } else {
+            self.corrected_from(ends, over, &plane, &starts, newton, work)?
+        };
         Some(Found {
             solution,
             abscissa,
@@ -611,10 +616,29 @@ impl Tracer {
         Some(passed)
     }
 
-    /// Solution in a plane between two points, from the first of these starts that leads to one: with
-    /// the mean of the first point, or else with that of the second, or else with the retained one
-    /// where friction does not hold the bodies. `None` where none is found.
+    /// Solution in a plane between two points, as of [`Tracer::corrected_from`], or else with the mean
+    /// retained where friction does not hold the bodies.
     fn corrected_between<'b>(
+        &self,
+        ends: [&Point; 2],
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        starts: &[(Vec<f64>, f64)],
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let found = self.corrected_from(ends, over, plane, starts, options, work);
+        let is_free = ends.iter().any(|end| end.mean == Mean::Free);
+        if found.is_some() || !is_free {
+            return found;
+        }
+        let (u, abscissa) = starts.first()?;
+        self.retained(over, plane, (u, *abscissa), options, work)
+    }
+
+    /// Solution in a plane between two points, from the first of these starts that leads to one, with
+    /// the mean of the first point, or else with that of the second; `None` where none is found.
+    fn corrected_from<'b>(
         &self,
         ends: [&Point; 2],
         over: &'b dyn Over<'b>,
@@ -635,9 +659,7 @@ impl Tracer {
                 }
             }
         }
-        let (u, abscissa) = starts.first()?;
-        let is_free = means.contains(&Mean::Free);
-        is_free.then(|| self.retained(over, plane, (u, *abscissa), options, work))?
+        None
     }
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
