@@ -362,11 +362,9 @@ impl Tracer {
         let newton = self.newton(over, abscissa)?;
         // Beside a corner the tangents of its sides are nearer to the curve than the cubic.
         let starts = [(u, abscissa), first.ahead(way), second.ahead(way - span)];
-        let (solution, abscissa) = if retained {
-            self.corrected_between(ends, over, &plane, &starts, newton, work)?
-        } else {
-            self.corrected_from(ends, over, &plane, &starts, newton, work)?
-        };
+        let starts = (&starts[..], retained);
+        let (solution, abscissa) =
+            self.corrected_between(ends, over, &plane, starts, newton, work)?;
         Some(Found {
             solution,
             abscissa,
@@ -398,14 +396,10 @@ impl Tracer {
         let (row, corner) = scales.across(&gauge, &joins, joins_along);
         let plane = Plane::across((&row, corner), squared, (&u, abscissa));
         let newton = self.newton(over, abscissa)?;
-        let (solution, abscissa) = self.corrected_between(
-            [first, second],
-            over,
-            &plane,
-            &[(u, abscissa)],
-            newton,
-            work,
-        )?;
+        let (starts, ends) = ([(u, abscissa)], [first, second]);
+        let starts = (&starts[..], true);
+        let (solution, abscissa) =
+            self.corrected_between(ends, over, &plane, starts, newton, work)?;
         Some(Found {
             solution,
             abscissa,
@@ -616,34 +610,15 @@ impl Tracer {
         Some(passed)
     }
 
-    /// Solution in a plane between two points, as of [`Tracer::corrected_from`], or else with the mean
-    /// retained where friction does not hold the bodies.
+    /// Solution in a plane between two points, from the first of `starts` that leads to one, with the
+    /// mean of the first point, or else with that of the second. Where `retained` is true and neither
+    /// is found, the mean may be retained where friction does not hold the bodies.
     fn corrected_between<'b>(
         &self,
         ends: [&Point; 2],
         over: &'b dyn Over<'b>,
         plane: &Plane,
-        starts: &[(Vec<f64>, f64)],
-        options: NewtonOptions,
-        work: &mut Work,
-    ) -> Option<(Solution<'b>, f64)> {
-        let found = self.corrected_from(ends, over, plane, starts, options, work);
-        let is_free = ends.iter().any(|end| end.mean == Mean::Free);
-        if found.is_some() || !is_free {
-            return found;
-        }
-        let (u, abscissa) = starts.first()?;
-        self.retained(over, plane, (u, *abscissa), options, work)
-    }
-
-    /// Solution in a plane between two points, from the first of these starts that leads to one, with
-    /// the mean of the first point, or else with that of the second; `None` where none is found.
-    fn corrected_from<'b>(
-        &self,
-        ends: [&Point; 2],
-        over: &'b dyn Over<'b>,
-        plane: &Plane,
-        starts: &[(Vec<f64>, f64)],
+        (starts, retained): (&[(Vec<f64>, f64)], bool),
         options: NewtonOptions,
         work: &mut Work,
     ) -> Option<(Solution<'b>, f64)> {
@@ -659,7 +634,9 @@ impl Tracer {
                 }
             }
         }
-        None
+        let (u, abscissa) = starts.first()?;
+        let may_retain = retained && means.contains(&Mean::Free);
+        may_retain.then(|| self.retained(over, plane, (u, *abscissa), options, work))?
     }
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
