@@ -455,15 +455,18 @@ impl<'b> Follower<'b> {
                 let ends = [after, after + 1].map(|i| self.recent[i].clone());
                 let [before, behind] = ends.each_ref().map(|end| end.length - length);
                 // At a corner a motion beside it is found where the one on it is not.
-                let beside = [0.0, BESIDE * before, BESIDE * behind].map(|off| (off, false));
-                let found =
-                    (beside.into_iter().chain([(0.0, true)])).find_map(|(off, retained)| {
-                        let solve =
-                            |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
-                                tracer.inside(over, ends, (length, retained), work)
-                            };
-                        self.add(over, solve, ends.each_ref(), length + off)
-                    });
+                let tries = [
+                    (0.0, false),
+                    (BESIDE * before, false),
+                    (BESIDE * behind, false),
+                    (0.0, true),
+                ];
+                let found = tries.into_iter().find_map(|(off, retained)| {
+                    let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
+                        tracer.inside(over, ends, (length, retained), work)
+                    };
+                    self.add(over, solve, ends.each_ref(), length + off)
+                });
                 let Some(added) = found else {
                     break;
                 };

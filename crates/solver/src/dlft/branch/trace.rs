@@ -628,9 +628,9 @@ impl Tracer {
         for &mean in &means {
             for (u, abscissa) in starts {
                 let start = (&u[..], *abscissa);
-                let (found, abscissa) = correct(solvers, plane, start, mean, options, work)?;
-                if found.is_converged() {
-                    return Some((found, abscissa));
+                let found = correct(solvers, plane, start, mean, options, work);
+                if let Some(found) = found.filter(|(found, _)| found.is_converged()) {
+                    return Some(found);
                 }
             }
         }
