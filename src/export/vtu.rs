@@ -3,6 +3,7 @@
 //! Arrays are f64, compressed by zlib, which every reader of the format supports. The nodes of an
 //! element are in the order of VTK.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +70,7 @@ pub fn write_static(
         stress.extend_from_slice(f.stress_pa.as_flattened());
         stress.resize(stress.len() + 6 * body.facets.len(), 0.0);
     }
-    let mut grid = Grid::of_bodies(model);
+    let mut grid = Grid::of(model, None);
     grid.point_array("displacement_m", 3, displacement);
     grid.point_array("von_mises_pa", 1, von_mises);
     grid.cell_array("stress_pa", 6, stress);
@@ -89,78 +90,85 @@ pub fn write_static(
 ///
 /// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With
 /// rotation the mean includes the static displacement.
+///
+/// With a disc all of its sectors are written. The fields given are those of its first sector, and
+/// nodes and elements have `sector`, counted from 0.
+///
+/// # Errors
+/// Fields that do not fit the bodies; a file that cannot be written.
 pub fn write_motion(
     path: &Path,
-    model: &Model,
+    (model, disc): (&Model, Option<&Cyclic>),
     coefficients: &[Vec<NodalField>],
     stress: Option<&PeakStress>,
 ) -> Result<(), ExportError> {
     check_motion(path, model, coefficients)?;
-    let mut grid = Grid::of_bodies(model);
-    add_motion(&mut grid, coefficients);
+    let mut grid = Grid::of(model, disc);
+    add_motion(&mut grid, &on_sectors(disc, coefficients, turned));
     if let Some(stress) = stress {
-        let fields = coefficients.first().map_or(1, Vec::len);
-        add_stress(&mut grid, stress, fields / 2);
+        add_stress(&mut grid, stress, disc);
     }
     grid.write(path)
 }
 
-/// Writes all sectors of a disc with the motion of [`write_motion`], that of the bodies being the
-/// first sector's. Nodes and elements have `sector`, counted from 0.
-///
-/// # Errors
-/// Fields that do not fit the bodies; a file that cannot be written.
-pub fn write_motion_of_disc(
-    path: &Path,
-    model: &Model,
-    disc: &Cyclic,
-    coefficients: &[Vec<NodalField>],
-) -> Result<(), ExportError> {
-    check_motion(path, model, coefficients)?;
-    let mut grid = Grid::of_disc(model, disc);
-    add_motion(&mut grid, &on_sectors(disc, coefficients));
-    grid.write(path)
+/// Cosine and sine part of a wave, `cosine - i sine`, times `exp(i angle)`.
+fn ahead<const N: usize>(angle_rad: f64, c: [f64; N], s: [f64; N]) -> [[f64; N]; 2] {
+    let (sin, cos) = angle_rad.sin_cos();
+    let sum = |a: f64, b: f64| std::array::from_fn(|i| a * c[i] + b * s[i]);
+    [sum(cos, sin), sum(-sin, cos)]
 }
 
-/// Motion of the bodies of all sectors of a disc, from that of the first one: harmonic k of sector j
-/// is turned by j pitches, and times `exp(i k E 2 pi j / N)` with the engine order E.
-fn on_sectors(disc: &Cyclic, coefficients: &[Vec<NodalField>]) -> Vec<Vec<NodalField>> {
+/// Turns a vector.
+fn turned(turn: &[[f64; 3]; 3], u: [f64; 3]) -> [f64; 3] {
+    turn.map(|row| dot(row, u))
+}
+
+/// Turns a stress: xx, yy, zz, xy, yz, xz.
+fn turned_stress(turn: &[[f64; 3]; 3], [xx, yy, zz, xy, yz, xz]: [f64; 6]) -> [f64; 6] {
+    let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    // The components of R S R^T along pairs of axes.
+    let along = |a: usize, b: usize| dot(turn[a], rows.map(|row| dot(row, turn[b])));
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|(a, b)| along(a, b))
+}
+
+/// Fields of the bodies of all sectors of a disc, from those of the first one, each with 2H+1
+/// coefficients: harmonic k of sector j is turned by j pitches, and times `exp(i k E 2 pi j / N)` with
+/// the engine order E. Without a disc the fields as they are.
+fn on_sectors<'a, const N: usize>(
+    disc: Option<&Cyclic>,
+    coefficients: impl IntoIterator<Item = &'a Vec<Vec<[f64; N]>>> + Clone,
+    turned: fn(&[[f64; 3]; 3], [f64; N]) -> [f64; N],
+) -> Vec<Cow<'a, [Vec<[f64; N]>]>> {
+    let Some(disc) = disc else {
+        let bodies = coefficients.into_iter();
+        return bodies.map(|fields| Cow::Borrowed(&fields[..])).collect();
+    };
     let of_sector = |sector: usize| {
         let turn = disc.turned_to(sector);
-        let of_body = move |fields: &Vec<NodalField>| {
-            let mean = fields[0].iter().map(|u| turn.map(|row| dot(row, *u)));
+        let of_body = move |fields: &'a Vec<Vec<[f64; N]>>| {
+            let mean = fields[0].iter().map(|v| turned(&turn, *v));
             let mut all = vec![mean.collect()];
             for k in 1..=fields.len() / 2 {
-                let angle = disc.phase_rad(k, sector);
+                let angle_rad = disc.phase_rad(k, sector);
                 let both = fields[cosine(k)].iter().zip(&fields[sine(k)]);
-                let turned = both.map(|(c, s)| turned_wave(turn, angle, *c, *s));
+                let parts = both.map(|(c, s)| ahead(angle_rad, *c, *s));
+                let turned = parts.map(|parts| parts.map(|v| turned(&turn, v)).into());
                 let (cosine, sine) = turned.unzip();
                 all.extend([cosine, sine]);
             }
-            all
+            Cow::Owned(all)
         };
-        coefficients.iter().map(of_body)
+        coefficients.clone().into_iter().map(of_body)
     };
     (0..disc.sectors).flat_map(of_sector).collect()
 }
 
-/// Cosine and sine part of a vector that is turned and, as `cosine - i sine`, times `exp(i angle)`.
-fn turned_wave(turn: [[f64; 3]; 3], angle: f64, c: [f64; 3], s: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    let (sin, cos) = angle.sin_cos();
-    let turned = |a: f64, b: f64| turn.map(|row| a * dot(row, c) + b * dot(row, s));
-    (turned(cos, sin), turned(-sin, cos))
-}
-
 /// Adds the arrays of a motion to those of the nodes.
-fn add_motion(grid: &mut Grid, coefficients: &[Vec<NodalField>]) {
-    let field = |i: usize| -> Vec<f64> {
-        let bodies = coefficients.iter().flat_map(|fields| &fields[i]);
-        bodies.flatten().copied().collect()
-    };
-    let fields = coefficients.first().map_or(1, Vec::len);
-    grid.point_array("mean_m", 3, field(0));
+fn add_motion(grid: &mut Grid, coefficients: &[Cow<'_, [NodalField]>]) {
+    let fields = coefficients.first().map_or(1, |fields| fields.len());
+    grid.point_array("mean_m", 3, of_all(coefficients, 0));
     for k in 1..=fields / 2 {
-        let (cosine, sine) = (field(cosine(k)), field(sine(k)));
+        let [cosine, sine] = [cosine(k), sine(k)].map(|i| of_all(coefficients, i));
         let both = || cosine.iter().zip(&sine);
         let amplitude = both().map(|(c, s)| c.hypot(*s)).collect();
         let phase = both().map(|(c, s)| s.atan2(*c)).collect();
@@ -171,18 +179,26 @@ fn add_motion(grid: &mut Grid, coefficients: &[Vec<NodalField>]) {
     }
 }
 
-/// Adds the arrays of the stress with this number of harmonics to those of the nodes.
-fn add_stress(grid: &mut Grid, stress: &PeakStress, harmonics: usize) {
-    let bodies = || stress.bodies.iter();
-    let tensor = |i: usize| -> Vec<f64> {
-        let nodes = bodies().flat_map(|body| &body.coefficients_pa[i]);
-        nodes.flatten().copied().collect()
-    };
-    grid.point_array("mean_stress_pa", 6, tensor(0));
-    for k in 1..=harmonics {
-        grid.point_array(&format!("h{k}_stress_cos_pa"), 6, tensor(cosine(k)));
-        grid.point_array(&format!("h{k}_stress_sin_pa"), 6, tensor(sine(k)));
+/// Field `i` of all bodies, one after the other.
+fn of_all<const N: usize>(coefficients: &[Cow<'_, [Vec<[f64; N]>]>], i: usize) -> Vec<f64> {
+    let bodies = coefficients.iter().flat_map(|fields| &fields[i]);
+    bodies.flatten().copied().collect()
+}
+
+/// Adds the arrays of the stress to those of the nodes. Its cycle is that of the first sector in all
+/// sectors of a disc, at another instant.
+fn add_stress(grid: &mut Grid, stress: &PeakStress, disc: Option<&Cyclic>) {
+    let tensors = stress.bodies.iter().map(|body| &body.coefficients_pa);
+    let tensors = on_sectors(disc, tensors, turned_stress);
+    let fields = tensors.first().map_or(1, |fields| fields.len());
+    grid.point_array("mean_stress_pa", 6, of_all(&tensors, 0));
+    for k in 1..=fields / 2 {
+        let [cosine, sine] = [cosine(k), sine(k)].map(|i| of_all(&tensors, i));
+        grid.point_array(&format!("h{k}_stress_cos_pa"), 6, cosine);
+        grid.point_array(&format!("h{k}_stress_sin_pa"), 6, sine);
     }
+    let sectors = || 0..disc.map_or(1, |disc| disc.sectors);
+    let bodies = || sectors().flat_map(|_| &stress.bodies);
     let cycles = || bodies().flat_map(|body| &body.cycles);
     let mut add = |name: &str, figure: fn(&StressCycle) -> f64| {
         grid.point_array(name, 1, cycles().map(figure).collect());
@@ -191,12 +207,11 @@ fn add_stress(grid: &mut Grid, stress: &PeakStress, harmonics: usize) {
     add("von_mises_amplitude_pa", |cycle| cycle.amplitude_pa);
     add("von_mises_largest_pa", |cycle| cycle.largest_pa);
     if stress.strengths.iter().any(Option::is_some) {
-        let all = bodies()
-            .zip(&stress.strengths)
-            .flat_map(|(body, strength)| {
-                let cycles = body.cycles.iter();
-                cycles.map(move |cycle| strength.map_or(0.0, |s| cycle.utilisation(s)))
-            });
+        let strengths = sectors().flat_map(|_| &stress.strengths);
+        let all = bodies().zip(strengths).flat_map(|(body, strength)| {
+            let cycles = body.cycles.iter();
+            cycles.map(move |cycle| strength.map_or(0.0, |s| cycle.utilisation(s)))
+        });
         grid.point_array("utilisation", 1, all.collect());
     }
     let code = |reason: &Option<Singular>| match reason {
@@ -205,8 +220,8 @@ fn add_stress(grid: &mut Grid, stress: &PeakStress, harmonics: usize) {
         Some(Singular::FlankEdge) => 2,
         Some(Singular::PointLoad) => 3,
     };
-    let codes = stress.singular.iter().flatten().map(code);
-    grid.point_integers("singular", codes.collect());
+    let singular = sectors().flat_map(|_| stress.singular.iter().flatten());
+    grid.point_integers("singular", singular.map(code).collect());
 }
 
 /// Writes the integration points of all elements, with the stress of the fields of the bodies
@@ -249,7 +264,7 @@ pub fn write_stress_points(
 ///
 /// Arrays on the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m`
 /// is the displacement without the mean, the one to warp by. The files are those of
-/// [`frame_files`]. With a disc they show all of its sectors, as [`write_motion_of_disc`] does.
+/// [`frame_files`]. With a disc they show all of its sectors.
 pub fn write_frames(
     folder: &Path,
     (model, disc): (&Model, Option<&Cyclic>),
@@ -259,19 +274,13 @@ pub fn write_frames(
 ) -> Result<(), ExportError> {
     let pvd = folder.join(FRAMES);
     check_motion(&pvd, model, coefficients)?;
-    let (still, of_disc) = match disc {
-        None => (Grid::of_bodies(model), None),
-        Some(disc) => (
-            Grid::of_disc(model, disc),
-            Some(on_sectors(disc, coefficients)),
-        ),
-    };
-    let coefficients = of_disc.as_deref().unwrap_or(coefficients);
+    let still = Grid::of(model, disc);
+    let coefficients = on_sectors(disc, coefficients, turned);
     let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
         let mut whole = Vec::with_capacity(still.points.len());
         let mut moving = Vec::with_capacity(still.points.len());
-        for fields in coefficients {
+        for fields in &coefficients {
             let u = oscillation(fields, phase);
             whole.extend_from_slice(added(&fields[0], &u).as_flattened());
             moving.extend_from_slice(u.as_flattened());
@@ -354,7 +363,7 @@ fn to_scale(mode: &ModeShape) -> Vec<f64> {
 /// Writes the bodies with mode shapes on the nodes. Each is a vector without unit whose largest
 /// length is 1, under the name `<kind>[_<body>]_<mode>_<frequency>_hz`.
 pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<(), ExportError> {
-    let mut grid = Grid::of_bodies(model);
+    let mut grid = Grid::of(model, None);
     for mode in modes {
         let name = array_name(mode);
         for (body, shape) in model.bodies.iter().zip(&mode.shape) {
@@ -380,7 +389,7 @@ pub fn write_disc(
     disc: &Cyclic,
     modes: &DiscModes,
 ) -> Result<(), ExportError> {
-    let mut grid = Grid::of_disc(model, disc);
+    let mut grid = Grid::of(model, Some(disc));
     for (number, mode) in (1..).zip(&modes.modes) {
         for part in [&mode.cosine, &mode.sine] {
             for (body, shape) in model.bodies.iter().zip(part) {
@@ -398,11 +407,12 @@ pub fn write_disc(
         let (mut cosine, mut sine) = (Vec::new(), Vec::new());
         for sector in 0..disc.sectors {
             let turn = disc.turned_to(sector);
-            let angle = TAU * (modes.nodal_diameter * sector) as f64 / disc.sectors as f64;
+            let angle_rad = TAU * (modes.nodal_diameter * sector) as f64 / disc.sectors as f64;
             for (c, s) in nodes() {
-                let (c, s) = turned_wave(turn, angle, *c, *s);
-                cosine.extend(c.map(|u| scale * u));
-                sine.extend(s.map(|u| scale * u));
+                let parts = ahead(angle_rad, *c, *s).map(|u| turned(&turn, u));
+                let [c, s] = parts.map(|u| u.map(|u| scale * u));
+                cosine.extend(c);
+                sine.extend(s);
             }
         }
         grid.point_array(&format!("{name}_cos"), 3, cosine);
@@ -446,19 +456,17 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Grid of all bodies, the nodes of each before those of the next, with `body` on nodes and
-    /// elements, `node_tag` and `element_tag`.
-    fn of_bodies(model: &Model) -> Self {
-        Self::of_copies(model, std::iter::once(|x: [f64; 3]| x))
-    }
-
-    /// Grid of all sectors of a disc, of which `model` is the first, with `sector` on nodes and elements
-    /// besides what [`Grid::of_bodies`] has.
-    fn of_disc(model: &Model, disc: &Cyclic) -> Self {
+    /// elements, `node_tag` and `element_tag`. With a disc, of which the bodies are the first sector,
+    /// the grid has all sectors, one after the other, with `sector` on nodes and elements.
+    fn of(model: &Model, disc: Option<&Cyclic>) -> Self {
+        let Some(disc) = disc else {
+            return Self::of_copies(model, std::iter::once(|x: [f64; 3]| x));
+        };
         let places = (0..disc.sectors).map(|sector| {
             let turn = disc.turned_to(sector);
             move |x: [f64; 3]| {
-                let arm = sub(x, disc.point_m);
-                [0, 1, 2].map(|k| disc.point_m[k] + dot(turn[k], arm))
+                let arm = turned(&turn, sub(x, disc.point_m));
+                [0, 1, 2].map(|k| disc.point_m[k] + arm[k])
             }
         });
         let mut grid = Self::of_copies(model, places);

@@ -115,10 +115,12 @@ impl Files {
                 response.peak_fretting = Some(manifest::fretting_summary(&fretting));
             }
         }
-        vtu::write_motion(&out.file("peak.vtu")?, model, &motion, stress.as_ref())?;
         let disc = model.cyclic.as_ref().filter(|_| self.whole_disc);
-        if let Some(disc) = disc {
-            vtu::write_motion_of_disc(&out.file("peak_disc.vtu")?, model, disc, &motion)?;
+        let path = out.file("peak.vtu")?;
+        vtu::write_motion(&path, (model, None), &motion, stress.as_ref())?;
+        if disc.is_some() {
+            let path = out.file("peak_disc.vtu")?;
+            vtu::write_motion(&path, (model, disc), &motion, stress.as_ref())?;
         }
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);

@@ -169,7 +169,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
         / observed(&model.observations[0], &run.motion)[1];
     let motion = scaled(&run.motion, gain);
 
-    vtu::write_motion(&out.join("peak.vtu"), model, &motion, None).unwrap();
+    vtu::write_motion(&out.join("peak.vtu"), (model, None), &motion, None).unwrap();
     vtu::write_frames(&out, (model, None), &motion, top.frequency_hz, FRAMES).unwrap();
     let files = vtu::frame_files(FRAMES);
     assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));

@@ -861,6 +861,41 @@ fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {
     );
 }
 
+/// The stress of a wave, on all sectors of its disc, is that of the whole disc: each sector of it is a
+/// body that computes the stress from its own motion.
+#[test]
+fn the_stress_of_a_wave_on_all_sectors_is_that_of_the_whole_disc() {
+    let folder = Folder::new("stress_of_a_wave");
+    let run = |sectors: usize, whole: &[&str]| {
+        let file = "disc_sector_two.msh";
+        let text = scene_of_order(4, file, sectors, &["disc", "blade"], RESPONSE);
+        // So small that no pair slips.
+        let text = text.replace("friction = 0.3\n", SPRINGS);
+        let text = text.replace("force_n = 20\n", "force_n = 0.2\n");
+        let text = text.replace("points = 6", "points = 2");
+        let path = folder.write(&format!("{sectors}.toml"), text);
+        let out = folder.join(&format!("out_{sectors}"));
+        ended(on_scene("run", &path, &out, &[]).args(whole), 0);
+        out
+    };
+    let is_stress = |name: &str| name.contains("stress") || name.contains("von_mises");
+    let (_, own) = arrays(&run(1, &["--whole-disc"]).join("peak_disc.vtu"), is_stress);
+    let (_, whole) = arrays(&run(SECTORS, &[]).join("peak.vtu"), is_stress);
+    assert_eq!(own.len(), 1 + 2 * 3 + 3);
+    // In the third harmonic, in which nothing excites the disc, there is rounding alone.
+    let size_of = |values: &[f64]| values.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
+    let first_pa = |name: &str| size_of(&whole.iter().find(|(own, _)| own == name).unwrap().1);
+    let least_pa = first_pa("h1_stress_cos_pa").max(first_pa("h1_stress_sin_pa"));
+    for ((name, a), (other, b)) in own.iter().zip(&whole) {
+        assert_eq!((name, a.len()), (other, b.len()));
+        let size = size_of(b).max(least_pa);
+        for (i, (a, b)) in a.iter().zip(b).enumerate() {
+            // The sector has all of its modes, and the disc 400 of those of all sectors.
+            assert!((a - b).abs() < 1e-4 * size, "{name} {i}: {a} {b}");
+        }
+    }
+}
+
 type Vectors = Vec<[f64; 3]>;
 
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -887,24 +922,32 @@ fn meets_alike(points: &Vectors, arrays: &[(String, Vectors)]) -> usize {
 
 /// Points of a .vtu file, and its arrays of vectors on them by their names.
 fn vectors(file: &Path, is_asked: impl Fn(&str) -> bool) -> (Vectors, Vec<(String, Vectors)>) {
+    let threes = |numbers: Vec<f64>| -> Vectors {
+        let all = numbers.chunks_exact(3);
+        all.map(|u| [u[0], u[1], u[2]]).collect()
+    };
+    let (points, arrays) = arrays(file, is_asked);
+    let arrays = arrays.into_iter();
+    let arrays = arrays.map(|(name, values)| (name, threes(values)));
+    (threes(points), arrays.collect())
+}
+
+/// Coordinates of the points of a .vtu file, and its arrays on them by their names.
+fn arrays(file: &Path, is_asked: impl Fn(&str) -> bool) -> (Vec<f64>, Vec<(String, Vec<f64>)>) {
     let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(file).unwrap().data else {
         panic!("not a grid")
     };
     let Piece::Inline(piece) = pieces.remove(0) else {
         panic!("not inline")
     };
-    let threes = |numbers: Vec<f64>| -> Vectors {
-        let all = numbers.chunks_exact(3);
-        all.map(|u| [u[0], u[1], u[2]]).collect()
-    };
     let arrays = piece.data.point.iter().filter_map(|array| match array {
         Attribute::DataArray(array) if is_asked(&array.name) => {
-            Some((array.name.clone(), threes(array.data.cast_into::<f64>()?)))
+            Some((array.name.clone(), array.data.cast_into::<f64>()?))
         }
         _ => None,
     });
     let arrays = arrays.collect();
-    (threes(piece.points.cast_into::<f64>().unwrap()), arrays)
+    (piece.points.cast_into::<f64>().unwrap(), arrays)
 }
 
 /// Two sectors move alike where they meet, in the whole disc and at both parts of the period. A mode of
