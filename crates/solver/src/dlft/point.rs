@@ -50,6 +50,10 @@ const RELEASE: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 const RELEASE_TOLERANCE: f64 = 1e-5;
 /// Newton iterations allowed at each fraction; a step that needs more leads nowhere.
 const RELEASE_ITERATIONS: usize = 15;
+/// Newton iterations allowed at each coefficient of friction on the way to a higher one. Where they
+/// are not enough, the coefficient grows by the root of the factor before, down to the least one.
+const FRICTION_ITERATIONS: usize = 30;
+const LEAST_GROWTH: f64 = 1.2;
 
 /// Solver of a frequency, with what is the same at all frequencies: the balance, the solver asked
 /// for, and what holds the bodies, found when first asked for.
@@ -293,7 +297,7 @@ enum Strategy {
     /// start of the next sharper one.
     InSharpness,
     /// Start from the static state with the coefficients of friction at most `from`, then `growth`
-    /// times that and so on. Each start lies on the straight line in 1 / mu through the last two
+    /// times that, or less, and so on. Each start lies on the straight line in 1 / mu through the last two
     /// solutions.
     InFriction { from: f64, growth: f64 },
 }
@@ -637,8 +641,9 @@ impl<'a> FrequencySolver<'a> {
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
         use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction, InSharpness};
-        let in_friction =
+        let [from_high, from_low] =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
+        let in_friction = [from_high, from_low];
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
         let directly = |method| [FromNeighbour(method), FromRest(method)];
@@ -654,22 +659,23 @@ impl<'a> FrequencySolver<'a> {
         if self.excitation_exceeds_preload(frequency_hz) {
             return directly(self.stepping()).to_vec();
         }
-        let methods: &[Method] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
-            &[Method::Exact]
+        let [first, second] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
+            [Some(Method::Exact), None]
         } else {
-            &[
-                Method::Krylov(KRYLOV_TOLERANCE),
-                Method::Krylov(LOOSE_KRYLOV_TOLERANCE),
-            ]
+            [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE].map(|by| Some(Method::Krylov(by)))
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
         let in_gross_slip = slides_past(&self.setting, self.setting.free_slips_m) > GROSS_SLIP;
         in_gross_slip
             .then_some(InSharpness)
             .into_iter()
-            .chain(methods.iter().flat_map(|method| directly(*method)))
+            .chain(first.into_iter().flat_map(directly))
+            // Costs nothing below that coefficient. Above it pairs that slide seize or lift off, so
+            // that no motion is near the static state.
+            .chain([from_high])
+            .chain(second.into_iter().flat_map(directly))
             .chain((!in_gross_slip).then_some(InSharpness))
-            .chain(in_friction)
+            .chain([from_low])
             .chain(steps)
             .chain(is_small.then_some(dogleg).into_iter().flatten())
             .chain(small_steps)
@@ -793,45 +799,53 @@ impl<'a> FrequencySolver<'a> {
         FrequencySolver { setting, ..*self }
     }
 
-    /// Follows growing coefficients of friction; `None` where a coefficient on the way has no
-    /// solution, or none is above the first.
+    /// Follows growing coefficients of friction, which grow by less where no solution is found. `None`
+    /// where that does not help, or no coefficient is above the first.
     fn with_growing_friction(
         &self,
-        (from, growth): (f64, f64),
+        (from, mut growth): (f64, f64),
         frequency_hz: f64,
         mean: Mean,
         work: &mut Work,
     ) -> Option<Solution<'_>> {
         let pairs = self.setting.system.problem.laws.iter();
         let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));
-        let mut most = from;
-        if highest <= most {
+        if highest <= from {
             return None;
         }
-        let mut u = self.static_start();
-        let mut earlier: Option<(f64, Vec<f64>)> = None;
+        let mut newton = self.newton;
+        newton.max_iterations = newton.max_iterations.min(FRICTION_ITERATIONS);
+        let (mut earlier, mut last) = (None::<(f64, Vec<f64>)>, None::<(f64, Vec<f64>)>);
         loop {
-            let mut balance = self.balance(frequency_hz, mean)?;
-            balance.most_friction = most;
-            let solved = self.iterate(balance, u, self.stepping(), self.newton, work);
-            if !solved.is_converged() {
+            if self.budget_exhausted(work) {
                 return None;
             }
-            if most >= highest {
-                return Some(solved);
-            }
-            u = solved.u;
-            let next = (most * growth).min(highest);
-            let along = |before: f64| (1.0 / next - 1.0 / most) / (1.0 / most - 1.0 / before);
-            let predicted = match &earlier {
-                Some((before, v)) => {
-                    let t = along(*before);
-                    u.iter().zip(v).map(|(u, v)| u + t * (u - v)).collect()
+            let (most, start) = match &last {
+                None => (from, self.static_start()),
+                Some((last, u)) => {
+                    let most = (last * growth).min(highest);
+                    let along =
+                        |before: f64| (1.0 / most - 1.0 / last) / (1.0 / last - 1.0 / before);
+                    let start = earlier.as_ref().map(|(before, v)| {
+                        let t = along(*before);
+                        u.iter().zip(v).map(|(u, v)| u + t * (u - v)).collect()
+                    });
+                    (most, start.unwrap_or_else(|| u.clone()))
                 }
-                None => u.clone(),
             };
-            earlier = Some((most, std::mem::replace(&mut u, predicted)));
-            most = next;
+            let mut balance = self.balance(frequency_hz, mean)?;
+            balance.most_friction = most;
+            let solved = self.iterate(balance, start, self.stepping(), newton, work);
+            if !solved.is_converged() {
+                growth = growth.sqrt();
+                if last.is_none() || growth < LEAST_GROWTH {
+                    return None;
+                }
+            } else if most >= highest {
+                return Some(solved);
+            } else {
+                earlier = last.replace((most, solved.u));
+            }
         }
     }
 

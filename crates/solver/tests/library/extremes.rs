@@ -94,6 +94,29 @@ fn the_static_state_is_found_at_any_coefficient_of_friction() {
     }
 }
 
+/// Three pairs slide at rest under next to no pressure. In the vibration they stick: it is that of
+/// the linear reference.
+#[test]
+fn a_small_vibration_is_found_at_large_coefficients_of_friction() {
+    for friction in [30.0, 100.0, 1e6] {
+        let model = model(friction, 0.2);
+        let state = statics(&model);
+        let sliding = state.status.iter().filter(|s| **s == PairStatus::Slipping);
+        assert!(sliding.count() > 0, "{friction}");
+        let response = respond(&model, &state, &[0.98], 3);
+        let orbit = &response.orbits[0];
+        assert_eq!(orbit.outcome, Outcome::Converged, "{friction}");
+        let [found_m, linear_m] = [
+            orbit.observed_amplitude[0],
+            response.linear[0].observed_amplitude[0],
+        ];
+        assert!(
+            (found_m / linear_m - 1.0).abs() < 1e-3,
+            "{friction}: {found_m} {linear_m}"
+        );
+    }
+}
+
 #[test]
 fn a_clearance_that_the_load_closes_is_closed() {
     let compression = |gap_m| {
