@@ -874,7 +874,7 @@ fn the_stress_of_a_wave_on_all_sectors_is_that_of_the_whole_disc() {
         let text = text.replace("force_n = 20\n", "force_n = 0.2\n");
         let text = text.replace("points = 6", "points = 2");
         let path = folder.write(&format!("{sectors}.toml"), text);
-        let out = folder.join(&format!("out_{sectors}"));
+        let out = folder.join(format!("out_{sectors}"));
         ended(on_scene("run", &path, &out, &[]).args(whole), 0);
         out
     };
