@@ -297,8 +297,8 @@ enum Strategy {
     /// start of the next sharper one.
     InSharpness,
     /// Start from the static state with the coefficients of friction at most `from`, then `growth`
-    /// times that, or less, and so on. Each start lies on the straight line in 1 / mu through the last two
-    /// solutions.
+    /// times that, or less, and so on. Each start lies on the straight line in 1 / mu through the last
+    /// two solutions.
     InFriction { from: f64, growth: f64 },
 }
 
@@ -643,7 +643,6 @@ impl<'a> FrequencySolver<'a> {
         use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction, InSharpness};
         let [from_high, from_low] =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
-        let in_friction = [from_high, from_low];
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
         let directly = |method| [FromNeighbour(method), FromRest(method)];
@@ -651,7 +650,7 @@ impl<'a> FrequencySolver<'a> {
         if self.solver == Solver::Powell {
             return dogleg
                 .into_iter()
-                .chain(in_friction)
+                .chain([from_high, from_low])
                 .chain(steps)
                 .chain(small_steps)
                 .collect();
@@ -659,17 +658,18 @@ impl<'a> FrequencySolver<'a> {
         if self.excitation_exceeds_preload(frequency_hz) {
             return directly(self.stepping()).to_vec();
         }
-        let [first, second] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
-            [Some(Method::Exact), None]
+        let (first, second) = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
+            (Method::Exact, None)
         } else {
-            [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE].map(|by| Some(Method::Krylov(by)))
+            let loose = Method::Krylov(LOOSE_KRYLOV_TOLERANCE);
+            (Method::Krylov(KRYLOV_TOLERANCE), Some(loose))
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
         let in_gross_slip = slides_past(&self.setting, self.setting.free_slips_m) > GROSS_SLIP;
         in_gross_slip
             .then_some(InSharpness)
             .into_iter()
-            .chain(first.into_iter().flat_map(directly))
+            .chain(directly(first))
             // Costs nothing below that coefficient. Above it pairs that slide seize or lift off, so
             // that no motion is near the static state.
             .chain([from_high])
