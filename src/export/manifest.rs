@@ -80,7 +80,7 @@ pub struct Summary {
     pub seconds: f64,
     /// Processor time of all threads and of gmsh, s; `None` if the system does not provide it.
     pub processor_seconds: Option<f64>,
-    /// Number of pairs of nodes tied by bonded contacts; none of them is among `pairs`.
+    /// Number of nodes that follow others in bonded contacts; none of them is among `pairs`.
     pub bonded_pairs: usize,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]

@@ -12,8 +12,8 @@ use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
-    Assembly, Body, ContactSpec, Cyclic, DashpotSpec, FrictionMap, Matrices, Model, PlacedMatrices,
-    Side, SpringSpec,
+    Assembly, Body, ContactLaw, ContactSpec, Cyclic, DashpotSpec, FrictionMap, Matrices, Model,
+    PlacedMatrices, Side, SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
@@ -29,7 +29,8 @@ pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line
     let friction = model.friction_maps.iter().map(friction_note);
     lines.extend(friction.map(Line::Note));
     lines.push(Line::Note(counts_note(model)));
-    lines.extend(model.cyclic.iter().map(|c| Line::Note(sector_note(c))));
+    let of_sector = |c| [sector_note(c), faces_note(c)].map(Line::Note);
+    lines.extend(model.cyclic.iter().flat_map(of_sector));
     maps::tell(model, &mut lines);
     for (body, properties) in model.bodies.iter().zip(&bound.properties) {
         tell_of_mass(body, properties, &mut lines);
@@ -81,6 +82,23 @@ fn sector_note(cyclic: &Cyclic) -> String {
     )
 }
 
+/// Note on the faces of a sector: whether their meshes match.
+fn faces_note(cyclic: &Cyclic) -> String {
+    if cyclic.matches.is_empty() {
+        return "the meshes of the two faces of the sector match: each node is joined to one node"
+            .to_string();
+    }
+    let weighted = cyclic.matches.iter().filter(|found| !found.nodes_match);
+    let names: Vec<String> = weighted.map(|found| format!("`{}`", found.name)).collect();
+    let farthest = cyclic.matches.iter().map(|found| found.largest_mismatch_m);
+    format!(
+        "the meshes of the two faces of the sector do not match ({}): the nodes of one face follow the shape functions of \
+         the other one, at most {:.1e} m away",
+        names.join(", "),
+        farthest.fold(0.0, f64::max)
+    )
+}
+
 /// Adds notes and warnings about the positions of the flanks on each other.
 fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
     for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
@@ -94,6 +112,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
         let Some(ContactSpec {
             first,
             second: Some(second),
+            law,
             ..
         }) = spec
         else {
@@ -101,16 +120,27 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
         };
         let name = &found.name;
         let shares = found.covered.map(|share| 100.0 * share);
+        let (slave, master) = match found.slave {
+            Side::First => (first, second),
+            Side::Second => (second, first),
+        };
+        let is_bonded = *law == ContactLaw::Bonded;
+        let far = found.largest_mismatch_m;
         if !found.nodes_match {
-            let (slave, master) = match found.slave {
-                Side::First => (first, second),
-                Side::Second => (second, first),
+            let followed = match is_bonded {
+                true => "the shape functions of",
+                false => "a mean of nodes of",
             };
             lines.push(Line::Note(format!(
-                "contact {name}: the meshes of its flanks do not match; each node of `{slave}` follows a mean of nodes of \
-                 `{master}`, at most {:.1e} m away; {:.1} % of the area of `{first}` and {:.1} % of that of `{second}` lie \
+                "contact {name}: the meshes of its flanks do not match; each node of `{slave}` follows {followed} `{master}`, \
+                 at most {far:.1e} m away; {:.1} % of the area of `{first}` and {:.1} % of the area of `{second}` lie \
                  opposite the other",
-                found.largest_mismatch_m, shares[0], shares[1]
+                shares[0], shares[1]
+            )));
+        } else if is_bonded {
+            lines.push(Line::Note(format!(
+                "contact {name}: the meshes of its flanks match; each node of `{slave}` is joined to one node of `{master}`, at \
+                 most {far:.1e} m away"
             )));
         }
         if found.covered.iter().all(|share| *share < WHOLE) {

@@ -124,12 +124,17 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
 
     let set = [ROTATION, HARMONICS, "contact.0.law=bonded"];
     let tied = Run::new("tied", PATCH, &set);
-    assert_eq!(tied.solved(), expected[..2]);
+    // The 69 mid-edge nodes of the joint have unknowns of their own, once for both blocks.
+    let joined = stages(&[
+        ("finite elements", &held),
+        ("reduction", &[assembly[0] + 3 * 69]),
+    ]);
+    assert_eq!(tied.solved(), joined);
     let summary = tied.summary();
     let count = |key: &str| summary[key].as_u64().unwrap();
     assert_eq!(
         (count("pairs"), count("bonded_pairs"), count("stuck_modes")),
-        (0, 30, 12)
+        (0, 30 + 69, 12)
     );
     assert!(summary["static"].is_null());
     let files = ["flank.pvd", "static.vtu", "peak.vtu"].map(|f| tied.0.0.join(f).exists());
@@ -205,7 +210,9 @@ fn a_cause_that_acts_on_many_nodes_keeps_no_unknown() {
 
 #[test]
 fn bonded_flanks_answer_like_stuck_ones() {
-    for scene in [PATCH.to_owned(), alone()] {
+    // Between two bodies of quadratic elements the mid-edge nodes of stuck flanks follow their corners,
+    // and those of bonded flanks move by themselves.
+    for (scene, tolerance) in [(PATCH.to_owned(), 1e-3), (alone(), 1e-12)] {
         let stuck = Run::new("stuck", &scene, &["response.points=9", HARMONICS]);
         let set = ["response.points=9", HARMONICS, "contact.0.law=bonded"];
         let tied = Run::new("bonded", &scene, &set);
@@ -213,7 +220,7 @@ fn bonded_flanks_answer_like_stuck_ones() {
         close(
             &tied.column("response.csv", "corner_amplitude_m"),
             &linear,
-            1e-12,
+            tolerance,
         );
         let [input, viscous] =
             ["input_power_w", "viscous_power_w"].map(|c| tied.column("response.csv", c));

@@ -1,6 +1,6 @@
 //! Body under construction: its nodes, how they move, and what acts on them.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use super::contacts::ContactSide;
@@ -123,8 +123,7 @@ impl BodyBuilder {
 
     /// Fixes a flank that rigid ground holds, and removes it from the flanks.
     pub(super) fn hold_flank(&mut self, contact: &str, side: &ContactSide) {
-        let nodes = side.nodes.iter().chain(side.tied.iter().map(|t| &t.0));
-        let nodes: Vec<u32> = nodes.map(|&node| self.local(node)).collect();
+        let nodes: Vec<u32> = side.nodes.iter().map(|&node| self.local(node)).collect();
         for &node in &nodes {
             self.roles.fixed[node as usize] = true;
         }
@@ -180,6 +179,11 @@ impl BodyBuilder {
     /// Returns `true` if a node of the mesh belongs to a contact.
     pub(super) fn is_in_contact(&self, mesh_node: u32) -> bool {
         self.in_contact[self.local(mesh_node) as usize]
+    }
+
+    /// Local nodes in the middles of edges that follow the corners of these.
+    pub(super) fn tied(&self) -> BTreeMap<u32, [u32; 2]> {
+        self.roles.tied.iter().copied().collect()
     }
 
     pub(super) fn is_fixed(&self, mesh_node: u32) -> bool {

@@ -1,22 +1,29 @@
-//! Contact pairs of a model: slave nodes, frames, areas, and their order.
+//! Joints of the contacts of a model: pairs (slave nodes, frames, areas, and their order), or bonded
+//! nodes.
+
+use std::collections::HashMap;
 
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::groups::Outside;
-use super::mortar::{Mortar, Reach, Row, mortar};
+use super::mortar::mortar;
+use super::opposite::{Opposite, Reach};
+use super::tie::{Sheet, tie};
 use super::turn::Turn;
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave};
 use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{
-    Vector, add_scaled, cross, distance, dot, middle, scaled, sub, unit,
+    Vector, add_scaled, cross, distance, dot, middle, norm, scaled, sub, unit,
 };
 
 /// Default search distance, relative to the longest edge of both facets.
 const REACH: f64 = 0.5;
 
-/// Pairs of one contact; node numbers are still those of the mesh.
+/// Joint of one contact, with the node numbers of the mesh.
 pub(super) struct Contact {
     pub pairs: Vec<ContactPair>,
+    /// Nodes that a bonded contact joins, which has no pairs.
+    pub bonded: Vec<Slave>,
     /// Facets of the slave flank as indices of their corners into `pairs`, counter-clockwise seen
     /// from the first body.
     pub facets: Vec<Vec<u32>>,
@@ -26,12 +33,21 @@ pub(super) struct Contact {
     pub flank_match: Option<FlankMatch>,
 }
 
+impl Contact {
+    /// Slave nodes of the pairs, or of the bonded nodes.
+    pub fn slaves(&self) -> impl Iterator<Item = &Slave> {
+        let pairs = self.pairs.iter().map(|pair| &pair.slave);
+        pairs.chain(&self.bonded)
+    }
+}
+
 /// Nodes of one body that take part in a contact.
 pub(super) struct ContactSide {
     pub body: usize,
     /// Nodes with contact forces, each once, in the order of the pairs.
     pub nodes: Vec<u32>,
-    /// Mid-edge nodes of facets in contact, and their corners.
+    /// Mid-edge nodes that follow the mean of their corners, and these: those of facets in a contact
+    /// with pairs.
     pub tied: Vec<(u32, [u32; 2])>,
 }
 
@@ -40,6 +56,8 @@ pub(super) struct Surface {
     body: usize,
     flank: Flank,
     nodes_m: Vec<Vector>,
+    /// Positions of [`Flank::middles`], m.
+    middles_m: Vec<Vec<Vector>>,
 }
 
 impl Surface {
@@ -62,9 +80,12 @@ impl Surface {
             body: body_name,
         };
         let flank = flank(mesh, group, outside, &of)?;
+        let at = |&n: &u32| mesh.nodes_m[n as usize];
+        let middles = flank.middles.iter();
         Ok(Self {
             body,
             nodes_m: flank.positions_m(mesh),
+            middles_m: middles.map(|of| of.iter().map(at).collect()).collect(),
             flank,
         })
     }
@@ -72,7 +93,8 @@ impl Surface {
     /// The same surface of a sector of a disc that lies so many sectors ahead, in the axes of this one.
     pub fn of_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
         let turn = Turn::by_sectors(disc, ahead);
-        for place in &mut self.nodes_m {
+        let middles = self.middles_m.iter_mut().flatten();
+        for place in self.nodes_m.iter_mut().chain(middles) {
             *place = turn.place(*place);
         }
         for normal in &mut self.flank.normals {
@@ -89,12 +111,63 @@ impl Surface {
         }
     }
 
+    /// Nodes with contact forces, and the middle nodes of the facets that are `met`.
     fn side(&self, nodes: impl Iterator<Item = u32>, met: &[bool]) -> ContactSide {
+        let tied = self.flank.tied(met);
+        ContactSide {
+            tied,
+            ..self.bonded_side(nodes)
+        }
+    }
+
+    fn bonded_side(&self, nodes: impl Iterator<Item = u32>) -> ContactSide {
         let mut seen = std::collections::HashSet::new();
         ContactSide {
             body: self.body,
             nodes: nodes.filter(|n| seen.insert(*n)).collect(),
-            tied: self.flank.tied(met),
+            tied: Vec::new(),
+        }
+    }
+
+    /// The surface with its middle nodes.
+    fn sheet(&self) -> Sheet {
+        let mut sheet = Sheet {
+            nodes: self.flank.nodes.clone(),
+            nodes_m: self.nodes_m.clone(),
+            facets: self.flank.facets.clone(),
+        };
+        let mut number = HashMap::new();
+        let middles = self.flank.middles.iter().zip(&self.middles_m);
+        for (facet, (middles, places)) in sheet.facets.iter_mut().zip(middles) {
+            for (&node, &place) in middles.iter().zip(places) {
+                let at = *number.entry(node).or_insert_with(|| {
+                    sheet.nodes.push(node);
+                    sheet.nodes_m.push(place);
+                    sheet.nodes.len() as u32 - 1
+                });
+                facet.push(at);
+            }
+        }
+        sheet
+    }
+
+    /// Joint of the whole surface to rigid ground, without masters.
+    pub fn bonded_to_ground(&self) -> Contact {
+        let sheet = self.sheet();
+        let slave = |&node: &u32| Slave {
+            node: BodyNode {
+                body: self.body,
+                node,
+            },
+            masters: Vec::new(),
+            ahead: 0,
+        };
+        Contact {
+            pairs: Vec::new(),
+            bonded: sheet.nodes.iter().map(slave).collect(),
+            facets: Vec::new(),
+            sides: vec![self.bonded_side(sheet.nodes.iter().copied())],
+            flank_match: None,
         }
     }
 }
@@ -122,39 +195,24 @@ pub(super) fn contact(
 ) -> Result<Contact, ModelError> {
     let along = first.flank.along;
     let [own, other] = slave.ordered([first, second]);
-    let reach = spec
-        .search_distance_m
-        .map_or(Reach::OfFacets(REACH), Reach::Given);
     let found = mortar(
         [&own.flank, &other.flank],
         [&own.nodes_m, &other.nodes_m],
-        reach,
+        reach(spec),
     );
     if found.rows.iter().all(Option::is_none) {
-        return Err(nothing_opposite(spec, &found));
+        return Err(nothing_opposite(spec, &found.opposite));
     }
     let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(found.rows.len());
-    let mut summary = FlankMatch {
-        name: spec.name.clone(),
-        slave,
-        covered: slave.ordered(found.covered),
-        largest_mismatch_m: 0.0,
-        largest_separation_m: 0.0,
-        facet_m: own.flank.facet_area_m2().sqrt(),
-        largest_weight: 0.0,
-        nodes_match: true,
-    };
+    let mut summary = own.unmatched(spec, slave, &found.opposite);
     for (i, row) in found.rows.iter().enumerate() {
         let Some(row) = row else {
             pairs.push(None);
             continue;
         };
-        let [met_m, met_normal] = [&other.nodes_m, &other.flank.normals].map(|of| mean(of, row));
-        let weights = row.masters.iter().map(|(_, w)| w.abs());
-        summary.largest_weight = weights.fold(summary.largest_weight, f64::max);
-        let mismatch = distance(own.nodes_m[i], met_m);
-        summary.largest_mismatch_m = summary.largest_mismatch_m.max(mismatch);
-        summary.nodes_match &= row.masters.len() == 1;
+        let masters = &row.masters;
+        let [met_m, met_normal] =
+            [&other.nodes_m, &other.flank.normals].map(|of| mean(of, masters));
         // Out of the second flank is into the first.
         let normals = slave.ordered([own.flank.normals[i], met_normal]);
         let points = slave.ordered([own.nodes_m[i], met_m]);
@@ -168,7 +226,7 @@ pub(super) fn contact(
         })?;
         let normal = along_symmetry(normal, held(own.node(i)));
         let apart = dot(normal, sub(points[0], points[1]));
-        summary.largest_separation_m = summary.largest_separation_m.max(apart.abs());
+        summary.add(masters, distance(own.nodes_m[i], met_m), apart);
         let mut law = spec.pair_law.of_area(row.area_m2);
         law.gap_m += if spec.gap_from_mesh { apart } else { 0.0 };
         let master = |&(k, weight): &(u32, f64)| (other.node(k as usize), weight);
@@ -192,24 +250,102 @@ pub(super) fn contact(
     contact.sides = vec![
         own.side(
             contact.pairs.iter().map(|p| p.slave.node.node),
-            &found.met[0],
+            &found.opposite.met[0],
         ),
-        other.side(masters, &found.met[1]),
+        other.side(masters, &found.opposite.met[1]),
     ];
     contact.flank_match = Some(summary);
     Ok(contact)
 }
 
+/// Joint of a bonded contact, at all nodes of the flank `slave` that lie opposite the other one.
+pub(super) fn bond(
+    spec: &ContactSpec,
+    [first, second]: [&Surface; 2],
+    slave: Side,
+) -> Result<Contact, ModelError> {
+    let [own, other] = slave.ordered([first, second]);
+    let [slaves, masters] = [own, other].map(Surface::sheet);
+    let found = tie([&slaves, &masters], reach(spec));
+    if found.rows.iter().all(Option::is_none) {
+        return Err(nothing_opposite(spec, &found.opposite));
+    }
+    let mut summary = own.unmatched(spec, slave, &found.opposite);
+    let mut bonded = Vec::with_capacity(slaves.nodes.len());
+    for (i, row) in found.rows.iter().enumerate() {
+        let Some(row) = row else { continue };
+        let apart = sub(slaves.nodes_m[i], mean(&masters.nodes_m, row));
+        // Corners come first, and have normals.
+        let normal = own.flank.normals.get(i);
+        summary.add(row, norm(apart), normal.map_or(0.0, |n| dot(*n, apart)));
+        let at = |surface: &Surface, node: u32| BodyNode {
+            body: surface.body,
+            node,
+        };
+        let master = |&(k, weight): &(u32, f64)| (at(other, masters.nodes[k as usize]), weight);
+        bonded.push(Slave {
+            node: at(own, slaves.nodes[i]),
+            masters: row.iter().map(master).collect(),
+            ahead: i32::from(spec.second_in_next_sector),
+        });
+    }
+    let followed = bonded.iter().flat_map(|slave| &slave.masters);
+    let sides = vec![
+        own.bonded_side(bonded.iter().map(|slave| slave.node.node)),
+        other.bonded_side(followed.map(|(at, _)| at.node)),
+    ];
+    Ok(Contact {
+        pairs: Vec::new(),
+        bonded,
+        facets: Vec::new(),
+        sides,
+        flank_match: Some(summary),
+    })
+}
+
+fn reach(spec: &ContactSpec) -> Reach {
+    let given = spec.search_distance_m;
+    given.map_or(Reach::OfFacets(REACH), Reach::Given)
+}
+
+impl Surface {
+    /// Report of a match with this surface as the slave, without any nodes.
+    fn unmatched(&self, spec: &ContactSpec, slave: Side, opposite: &Opposite) -> FlankMatch {
+        FlankMatch {
+            name: spec.name.clone(),
+            slave,
+            covered: slave.ordered(opposite.covered),
+            largest_mismatch_m: 0.0,
+            largest_separation_m: 0.0,
+            facet_m: self.flank.facet_area_m2().sqrt(),
+            largest_weight: 0.0,
+            nodes_match: true,
+        }
+    }
+}
+
+impl FlankMatch {
+    /// Adds a node with these weights of its masters, at this distance from its counterpart, in all
+    /// and along the normal.
+    fn add(&mut self, masters: &[(u32, f64)], mismatch_m: f64, apart_m: f64) {
+        let weights = masters.iter().map(|(_, w)| w.abs());
+        self.largest_weight = weights.fold(self.largest_weight, f64::max);
+        self.largest_mismatch_m = self.largest_mismatch_m.max(mismatch_m);
+        self.largest_separation_m = self.largest_separation_m.max(apart_m.abs());
+        self.nodes_match &= masters.len() == 1;
+    }
+}
+
 /// Weighted mean of vectors at the masters of a row.
-fn mean(of: &[Vector], row: &Row) -> Vector {
+fn mean(of: &[Vector], masters: &[(u32, f64)]) -> Vector {
     let mut sum = [0.0; 3];
-    for &(k, weight) in &row.masters {
+    for &(k, weight) in masters {
         add_scaled(&mut sum, weight, of[k as usize]);
     }
     sum
 }
 
-fn nothing_opposite(spec: &ContactSpec, found: &Mortar) -> ModelError {
+fn nothing_opposite(spec: &ContactSpec, found: &Opposite) -> ModelError {
     let contact = spec.name.clone();
     match found.missed {
         Some(missed) if missed.degrees < 120.0 => ModelError::NotFacing {
@@ -282,6 +418,7 @@ fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave:
     Contact {
         facets: flank.facets.iter().filter_map(facet).collect(),
         pairs: order.iter().map(|&old| pairs[old].clone()).collect(),
+        bonded: Vec::new(),
         sides: Vec::new(),
         flank_match: None,
     }

@@ -2,25 +2,28 @@
 //!
 //! A node of the high face moves with the low face of the next sector that lies at the same place:
 //! with the node there, where both faces have the same mesh, one turned by a pitch. Elsewhere the
-//! finer face follows the other one as a bonded flank does (`mortar.rs`).
+//! finer face follows the other one as a bonded surface does (`tie.rs`).
+
+use std::collections::BTreeSet;
 
 use super::builder::BodyBuilder;
-use super::contacts::{contact, finer};
+use super::contacts::{bond, finer};
 use super::groups::{find_surface, first_tags};
 use super::influence::influence;
-use super::joints::surface;
-use super::neighbours::PointTree;
+use super::joints::{make_local, surface};
+use super::tie::Meeting;
 use super::turn::Turn;
-use super::{BodyNode, ContactLaw, ContactSpec, Cyclic, CyclicSpec, ModelError, Side, Slave};
+use super::{
+    BodyNode, ContactLaw, ContactSpec, Cyclic, CyclicSpec, FlankMatch, ModelError, Side, Slave,
+};
 use crate::reduction::InfluenceCoefficient;
 use dovetail_mesh::Mesh;
-use dovetail_numerics::space::Vector;
+use dovetail_numerics::space::{Vector, cross, diagonal, norm, sub};
 
-/// Largest distance of two nodes that meet, relative to the smallest distance of two nodes of a
-/// face.
-const MEETING: f64 = 0.02;
 /// Sine of the largest angle by which a pitch turns an axis along which a face is held.
 const UNTURNED: f64 = 1e-9;
+/// Distance of a node from the axis, relative to the size of its face, below which it lies on the axis.
+const ON_AXIS: f64 = 1e-6;
 /// Least share of each face that lies on the other one.
 const COVERED: f64 = 0.99;
 
@@ -38,13 +41,33 @@ pub(super) fn cyclic(
     let names: Vec<String> = bodies.iter().map(|body| body.name().to_owned()).collect();
     let of_air = spec.influence.as_ref();
     let of_air = of_air.map(|of_air| influence(of_air, spec.sectors, &names, read));
-    let ties = match low.meet(&high, spec, mesh) {
-        Ok(met) => node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
+    let on_high: BTreeSet<&BodyNode> = high.nodes.iter().collect();
+    let size_m = diagonal(&low.nodes_m);
+    let on_axis = low.nodes.iter().zip(&low.nodes_m).filter(|(at, x)| {
+        let from_axis = cross(spec.axis, sub(**x, spec.point_m));
+        on_high.contains(at) || norm(from_axis) < ON_AXIS * size_m
+    });
+    let (count, tags) = first_tags(mesh, on_axis.map(|(at, _)| &at.node));
+    if count > 0 {
+        return Err(ModelError::FaceOnAxis { count, tags });
+    }
+    let in_contact = |at: &&BodyNode| bodies[at.body].is_in_contact(at.node);
+    let in_contact = low.nodes.iter().chain(&high.nodes).filter(in_contact);
+    let (count, tags) = first_tags(mesh, in_contact.map(|at| &at.node));
+    if count > 0 {
+        return Err(ModelError::FaceInContact { count, tags });
+    }
+    let (ties, matches) = match low.meet(&high, spec, mesh) {
+        Ok(met) => (
+            node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
+            Vec::new(),
+        ),
         Err(apart) => face_by_face(spec, &apart, mesh, bodies)?,
     };
     Ok(Cyclic {
         sectors: spec.sectors,
         ties,
+        matches,
         point_m: spec.point_m,
         turn: turn.matrix,
         engine_order: spec.engine_order,
@@ -67,13 +90,6 @@ fn node_by_node(
         let (count, tags) = first_tags(mesh, wrong.iter());
         (count > 0).then_some((count, tags))
     };
-    if let Some((count, tags)) = tags_of(&|[a, b]| a == b) {
-        return Err(ModelError::FaceOnAxis { count, tags });
-    }
-    let in_contact = |at: &BodyNode| bodies[at.body].is_in_contact(at.node);
-    if let Some((count, tags)) = tags_of(&|both| both.iter().any(in_contact)) {
-        return Err(ModelError::FaceInContact { count, tags });
-    }
     let held = |at: &BodyNode| {
         let fixed = bodies[at.body].is_fixed(at.node);
         [0, 1, 2].map(|axis| fixed || bodies[at.body].is_held(at.node, axis))
@@ -108,70 +124,60 @@ fn node_by_node(
     Ok(ties)
 }
 
-/// Ties of faces whose meshes differ, each low face with the high one at the same place of its list.
-/// `apart` is the error where they do not lie on each other.
+/// Ties of faces whose meshes differ, each low face with the high one at the same place of its list,
+/// and how these lie on each other. `apart` is the error where they do not.
 fn face_by_face(
     spec: &CyclicSpec,
     apart: &ModelError,
     mesh: &Mesh,
     bodies: &mut [BodyBuilder],
-) -> Result<Vec<Slave>, ModelError> {
+) -> Result<(Vec<Slave>, Vec<FlankMatch>), ModelError> {
     if spec.low.len() != spec.high.len() {
         return Err(apart.clone());
     }
-    let mut ties = Vec::new();
+    let (mut ties, mut matches) = (Vec::new(), Vec::new());
+    // Nodes of the ties so far: faces of one list may share an edge.
+    let mut joined: BTreeSet<BodyNode> = BTreeSet::new();
     for (low, high) in spec.low.iter().zip(&spec.high) {
         let bonded = ContactSpec {
             law: ContactLaw::Bonded,
-            ..ContactSpec::new("[cyclic]", high, low, 0.0)
+            ..ContactSpec::new(high, high, low, 0.0)
         };
         let faces = |name: &str| surface(mesh, &bonded, name, bodies);
         let both = [faces(high)?, faces(low)?];
         // The finer face follows, and the other one is brought to its place.
-        let (ahead, [own, other]) = match finer([&both[0], &both[1]]) {
-            Side::First => (1, both),
-            Side::Second => {
-                let [high, low] = both;
-                (-1, [low, high])
-            }
+        let slave = finer([&both[0], &both[1]]);
+        let ahead = match slave {
+            Side::First => 1,
+            Side::Second => -1,
         };
+        let [own, other] = slave.ordered(both);
         let other = other.of_sector(spec, ahead);
-        let held = |at: BodyNode| [0, 1, 2].map(|axis| bodies[at.body].is_held(at.node, axis));
-        let found = contact(&bonded, 0, [&own, &other], Side::First, held);
-        let found = found.map_err(|_| apart.clone())?;
+        let found = bond(&bonded, slave.ordered([&own, &other]), slave);
+        let mut found = found.map_err(|_| apart.clone())?;
         let covered = found.flank_match.as_ref().map_or([0.0; 2], |m| m.covered);
         if covered.iter().any(|share| *share < COVERED) {
             return Err(apart.clone());
         }
         for side in &found.sides {
-            let tied = side.tied.iter().map(|tied| &tied.0);
-            let nodes = side.nodes.iter().chain(tied);
-            let body = &mut bodies[side.body];
-            let (count, tags) = first_tags(mesh, nodes.filter(|&&n| body.is_in_contact(n)));
-            if count > 0 {
-                return Err(ModelError::FaceInContact { count, tags });
-            }
-            body.add_flank(&side.nodes, &side.tied);
+            bodies[side.body].add_flank(&side.nodes, &[]);
         }
-        let local = |at: BodyNode| BodyNode {
-            node: bodies[at.body].local(at.node),
-            ..at
-        };
-        let slaves = found.pairs.into_iter().map(|pair| pair.slave);
-        let free = slaves.filter(|slave| !bodies[slave.node.body].is_fixed(slave.node.node));
-        ties.extend(free.map(|slave| {
-            Slave {
-                node: local(slave.node),
-                masters: slave
-                    .masters
-                    .iter()
-                    .map(|(at, w)| (local(*at), *w))
-                    .collect(),
-                ahead,
+        let mut own = Vec::with_capacity(found.bonded.len());
+        for mut tie in found.bonded.drain(..) {
+            let is_fixed = bodies[tie.node.body].is_fixed(tie.node.node);
+            make_local(&mut tie, bodies);
+            if !is_fixed && !joined.contains(&tie.node) {
+                own.push(Slave { ahead, ..tie });
             }
-        }));
+        }
+        for tie in &own {
+            joined.insert(tie.node);
+            joined.extend(tie.masters.iter().map(|(at, _)| *at));
+        }
+        ties.append(&mut own);
+        matches.extend(found.flank_match);
     }
-    Ok(ties)
+    Ok((ties, matches))
 }
 
 /// Nodes of the mesh on one side of the sector, each once, with their bodies.
@@ -220,38 +226,24 @@ impl Face {
 
     /// Number of the node of `high` that each node meets when this face is turned by one pitch.
     fn meet(&self, high: &Face, spec: &CyclicSpec, mesh: &Mesh) -> Result<Vec<usize>, ModelError> {
-        let (low, tree) = (PointTree::new(&self.nodes_m), PointTree::new(&high.nodes_m));
-        let spacing_m = |x: &Vector| low.nearest(*x).nth(1).map(|(_, square)| square.sqrt());
-        let spacings_m = self.nodes_m.iter().filter_map(spacing_m);
-        // A face of one node has no spacing, and meets anything.
-        let reach_m = MEETING * spacings_m.fold(f64::INFINITY, f64::min);
-        let turned = |ahead: i32| -> Vec<(usize, f64)> {
+        let turned = |ahead: i32| {
             let turn = Turn::by_sectors(spec, ahead);
-            let nearest = |x: &Vector| {
-                let found = tree.nearest(turn.place(*x)).next();
-                found.map_or((0, f64::INFINITY), |(k, square)| (k, square.sqrt()))
-            };
-            self.nodes_m.iter().map(nearest).collect()
+            Meeting::of(&self.nodes_m, &high.nodes_m, |x| turn.place(x))
         };
         let found = turned(1);
-        let is_apart = |far: &(usize, f64)| far.1 > reach_m;
-        if found.iter().any(is_apart) {
-            let apart = self
-                .nodes
-                .iter()
-                .zip(&found)
-                .filter(|(_, far)| is_apart(far));
-            let apart: Vec<u32> = apart.map(|(at, _)| at.node).collect();
+        if found.apart().next().is_some() {
+            let apart = found.apart().map(|i| self.nodes[i].node);
+            let apart: Vec<u32> = apart.collect();
             let (count, tags) = first_tags(mesh, apart.iter());
             return Err(ModelError::FacesApart {
                 sectors: spec.sectors,
                 count,
                 tags,
-                distance_m: found.iter().map(|far| far.1).fold(0.0, f64::max),
-                other_way: turned(-1).iter().all(|far| !is_apart(far)),
+                distance_m: found.nearest.iter().map(|near| near.1).fold(0.0, f64::max),
+                other_way: turned(-1).apart().next().is_none(),
             });
         }
-        let found: Vec<usize> = found.into_iter().map(|(k, _)| k).collect();
+        let found: Vec<usize> = found.nearest.iter().map(|near| near.0).collect();
         let mut once = found.clone();
         once.sort_unstable();
         once.dedup();

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::BodyBuilder;
-use super::contacts::{Contact, Surface, contact, finer, ground_contact};
+use super::contacts::{Contact, Surface, bond, contact, finer, ground_contact};
 use super::crown::add_crown;
 use super::friction::set_friction;
 use super::groups::{find_surface, first_tags};
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, FrictionMap, ModelError, Side, Slave};
 use crate::model::{Assembly, ContactLaw, ContactSpec, SurfaceFields};
 use dovetail_mesh::Mesh;
+use dovetail_numerics::space::Vector;
 
 /// Joints of all contacts of a scene.
 #[derive(Default)]
@@ -40,12 +41,13 @@ pub(super) fn joints(
             bodies[side.body].add_flank(&side.nodes, &side.tied);
         }
         for pair in &mut found.pairs {
-            let masters = pair.slave.masters.iter_mut().map(|(at, _)| at);
-            for at in std::iter::once(&mut pair.slave.node).chain(masters) {
-                at.node = bodies[at.body].local(at.node);
-            }
+            make_local(&mut pair.slave, bodies);
         }
-        for Slave { node, masters, .. } in found.pairs.iter().map(|p| &p.slave) {
+        for slave in &mut found.bonded {
+            make_local(slave, bodies);
+        }
+        found.bonded = free_of_edges(found.bonded, bodies);
+        for Slave { node, masters, .. } in found.slaves() {
             let masters = masters.iter().map(|(at, _)| *at).collect();
             joints.slaves.insert(*node, (spec.name.clone(), masters));
         }
@@ -56,15 +58,46 @@ pub(super) fn joints(
                     bodies[side.body].hold_flank(&spec.name, side);
                 }
             } else {
-                joints
-                    .bonded
-                    .extend(found.pairs.into_iter().map(|p| p.slave));
+                joints.bonded.append(&mut found.bonded);
             }
             continue;
         }
         joints.add(spec, found, fields)?;
     }
     Ok(joints)
+}
+
+/// Replaces the numbers of nodes in the mesh by those in their bodies.
+pub(super) fn make_local(slave: &mut Slave, bodies: &[BodyBuilder]) {
+    let masters = slave.masters.iter_mut().map(|(at, _)| at);
+    for at in std::iter::once(&mut slave.node).chain(masters) {
+        at.node = bodies[at.body].local(at.node);
+    }
+}
+
+/// Bonded nodes without those in the middles of edges that a contact with pairs has made follow their
+/// corners. Such a master is replaced by its corners.
+pub(super) fn free_of_edges(bonded: Vec<Slave>, bodies: &[BodyBuilder]) -> Vec<Slave> {
+    let tied: Vec<BTreeMap<u32, [u32; 2]>> = bodies.iter().map(BodyBuilder::tied).collect();
+    let corners = |at: &BodyNode| tied[at.body].get(&at.node);
+    let with_corners = |slave: Slave| {
+        let mut masters: BTreeMap<BodyNode, f64> = BTreeMap::new();
+        for (at, weight) in slave.masters {
+            match corners(&at) {
+                Some(both) => both.iter().for_each(|&node| {
+                    *masters.entry(BodyNode { node, ..at }).or_default() += 0.5 * weight;
+                }),
+                None => *masters.entry(at).or_default() += weight,
+            }
+        }
+        Slave {
+            masters: masters.into_iter().collect(),
+            ..slave
+        }
+    };
+    let free = bonded.into_iter();
+    let free = free.filter(|slave| corners(&slave.node).is_none());
+    free.map(with_corners).collect()
 }
 
 impl Joints {
@@ -104,8 +137,12 @@ impl Joints {
         let number = self.names.len();
         let first = surface(mesh, spec, &spec.first, bodies)?;
         let held = |at: BodyNode| [0, 1, 2].map(|axis| bodies[at.body].is_held(at.node, axis));
+        let is_bonded = spec.law == ContactLaw::Bonded;
         let Some(second) = &spec.second else {
-            let found = ground_contact(spec, number, &first, held);
+            let found = match is_bonded {
+                true => first.bonded_to_ground(),
+                false => ground_contact(spec, number, &first, held),
+            };
             self.check(spec, &found, mesh, bodies)?;
             return Ok(found);
         };
@@ -118,7 +155,10 @@ impl Joints {
         }
         let both = [&first, &second];
         let attempt = |slave: Side| {
-            let found = contact(spec, number, both, slave, held)?;
+            let found = match is_bonded {
+                true => bond(spec, both, slave)?,
+                false => contact(spec, number, both, slave, held)?,
+            };
             self.check(spec, &found, mesh, bodies)?;
             Ok(found)
         };
@@ -165,7 +205,7 @@ impl Joints {
             node: bodies[at.body].local(at.node),
             ..*at
         };
-        let slaves = || found.pairs.iter().map(|p| &p.slave);
+        let slaves = || found.slaves();
         let own: BTreeSet<BodyNode> = slaves().map(|s| local(&s.node)).collect();
         let other = |slave: &Slave| {
             let itself = self.slaves.get(&local(&slave.node)).map(|(name, _)| name);
@@ -183,7 +223,7 @@ impl Joints {
                 tags,
             });
         }
-        check_held(bodies, &found.pairs, spec, mesh)
+        check_held(bodies, found, spec, mesh)
     }
 
     /// Name of the contact through which these nodes, followed from slave to masters, lead back to
@@ -250,21 +290,24 @@ pub(super) fn surface(
 /// support of the slave. Bonded nodes may be held in any direction, those of the two bodies alike.
 fn check_held(
     bodies: &[BodyBuilder],
-    pairs: &[ContactPair],
+    found: &Contact,
     contact: &ContactSpec,
     mesh: &Mesh,
 ) -> Result<(), ModelError> {
+    let pairs = found.pairs.iter().map(|p| (&p.slave, Some(p.frame[0])));
+    let bonded = found.bonded.iter().map(|slave| (slave, None));
+    let all: Vec<(&Slave, Option<Vector>)> = pairs.chain(bonded).collect();
     for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
         let is_held = |at: BodyNode| bodies[at.body].is_held(at.node, axis);
-        let is_wrong = |pair: &&ContactPair| {
-            let masters = &pair.slave.masters;
+        let is_wrong = |(slave, normal): &&(&Slave, Option<Vector>)| {
+            let masters = &slave.masters;
             // On the ground a support along the flank opposes no contact force.
             let alone = !masters.is_empty() && !masters.iter().any(|(at, _)| is_held(*at));
-            let across = pair.frame[0][axis].abs() > ALONG_FLANK;
-            is_held(pair.slave.node) && (alone || contact.law != ContactLaw::Bonded && across)
+            let across = normal.is_some_and(|n| n[axis].abs() > ALONG_FLANK);
+            is_held(slave.node) && (alone || across)
         };
-        let wrong = pairs.iter().filter(is_wrong);
-        let wrong: Vec<BodyNode> = wrong.map(|pair| pair.slave.node).collect();
+        let wrong = all.iter().filter(is_wrong);
+        let wrong: Vec<BodyNode> = wrong.map(|(slave, _)| slave.node).collect();
         if let Some(&BodyNode { body, .. }) = wrong.first() {
             let (count, tags) = first_tags(mesh, wrong.iter().map(|at| &at.node));
             return Err(ModelError::FlankHeld {

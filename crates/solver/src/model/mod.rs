@@ -44,7 +44,9 @@ mod mesh_source;
 mod mortar;
 mod neighbours;
 mod observations;
+mod opposite;
 mod springs;
+mod tie;
 mod turn;
 
 pub use bind::bind;
@@ -98,7 +100,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Number of nodes of the mesh that bonded contacts tie.
+    /// Number of nodes of the mesh that follow others in bonded contacts, mid-edge nodes included.
     pub fn bonded_pairs(&self) -> usize {
         let is_of_mesh = |at: &BodyNode| (at.node as usize) < self.bodies[at.body].nodes_m.len();
         let slaves = self.bonded.iter();
@@ -365,6 +367,9 @@ pub struct Cyclic {
     /// Nodes of the faces, each with the nodes of the next sector, or of the one before, that it moves
     /// with.
     pub ties: Vec<Slave>,
+    /// Reports of how the faces lie on each other, each named by the high one; empty if each node
+    /// meets one node.
+    pub matches: Vec<FlankMatch>,
     /// Point of the axis, m.
     pub point_m: [f64; 3],
     /// Matrix that turns by one pitch.

@@ -35,6 +35,7 @@ mod ring_of_masses;
 mod rubbing_beam;
 mod strain_gauge;
 mod stress;
+mod ties;
 mod time_integration;
 mod transitions;
 mod two_motions;
