@@ -10,7 +10,8 @@
 //! are zero.
 //! `pressure_amplitude_pa` and `pressure_phase_deg` may replace real and imaginary parts, and names
 //! of other programs may replace these names (`columns.rs`). A line that begins with `#` is a
-//! remark. In a file with sections, such as CFD-Post writes, the section `[Data]` is read.
+//! remark. In a file with sections, such as CFD-Post writes, every section `[Data]` is read: there is
+//! one for each region, and each begins with a line that names its columns.
 //!
 //! The value at the time t is the real part of (re + i im) exp(i w t); re + i im is the amplitude
 //! times exp(i phase).
@@ -40,7 +41,7 @@ pub enum SurfaceFieldError {
     NoPoints { path: PathBuf },
     #[error("{}: it has more than {MOST_POINTS} points", path.display())]
     TooManyPoints { path: PathBuf },
-    #[error("{}: the first line names no column `{column}`; columns it names: {found}; {COLUMNS}", path.display())]
+    #[error("{}: the line of names has no column `{column}`; columns it names: {found}; {COLUMNS}", path.display())]
     NoColumn {
         path: PathBuf,
         column: String,
@@ -56,7 +57,7 @@ pub enum SurfaceFieldError {
     TwoWays { path: PathBuf, column: String },
     #[error("{}: column `{column}` is not known; {COLUMNS}", path.display())]
     UnknownColumn { path: PathBuf, column: String },
-    #[error("{}: the first line names column `{column}` twice", path.display())]
+    #[error("{}: the line of names has column `{column}` twice", path.display())]
     ColumnTwice { path: PathBuf, column: String },
     #[error("{}: it has forces and `{column}`: keep the columns of the forces or those of the pressures", path.display())]
     TwoKinds { path: PathBuf, column: String },
@@ -70,6 +71,8 @@ pub enum SurfaceFieldError {
         value: String,
         wanted: &'static str,
     },
+    #[error("{}, line {line}: this [Data] section has other columns than the first: export pressures or forces, with areas or without, for all regions", path.display())]
+    OtherColumns { path: PathBuf, line: u64 },
     #[error("{}, line {line}: {reason}", path.display())]
     Line {
         path: PathBuf,
@@ -106,30 +109,45 @@ impl SurfaceField {
         let mut next =
             |record: &mut csv::StringRecord| lines.read_record(record).map_err(|e| fault(path, &e));
         next(&mut record)?;
-        if section(&record).is_some() {
-            while section(&record).is_none_or(|name| name != "data") {
-                if !next(&mut record)? {
-                    return Err(no_points());
+        let mut field: Option<Self> = None;
+        loop {
+            if section(&record).is_some() {
+                let mut there = true;
+                while there && section(&record).is_none_or(|name| name != "data") {
+                    there = next(&mut record)?;
+                }
+                if !(there && next(&mut record)?) {
+                    break;
                 }
             }
-            next(&mut record)?;
-        }
-        let columns = Columns::of(&record, path)?;
-        let mut field = Self {
-            points_m: Vec::new(),
-            values: no_values(&columns),
-        };
-        while next(&mut record)? && section(&record).is_none() {
-            if field.points_m.len() == MOST_POINTS {
-                let path = path.to_owned();
-                return Err(SurfaceFieldError::TooManyPoints { path });
+            let columns = Columns::of(&record, path)?;
+            let values = no_values(&columns);
+            let field = field.get_or_insert_with(|| Self {
+                points_m: Vec::new(),
+                values: values.clone(),
+            });
+            if !alike(&field.values, &values) {
+                return Err(SurfaceFieldError::OtherColumns {
+                    path: path.to_owned(),
+                    line: line_of(&record),
+                });
             }
-            field.add(&columns, &record, path)?;
+            let mut there = next(&mut record)?;
+            while there && section(&record).is_none() {
+                if field.points_m.len() == MOST_POINTS {
+                    let path = path.to_owned();
+                    return Err(SurfaceFieldError::TooManyPoints { path });
+                }
+                field.add(&columns, &record, path)?;
+                there = next(&mut record)?;
+            }
+            if !there {
+                break;
+            }
         }
-        if field.points_m.is_empty() {
-            return Err(no_points());
-        }
-        Ok(field)
+        field
+            .filter(|field| !field.points_m.is_empty())
+            .ok_or_else(no_points)
     }
 
     /// Adds the point of a line.
@@ -139,13 +157,13 @@ impl SurfaceField {
         record: &csv::StringRecord,
         path: &Path,
     ) -> Result<(), SurfaceFieldError> {
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(record);
         if record.len() != columns.count {
             return Err(SurfaceFieldError::Line {
                 path: path.to_owned(),
                 line,
                 reason: format!(
-                    "it has {} values, and the first line names {} columns",
+                    "it has {} values, and there are {} columns",
                     record.len(),
                     columns.count
                 ),
@@ -193,6 +211,20 @@ impl SurfaceField {
         }
         Ok(())
     }
+}
+
+fn line_of(record: &csv::StringRecord) -> u64 {
+    record.position().map_or(0, csv::Position::line)
+}
+
+/// Returns `true` if two sections give the same quantities.
+fn alike(a: &FieldValues, b: &FieldValues) -> bool {
+    use FieldValues::Pressures;
+    let has_areas = |values: &FieldValues| match values {
+        Pressures { areas_m2, .. } => areas_m2.is_some(),
+        _ => false,
+    };
+    std::mem::discriminant(a) == std::mem::discriminant(b) && has_areas(a) == has_areas(b)
 }
 
 /// Name of the section that a line begins, in small letters: `[Data]`.
@@ -320,6 +352,42 @@ mod tests {
             panic!("{own}");
         };
         assert!((pressures_pa[0][0] - 2.0).abs() < 1e-15 && areas_m2 == Some(vec![5.0]));
+    }
+
+    /// CFD-Post writes a section for each region that is exported, each with its own columns.
+    #[test]
+    fn all_sections_with_data_are_read() {
+        let post = "[Name]\npressure side\n\n[Data]\nNode Number, X [ m ], Y [ m ], Z [ m ], Pressure [ Pa ]\n\
+            0, 1, 2, 3, 100\n1, 4, 5, 6, 200\n\n[Faces]\n0, 1, 1\n\n[Name]\nsuction side\n\n[Data]\n\
+            X [ mm ], Y [ mm ], Z [ mm ], Pressure [ kPa ]\n7, 8, 9, 3\n\n[Lines]\n0, 1\n\n[Data]\nX [ m ], Y [ m ], Z [ m ], Pressure [ Pa ]\n";
+        let field = parse(post).unwrap();
+        let expected = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7e-3, 8e-3, 9e-3]];
+        assert_near(&field.points_m, &expected, 1e-15);
+        let expected = pressures(&[[100.0, 0.0], [200.0, 0.0], [3e3, 0.0]], None);
+        assert_eq!(field.values, expected);
+        let second = |columns: &str, line: &str| {
+            let [head, rest] = post
+                .split("X [ mm ], Y [ mm ], Z [ mm ], Pressure [ kPa ]\n7, 8, 9, 3")
+                .collect::<Vec<_>>()[..]
+            else {
+                panic!("{post}");
+            };
+            parse(&format!("{head}{columns}\n{line}{rest}")).unwrap_err()
+        };
+        let areas = "X [ m ], Y [ m ], Z [ m ], Pressure [ Pa ], Area [ m^2 ]";
+        has(
+            &second(areas, "7, 8, 9, 3, 1"),
+            "line 16 & other columns than the first",
+        );
+        let forces = "X [ m ], Y [ m ], Z [ m ], Force X [ N ], Force Y [ N ], Force Z [ N ]";
+        has(
+            &second(forces, "7, 8, 9, 3, 1, 2"),
+            "line 16 & other columns than the first",
+        );
+        has(
+            &second("X [ m ], Y [ m ], Z [ m ], Pressure [ Pa ]", "7, 8, 9, x"),
+            "line 17 & `x`",
+        );
     }
 
     /// Checks that the text of each line, in which `PLACE` and `ALL` stand for names of columns, is
