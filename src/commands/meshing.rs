@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::unjoined;
 use crate::cache::{Cache, Key, Kind};
 use crate::error::RunError;
 use crate::export::manifest::MeshOrigin;
@@ -150,6 +151,7 @@ pub(super) fn make_mesh(
     for remark in &mesh.remarks {
         reporter.warning(Weight::Remark, format!("mesh {remark}"));
     }
+    unjoined::report(assembly, &mesh, reporter);
     let origin = origin.unwrap_or_else(|| origin_of(Path::new("")));
     Ok((mesh, origin))
 }

@@ -18,6 +18,7 @@ mod key_range;
 mod meshing;
 mod peaks;
 pub mod pieces;
+mod unjoined;
 mod verify;
 mod wear;
 

@@ -66,4 +66,5 @@ mod tidy;
 mod tutorial;
 mod way_in;
 mod wear;
+mod whole_meshes;
 mod words_of_a_run;
