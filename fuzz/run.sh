@@ -29,13 +29,13 @@ seed() {
     local folder
     mkdir -p $corpus/{mesh,msh2,deck,vtu,format,scene,study,reduced_model,surface_field,matrices}
     cp fuzz/seeds/mesh/*.msh meshes/blocks_*.msh meshes/elements/order?.msh $corpus/mesh
-    cp meshes/elements/*_msh2*.msh $corpus/msh2
+    cp fuzz/seeds/msh2/*.msh meshes/elements/*_msh2*.msh $corpus/msh2
     cp fuzz/seeds/deck/*.inp meshes/elements/*.inp $corpus/deck
-    cp meshes/elements/*.vtu $corpus/vtu
+    cp fuzz/seeds/vtu/*.vtu meshes/elements/*.vtu $corpus/vtu
     cp fuzz/seeds/mesh/*.msh meshes/elements/order1* $corpus/format
     cp scenes/*.toml scenes/verification/*.toml fuzz/fuzz_targets/*.toml fuzz/seeds/scene/*.toml \
         $corpus/scene
-    cp scenes/*.csv $corpus/surface_field
+    cp fuzz/seeds/surface_field/*.csv scenes/*.csv $corpus/surface_field
     cp crates/matrices/tests/data/*/*.{sti,dof,mtx,mat,rua,op4} $corpus/matrices
     cp studies/*.toml fuzz/seeds/study/*.toml $corpus/study
     for folder in scenes/verification/*/; do

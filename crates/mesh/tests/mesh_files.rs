@@ -220,7 +220,7 @@ fn wrong_files_are_named_for_what_they_are() {
         dovetail_mesh::parse("a cube", MM),
         Err(E::UnknownFormat)
     ));
-    let old = plain.replace("4.1 0 8", "4.0 0 8");
+    let old = plain.replace("4.1 0 8", "3.0 0 8");
     let error = dovetail_mesh::parse(old, MM).unwrap_err();
     assert!(error.to_string().contains("-format msh41"), "{error}");
     for header in ["4.1 2 8", "4.1 0 4", "4.1 0", "x", "4.1 0 8 9", "4.1 1 8"] {
@@ -233,7 +233,10 @@ fn wrong_files_are_named_for_what_they_are() {
             "$EndPartitionedEntities".into(),
         ]);
     });
-    assert!(matches!(error, E::Partitioned), "{error}");
+    has(
+        &error.to_string(),
+        "section $PartitionedEntities & breaks off",
+    );
 }
 
 #[test]
@@ -267,13 +270,9 @@ fn wrong_content_is_named_for_what_it_is() {
         ("Empty", header("Elements", 1, "0")),
         ("Total", header("Nodes", 1, "57")),
         ("Total", header("Elements", 1, "279")),
-        ("Malformed", header("Nodes", 1, huge)),
+        ("Total", header("Nodes", 1, huge)),
         ("Malformed", header("Nodes", 1, "18446744073709551616")),
         ("Malformed", header("Nodes", 0, huge)),
-        ("Malformed", header("Nodes", 2, "0")),
-        ("Malformed", header("Nodes", 2, huge)),
-        ("TagRange", header("Nodes", 3, "57")),
-        ("TagRange", header("Elements", 2, "2")),
         ("Total", header("Elements", 1, huge)),
         ("Malformed", header("Elements", 0, huge)),
         ("NotFinite", node("nan 0 0")),
@@ -296,7 +295,6 @@ fn wrong_content_is_named_for_what_it_is() {
         ("Malformed", block(2, "5")),
         ("Malformed", block(2, "4000")),
         ("Malformed", block(3, huge)),
-        ("GroupNameTwice", line("3 1 \"upper\"", "3 1 \"base\"")),
         ("PhysicalName", line("3 1 \"upper\"", "3 1 upper")),
         ("PhysicalName", line("3 1 \"upper\"", "4 1 \"upper\"")),
         ("TagTwice", line("3 2 \"lower\"", "3 1 \"lower\"")),
@@ -316,16 +314,7 @@ fn wrong_content_is_named_for_what_it_is() {
                 nodes[2] = "2".to_string();
             }),
         ),
-        (
-            "NoGroups",
-            Box::new(|lines| {
-                let at = lines.iter().position(|l| l == "$Entities").unwrap();
-                let end = lines.iter().position(|l| l == "$EndEntities").unwrap();
-                lines.drain(at..=end);
-            }),
-        ),
         ("Malformed", line("$Entities", "$")),
-        ("Malformed", line("$EndElements", "$EndElements\nElements")),
         (
             "Malformed",
             line(

@@ -1,14 +1,19 @@
 //! Contents of a mesh file of any format: the common result of all readers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
-use crate::element::Connectivity;
+use dovetail_numerics::space::{distance, middle};
+
+use crate::element::{Connectivity, ElementOrder, ElementType};
+use crate::near::Near;
 use crate::text;
 use crate::units::Units;
 use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial, sort_once};
 
-/// Name of the group of all solids.
+/// Name of the group of all solids, or of all facets of a file without solids.
 pub(super) const ALL: &str = "all";
+/// Most nodes that a remark names.
+const MOST_NAMED: usize = 5;
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -24,6 +29,8 @@ pub struct Content {
     pub elements: Connectivity,
     /// Triangles of 3 or 6 nodes, quadrilaterals of 4 or 8.
     pub facets: Connectivity,
+    /// Nodes of elements that are neither of these: lines, points, springs, elements of no group.
+    pub other_nodes: Vec<u32>,
     /// Groups by name.
     pub groups: BTreeMap<String, Group>,
     /// Materials that the file gives to elements.
@@ -68,16 +75,12 @@ impl Content {
     /// others numbered in the order of the file.
     ///
     /// # Errors
-    /// Missing groups, neither solid elements nor facets, and a coordinate that is not a number or
-    /// too far away.
+    /// Neither solid elements nor facets, and a coordinate that is not a number or too far away.
     pub fn into_mesh(mut self, units: Units) -> Result<Mesh, MeshError> {
         const UNUSED: u32 = u32::MAX;
         let metres = units.metres();
         if !(metres.is_finite() && metres > 0.0) {
             return Err(MeshError::Unit(metres));
-        }
-        if self.groups.is_empty() {
-            return Err(MeshError::NoGroups);
         }
         if self.elements.is_empty() {
             self.name_surface()?;
@@ -102,6 +105,7 @@ impl Content {
             nodes_m.push(at_m);
             node_tags.push(tag);
         }
+        self.report_unused(&new_index);
         let lists = [&mut self.elements, &mut self.facets];
         let nodes = lists.into_iter().flat_map(Connectivity::nodes_mut);
         let in_groups = self.groups.values_mut().flat_map(|g| &mut g.nodes);
@@ -122,6 +126,63 @@ impl Content {
         })
     }
 
+    /// Adds a remark on the nodes that have no new index because no element has them.
+    fn report_unused(&mut self, new_index: &[u32]) {
+        let mut is_used: Vec<bool> = new_index.iter().map(|new| *new != u32::MAX).collect();
+        for node in &self.other_nodes {
+            is_used[*node as usize] = true;
+        }
+        let unused: Vec<u32> = (0..)
+            .zip(&is_used)
+            .filter(|(_, used)| !**used)
+            .map(|(i, _)| i)
+            .collect();
+        let tag = |node: &u32| self.node_tags[*node as usize];
+        let first: Vec<u64> = unused.iter().take(MOST_NAMED).map(tag).collect();
+        if first.is_empty() {
+            return;
+        }
+        let mut remark = format!(
+            "{} nodes belong to no element and were left out, first {}.",
+            unused.len(),
+            text::list(&first)
+        );
+        let middles = self.middles_among(&unused);
+        if middles > 0 {
+            remark += &format!(
+                " {middles} of them lie in the middle of an edge of a linear element: if the \
+                 elements were quadratic, a conversion has made them linear, so convert the mesh in \
+                 another way."
+            );
+        }
+        self.remarks.push(remark);
+    }
+
+    /// Number of these nodes that lie in the middle of an edge of a linear solid.
+    fn middles_among(&self, nodes: &[u32]) -> usize {
+        let is_linear = |e: &ElementType| e.order == ElementOrder::Linear;
+        let solids = self
+            .elements
+            .solids()
+            .filter(|(element, _)| is_linear(element));
+        let edges = || {
+            solids.clone().flat_map(|(element, nodes)| {
+                let ends = element.shape.edges().iter();
+                ends.map(|edge| edge.map(|i| self.nodes[nodes[i] as usize]))
+            })
+        };
+        let radius = |[a, b]: [[f64; 3]; 2]| 1e-3 * distance(a, b);
+        let largest = edges().map(radius).fold(0.0, f64::max);
+        let near = Near::new(&self.nodes, nodes.iter().copied(), largest);
+        let mut found = HashSet::new();
+        for edge in edges() {
+            near.within(middle(edge[0], edge[1]), radius(edge), |node| {
+                found.insert(node);
+            });
+        }
+        found.len()
+    }
+
     /// Adds a group.
     ///
     /// # Errors
@@ -130,6 +191,31 @@ impl Content {
         match self.groups.insert(name.clone(), group) {
             Some(_) => Err(MeshError::GroupNameTwice { name }),
             None => Ok(()),
+        }
+    }
+
+    /// Adds a group, or adds its members to the group of this name.
+    ///
+    /// # Errors
+    /// The name belongs to a group of another dimension.
+    pub(super) fn join_group(&mut self, name: String, group: Group) -> Result<(), MeshError> {
+        let known = self.groups.entry(name.clone());
+        let known = known.or_insert_with(|| Group::empty(group.dimension));
+        if known.dimension != group.dimension {
+            return Err(MeshError::GroupNameTwice { name });
+        }
+        known.elements.extend(group.elements);
+        known.nodes.extend(group.nodes);
+        Ok(())
+    }
+
+    /// Adds a remark on solids of a Gmsh file that no physical group names.
+    pub(super) fn solids_left_out(&mut self, count: usize) {
+        if count > 0 {
+            self.remarks.push(format!(
+                "{count} solid elements are in no physical group and were left out: give them a \
+                 `Physical Volume` if they belong to a body."
+            ));
         }
     }
 
@@ -160,14 +246,29 @@ impl Content {
         Ok(())
     }
 
-    /// Adds a group of all solids where no group has solids.
-    pub(super) fn name_all_solids(&mut self) {
-        let has_solids = self.groups.values().any(|group| group.dimension == 3);
-        if has_solids || self.elements.is_empty() {
-            return;
+    /// Adds a group of all solids if no group has solids. A file without solids gets a group of all
+    /// facets if no group has facets.
+    pub(super) fn name_all(&mut self) {
+        let has = |dimension| {
+            self.groups
+                .values()
+                .any(|group| group.dimension == dimension)
+        };
+        let (name, group) = match (self.elements.is_empty(), self.facets.is_empty()) {
+            (false, _) if !has(3) => ("all solids", self.all_solids()),
+            (true, false) if !has(2) => ("all surfaces", self.all_facets()),
+            _ => return,
+        };
+        self.groups.insert(self.free_name(name), group);
+    }
+
+    /// Group of all facets.
+    fn all_facets(&self) -> Group {
+        Group {
+            dimension: 2,
+            elements: (0..self.facets.len() as u32).collect(),
+            nodes: self.facets.nodes().to_vec(),
         }
-        self.groups
-            .insert(self.free_name("all solids"), self.all_solids());
     }
 
     /// Group of all solids.

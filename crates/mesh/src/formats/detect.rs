@@ -3,15 +3,16 @@
 
 use std::path::Path;
 
+use super::msh2;
 use crate::MeshError;
 
 /// Format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
-    /// Gmsh's MSH 4.1, and the rest of that family, whose faults its reader reports.
+    /// Gmsh's MSH 4, and the rest of that family, whose faults its reader reports.
     Msh4,
-    /// Gmsh's MSH 2.2.
+    /// Gmsh's MSH 2.
     Msh2,
     /// A deck of Abaqus or CalculiX.
     Deck,
@@ -30,11 +31,10 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4000)]).into_owned();
     let start = head.trim_start();
-    if let Some(rest) = start.strip_prefix("$MeshFormat") {
-        let version = rest.split_whitespace().next();
-        return Ok(match version {
-            Some("2.2") => Format::Msh2,
-            _ => Format::Msh4,
+    if let Some(version) = version_of_msh(bytes) {
+        return Ok(match msh2::is_version_2(version) {
+            true => Format::Msh2,
+            false => Format::Msh4,
         });
     }
     if start.starts_with("<VTKFile") || (start.starts_with("<?xml") && head.contains("<VTKFile")) {
@@ -44,7 +44,13 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
         Some(keyword) if keyword.to_ascii_uppercase().starts_with(b"KEYWORD") => Other::LsDyna,
         Some(_) => return Ok(Format::Deck),
         None => {
+            if head.starts_with("version https://git-lfs") {
+                return Err(Other::Pointer.error(name));
+            }
             let by_name = by_name(name);
+            if by_content(bytes, &head).is_none() && is_deck_below_text(bytes) {
+                return Ok(Format::Deck);
+            }
             let by_content = by_content(bytes, &head).filter(|found| {
                 // MED, CGNS and others are HDF5 files.
                 *found != Other::Hdf || by_name.is_none()
@@ -53,6 +59,40 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
         }
     };
     Err(other.error(name))
+}
+
+/// Version of a file of Gmsh, `NaN` if the header has none. Other sections, such as `$Comments`, and
+/// lines of text may stand before the header.
+fn version_of_msh(bytes: &[u8]) -> Option<f64> {
+    let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    lines.find(|line| *line == b"$MeshFormat")?;
+    let line = String::from_utf8_lossy(lines.next().unwrap_or_default());
+    let version = line
+        .split_whitespace()
+        .next()
+        .and_then(|word| word.parse().ok());
+    Some(version.unwrap_or(f64::NAN))
+}
+
+/// Returns `true` if text without a keyword stands before the lines of a deck, which CalculiX skips.
+fn is_deck_below_text(bytes: &[u8]) -> bool {
+    const WORDS: [&[u8]; 6] = [
+        b"NODE",
+        b"ELEMENT",
+        b"HEADING",
+        b"PART",
+        b"INCLUDE",
+        b"ASSEMBLY",
+    ];
+    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let mut keywords = lines.filter_map(|line| line.strip_prefix(b"*"));
+    keywords.any(|line| {
+        let word = line
+            .split(|b| !b.is_ascii_alphabetic())
+            .next()
+            .unwrap_or_default();
+        WORDS.contains(&&*word.to_ascii_uppercase())
+    })
 }
 
 /// First line that is neither empty nor a comment, if it is a keyword of a deck.
@@ -85,7 +125,12 @@ enum Other {
     Medit,
     LsDyna,
     Hdf,
+    Pointer,
 }
+
+/// Command that marks continued lines of a Nastran deck. Without the marks gmsh 4.8 drops the middle
+/// nodes of elements whose continuation begins with blanks.
+const MARKED: &str = r#"awk '/^        /{p=sprintf("%-72s+",p); $0="+" substr($0,2)} NR>1{print p} {p=$0} END{print p}'"#;
 
 impl Other {
     fn what(self) -> &'static str {
@@ -105,6 +150,7 @@ impl Other {
             Self::Medit => "a Medit mesh",
             Self::LsDyna => "a deck of LS-DYNA",
             Self::Hdf => "an HDF5 file",
+            Self::Pointer => "a pointer of Git LFS in place of the file",
         }
     }
 
@@ -118,8 +164,12 @@ impl Other {
             Self::GmshScript => format!(
                 "give it as mesh.geometry, or mesh it: `gmsh -3 {file} -format msh41 -o {stem}.msh`"
             ),
-            Self::Nastran | Self::Universal => format!(
-                "convert it to a deck with its groups: `gmsh -0 {file} -o {stem}.inp`, or write a deck of Abaqus in the program that made it"
+            Self::Nastran => format!(
+                "convert it: `{MARKED} {file} > {stem}_marked.bdf && gmsh -0 {stem}_marked.bdf -format msh41 -o {stem}.msh`, or write a deck of Abaqus in the program that made it (gmsh makes pyramids of 13 nodes linear)"
+            ),
+            Self::Pointer => "fetch the file: `git lfs pull`".to_owned(),
+            Self::Universal => format!(
+                "convert it with its groups: `gmsh -0 {file} -format msh41 -o {stem}.msh`, or write a deck of Abaqus in the program that made it"
             ),
             Self::Ansys => format!(
                 "convert it with its components by the Python package mapdl-archive: `mapdl_archive.Archive(\"{file}\").grid.save(\"{stem}.vtu\")`"
@@ -251,10 +301,8 @@ mod tests {
             // The ending is that of a format that is not read: it does not count.
             assert_eq!(detect(bytes, "mesh.bdf").unwrap(), format);
         }
-        let newer = b"$MeshFormat\n4.0 0 8\n$EndMeshFormat\n";
-        assert!(
-            message(newer, "a.msh").starts_with("MSH version 4.0 is not read, only 4.1 and 2.2")
-        );
+        let newer = b"$MeshFormat\n5 0 8\n$EndMeshFormat\n";
+        assert!(message(newer, "a.msh").starts_with("MSH version 5 is not read, only 4.1, 4.0"));
     }
 
     /// Files of one geometry that gmsh wrote in four formats: the same nodes, elements and groups.
@@ -331,9 +379,9 @@ mod tests {
     fn other_formats_are_named_with_their_remedy() {
         let table = r#"
             CEND\nBEGIN BULK\nGRID,1\n => a/wheel.inp => a Nastran deck
-            => `gmsh -0 wheel.inp -o wheel.inp`
+            => wheel.inp > wheel_marked.bdf && gmsh -0 wheel_marked.bdf -format msh41 -o wheel.msh`
             $ comment\nGRID    1\n => wheel.bdf => a Nastran deck
-            => `gmsh -0 wheel.bdf -o wheel.inp`
+            => convert it: `awk '/^        /{p=
             unknown => wheel.NAS => a Nastran deck => write a deck of Abaqus
             unknown => wheel.dat => a Nastran deck => gmsh
             /COM,ANSYS\n/PREP7\n => b.txt => an archive of Ansys
@@ -359,6 +407,7 @@ mod tests {
             => `gmsh -0 l.msh -format msh41 -o l_41.msh`
             Point(1) = {0, 0, 0};\n => m.geo => a Gmsh script
             => mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`
+            version https://git-lfs.github.com/spec/v1\noid => m.vtu => a pointer of Git LFS => `git lfs pull`
             unknown => m.mesh => a Medit mesh => meshio
             unknown => m.key => a deck of LS-DYNA => lsdyna
             "#;
@@ -368,7 +417,12 @@ mod tests {
         let iges = [b"comment".as_slice(), &[b' '; 65], b"S      1\n"].concat();
         let hdf = b"\x89HDF\r\n\x1a\n";
         let universal = "an I-DEAS universal file";
-        is_named(b"    -1\n  2411\n", "c", universal, "`gmsh -0 c -o c.inp`");
+        is_named(
+            b"    -1\n  2411\n",
+            "c",
+            universal,
+            "`gmsh -0 c -format msh41 -o c.msh`",
+        );
         is_named(hdf, "d.med", "a MED file", "`meshio convert d.med d.vtu`");
         is_named(hdf, "d.cgns", "a CGNS file", "meshio");
         is_named(hdf, "d.h5", "an HDF5 file", "meshio");

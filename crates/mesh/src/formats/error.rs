@@ -28,17 +28,18 @@ pub enum MeshError {
     )]
     NotMsh,
     #[error(
-        "MSH version {found} is not read, only 4.1 and 2.2: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
+        "MSH version {found}{encoding} is not read, only 4.1, 4.0 as text, and 2: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
     )]
-    Version { found: String },
+    Version {
+        found: String,
+        encoding: &'static str,
+    },
     #[error(
         "the $MeshFormat line `{line}` is not understood: expected `4.1 0 8` (ASCII) or `4.1 1 8` (binary), or the same with 2.2"
     )]
     Header { line: String },
     #[error("section ${section} is missing or cut off: the file is not complete; write it again")]
     MissingSection { section: &'static str },
-    #[error("the mesh is partitioned ($PartitionedEntities): write it without `-part`")]
-    Partitioned,
     #[error("the file is malformed near byte {byte} ({at}): {reason}")]
     Malformed {
         byte: usize,
@@ -61,13 +62,6 @@ pub enum MeshError {
         said: u64,
         found: u64,
     },
-    #[error("{what} tag {tag} is outside the header's range {min} to {max}")]
-    TagRange {
-        what: &'static str,
-        tag: u64,
-        min: u64,
-        max: u64,
-    },
     #[error("the node at ({x}, {y}, {z}) has the tag of another node", x = at[0], y = at[1], z = at[2])]
     SharedTag { at: [f64; 3] },
     #[error("{what} tag {tag} occurs twice")]
@@ -82,7 +76,9 @@ pub enum MeshError {
     NotFinite { tag: u64, at: [f64; 3] },
     #[error("element {element} names node {node}, which the file does not have")]
     MissingNode { element: u64, node: u64 },
-    #[error("element {element} names node {node} twice")]
+    #[error(
+        "element {element} names node {node} twice, and what is left is no tetrahedron, pyramid, wedge or triangle: correct its nodes, or take it out"
+    )]
     RepeatedNode { element: u64, node: u64 },
     #[error(
         "elements of {kind} stand on entity {entity} of dimension {dimension}, where they cannot be"
@@ -113,7 +109,7 @@ pub enum MeshError {
     #[error("this is {what}, which is not read; {remedy}")]
     OtherFormat { what: &'static str, remedy: String },
     #[error(
-        "the format of the mesh is not known: read are Gmsh's MSH 4.1 and 2.2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
+        "the format of the mesh is not known: read are Gmsh's MSH 4 and 2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
     )]
     UnknownFormat,
     #[error("{place}: {error}")]
@@ -123,8 +119,6 @@ pub enum MeshError {
     },
     #[error("the keyword lacks {parameter}=")]
     ParameterMissing { parameter: &'static str },
-    #[error("the keyword has no parameter {parameter}: correct it, or take it out; known: {known}")]
-    ParameterUnknown { parameter: String, known: String },
     #[error("{found} is cut short and may stand for {words}: write the word in full")]
     CutShort { found: String, words: String },
     #[error("`{found}` is not a number")]
@@ -153,6 +147,10 @@ pub enum MeshError {
         set: String,
         nodes: usize,
     },
+    #[error(
+        "no elements are read: those of type {kinds} are no solids and no surfaces; read are {read}"
+    )]
+    NothingRead { kinds: String, read: &'static str },
     #[error("element {element} has {found} nodes, and type {kind} has {expected}")]
     NodesOfElement {
         element: u64,
@@ -160,17 +158,8 @@ pub enum MeshError {
         expected: usize,
         found: usize,
     },
-    #[error("{what} {label} occurs twice: give each {what} a number of its own")]
-    LabelTwice { what: &'static str, label: u64 },
-    #[error("`{set}` names {what} {label}, which is not there{}", match *what {
-        "element" => " (gmsh leaves pyramids out of its decks: write MSH)",
-        _ => "",
-    })]
-    LabelMissing {
-        what: &'static str,
-        label: u64,
-        set: String,
-    },
+    #[error("element {label} occurs twice: give each element a number of its own")]
+    ElementTwice { label: u64 },
     #[error("there is no {what} `{name}`; known: {known}")]
     NoSuchName {
         what: &'static str,
@@ -203,14 +192,6 @@ pub enum MeshError {
     },
     #[error("two {what} are called `{name}`: give each a name of its own")]
     ScopeTwice { what: &'static str, name: String },
-    #[error("the material `{material}` has {keyword} twice: leave one")]
-    PropertyTwice { material: String, keyword: String },
-    #[error("element {element} is of two materials, `{first}` and `{second}`")]
-    TwoMaterials {
-        element: u64,
-        first: String,
-        second: String,
-    },
     #[error("`{file}` is included: a deck without a place of its own cannot include another file")]
     IncludeAlone { file: String },
     #[error("`{file}` is included inside itself, or too many files are included")]
@@ -231,10 +212,6 @@ pub enum MeshError {
         "cell {cell} has VTK's type {kind}, which is not read: read are tetrahedra (10, 24), pyramids (14, 27), wedges (13, 26), hexahedra (12, 25, 11), triangles (5, 22), quadrilaterals (9, 23, 8), lines (3, 4, 21) and vertices (1, 2); mesh without nodes inside faces (gmsh: Mesh.SecondOrderIncomplete = 1), and split polyhedra by ParaView's filter Tetrahedralize"
     )]
     CellType { cell: u64, kind: f64 },
-    #[error(
-        "the mesh has no physical groups: name the volumes and surfaces in the script with `Physical Volume(\"blade\") = {{..}};` and so on"
-    )]
-    NoGroups,
     #[error(
         "no group has solid elements: is it meshed in three dimensions (`gmsh -3`), and has it a `Physical Volume`?"
     )]
@@ -288,7 +265,6 @@ impl MeshError {
             | Self::Malformed { .. }
             | Self::PhysicalNameCount { .. }
             | Self::Total { .. }
-            | Self::TagRange { .. }
             | Self::SharedTag { .. }
             | Self::TagTwice { .. }
             | Self::MissingNode { .. }

@@ -1,7 +1,10 @@
 //! Elements in Gmsh's files of any version of the format: their types, the order of their nodes,
 //! and their groups.
 
-use super::sections::Names;
+use std::collections::BTreeMap;
+
+use super::content::Content;
+use super::sections::{ANY_DIMENSION, Names};
 use crate::element::{ElementOrder, ElementType, Shape};
 
 /// Dimension and number of nodes of an element by Gmsh's number of its type. Elements with nodes
@@ -34,14 +37,57 @@ pub fn dimension_and_nodes(kind: u64) -> Option<(u8, usize)> {
 /// Types with nodes inside faces or elements, which are not read.
 pub const COMPLETE: [u64; 4] = [10, 12, 13, 14];
 
-/// The name of a physical group; one without a name is called after its dimension and tag, such as
-/// `surface 12`.
-pub(super) fn group_name(names: &Names, dimension: u8, tag: u32) -> String {
-    names.get(&(dimension, tag)).cloned().unwrap_or_else(|| {
-        let kind = ["point", "curve", "surface", "volume"][usize::from(dimension)];
-        format!("{kind} {tag}")
-    })
+/// Names of physical groups by (dimension, tag): of those that have names, and of those that are
+/// `used`. One without a name is called after its dimension and tag, such as `surface 12`. If
+/// groups of several dimensions have one name, the highest dimension keeps it, and the others get
+/// a word behind it, such as `wall (curve)`.
+pub(super) fn group_names(
+    names: &Names,
+    used: impl IntoIterator<Item = (u8, u32)>,
+) -> BTreeMap<(u8, u32), String> {
+    let mut found: BTreeMap<(u8, u32), String> = BTreeMap::new();
+    for (&(dimension, tag), name) in names {
+        if dimension != ANY_DIMENSION {
+            found.insert((dimension, tag), name.clone());
+        }
+    }
+    for (dimension, tag) in used {
+        let own = || format!("{} {tag}", KINDS[usize::from(dimension)]);
+        let of_all = names.get(&(ANY_DIMENSION, tag));
+        let name = found.entry((dimension, tag));
+        name.or_insert_with(|| of_all.cloned().unwrap_or_else(own));
+    }
+    let mut highest: BTreeMap<String, u8> = BTreeMap::new();
+    for ((dimension, _), name) in &found {
+        let known = highest.entry(name.clone()).or_default();
+        *known = (*known).max(*dimension);
+    }
+    for ((dimension, _), name) in &mut found {
+        if highest[name] != *dimension {
+            *name += &format!(" ({})", KINDS[usize::from(*dimension)]);
+        }
+    }
+    found
 }
+
+/// Names of the entities of the geometry, which are the groups of a file without physical groups.
+/// A remark says so.
+pub(super) fn entity_names(
+    used: impl IntoIterator<Item = (u8, u32)>,
+    content: &mut Content,
+) -> BTreeMap<(u8, u32), String> {
+    let names = group_names(&Names::new(), used);
+    if let Some(name) = names.values().next_back() {
+        content.remarks.push(format!(
+            "The file has no physical groups: its groups are the entities of the geometry, such as \
+             `{name}`."
+        ));
+    }
+    names
+}
+
+/// Words for groups by their dimension.
+const KINDS: [&str; 4] = ["point", "curve", "surface", "volume"];
 
 /// Position in Gmsh's element of each of our nodes: node `i` is Gmsh's node
 /// `from_gmsh(element)[i]`. Corners are the same; the middles of the edges follow another list of

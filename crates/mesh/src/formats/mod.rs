@@ -9,6 +9,7 @@
 //! the line or the section of an error, and never panics. A new format of meshes is a file here
 //! that gives a [`Content`], a name in `detect.rs`, and a target in `fuzz`.
 
+mod collapse;
 mod content;
 pub mod deck;
 mod detect;
@@ -18,6 +19,8 @@ mod fixtures;
 pub mod gmsh_order;
 pub mod msh;
 pub mod msh2;
+mod numbers;
+mod plain;
 mod sections;
 pub mod surface_field;
 pub mod vtu;

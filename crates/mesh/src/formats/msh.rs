@@ -1,47 +1,64 @@
-//! Gmsh's MSH 4.1 files, ASCII and binary.
+//! Gmsh's MSH 4.1 files, ASCII and binary, and MSH 4.0 as text.
 //!
-//! `mshio` does the parsing, and its gaps are closed here. It skips `$PhysicalNames`. It drops node
-//! tags that look dense and then takes file order for tag order, so the header is patched in memory
-//! to look sparse. It looks for the end of an unknown section at every byte, across all blanks that
-//! follow, so those sections are made blank. It trusts every count and tag, so all of them are
-//! checked here.
+//! `mshio` does the parsing, and its gaps are closed here and in `plain`, which copies a file to the
+//! form that it reads. It skips `$PhysicalNames`. It trusts every count and tag, so all of them are
+//! checked here; like Gmsh, the reader ignores the range of tags that a section announces.
 //!
-//! The elements that a physical group names are kept, with their nodes. Format: Gmsh reference
-//! manual, "MSH file format".
+//! The elements that a physical group names are kept, with their nodes. In a file without any
+//! physical group the entities of the geometry are the groups. Format: Gmsh reference manual, "MSH
+//! file format".
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use mshio::mshfile::{ElementBlock, Entities, MshFile, Nodes};
+use mshio::mshfile::{ElementBlock, Elements, Entities, MshFile, Nodes};
 
+use super::collapse;
 use super::content::Content;
-use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
-use super::sections::{
-    Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
-    physical_names, sections,
-};
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, from_gmsh, group_names};
+use super::plain::{Plain, Source};
+use super::sections::{Encoding, Names, Sections, physical_names};
 use crate::element;
 use crate::{Group, MeshError};
 
 /// Parses the bytes of a file, in the units of the file.
 ///
 /// # Errors
-/// Bytes that are not a whole mesh in MSH 4.1: see [`MeshError`].
-pub fn parse(bytes: impl Into<Vec<u8>>) -> Result<Content, MeshError> {
-    let mut bytes = bytes.into();
-    let encoding = encoding(&bytes, "4.1")?;
-    let sections = sections(&bytes)?;
-    if content(&sections, "PartitionedEntities").is_some() {
-        return Err(MeshError::Partitioned);
+/// Bytes that are not a whole mesh in MSH 4: see [`MeshError`].
+pub fn parse(bytes: impl AsRef<[u8]>) -> Result<Content, MeshError> {
+    let bytes = bytes.as_ref();
+    let sections = Sections::of(bytes)?;
+    let format = sections.format(bytes)?;
+    let is_text = format.encoding == Encoding::Ascii;
+    if !(format.version == 4.1 || format.version == 4.0 && is_text) {
+        return Err(format.other_version());
     }
-    let names = physical_names(&bytes, &sections)?;
-    check_elements_header(&bytes, encoding, &sections)?;
-    blank_other_sections(&mut bytes, &sections);
-    let max_node_tag = keep_node_tags(&mut bytes, encoding, &sections)?;
-    let file = mshio::parse_msh_bytes(&bytes).map_err(|e| malformed(&bytes, &e))?;
-    assemble(file, &names, max_node_tag)
+    let names = physical_names(bytes, &sections, format.version)?;
+    let source = Source {
+        bytes,
+        sections: &sections,
+        format,
+    };
+    let mut plain = Plain::of(&source, false)?;
+    if mshio::parse_msh_bytes(&plain.bytes).is_err_and(|e| has_parameters(&e)) {
+        plain = Plain::of(&source, true)?;
+    }
+    let file = mshio::parse_msh_bytes(&plain.bytes).map_err(|e| malformed(&plain, &e))?;
+    assemble(file, &names)
 }
 
-fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {
+/// Returns `true` if mshio stopped at nodes with parameters.
+fn has_parameters(error: &mshio::MshParserError<&[u8]>) -> bool {
+    let contexts = error
+        .backtrace
+        .iter()
+        .filter_map(|(_, kind)| kind.context());
+    contexts
+        .into_iter()
+        .any(|context| context.contains("parametric nodes"))
+}
+
+fn malformed(plain: &Plain, error: &mshio::MshParserError<&[u8]>) -> MeshError {
+    let bytes = &plain.bytes;
     let trace: Vec<_> = error.filter_msh_errors().collect();
     let byte = trace
         .first()
@@ -56,21 +73,17 @@ fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {
         .find(|(_, k)| k.context().is_none())
         .map_or("unexpected end or text".to_string(), |(_, k)| k.to_string());
     MeshError::Malformed {
-        byte,
+        byte: plain.in_file(byte),
         at: at.join(", "),
         reason,
     }
 }
 
-fn assemble(
-    file: MshFile<u64, i32, f64>,
-    names: &Names,
-    max_node_tag: u64,
-) -> Result<Content, MeshError> {
+fn assemble(file: MshFile<u64, i32, f64>, names: &Names) -> Result<Content, MeshError> {
     let missing = |section| MeshError::MissingSection { section };
     let nodes = file.data.nodes.ok_or_else(|| missing("Nodes"))?;
     let elements = file.data.elements.ok_or_else(|| missing("Elements"))?;
-    let (positions, tags) = flatten_nodes(&nodes, max_node_tag)?;
+    let (positions, tags) = flatten_nodes(&nodes)?;
     let index_of: HashMap<u64, u32> = (0..).zip(&tags).map(|(i, &tag)| (tag, i)).collect();
 
     let found: u64 = elements
@@ -80,19 +93,15 @@ fn assemble(
         .sum();
     check_total("elements", elements.num_elements, found)?;
     let all = elements.element_blocks.iter().flat_map(|b| &b.elements);
-    let range = (elements.min_element_tag, elements.max_element_tag);
-    check_tags("element", all.map(|e| e.element_tag), range)?;
+    check_tags("element", all.map(|e| e.element_tag))?;
 
-    let groups_of = groups_of_entities(file.data.entities.as_ref(), names)?;
     let mut content = Content {
         nodes: positions,
         node_tags: tags,
-        groups: empty_groups(names, &groups_of)?,
         ..Content::default()
     };
-    if content.groups.is_empty() {
-        return Err(MeshError::NoGroups);
-    }
+    let groups_of = groups_of(file.data.entities.as_ref(), &elements, names, &mut content)?;
+    let mut left_out = 0;
     for block in &elements.element_blocks {
         let groups = groups_of.get(&(block.entity_dim, block.entity_tag)).ok_or(
             MeshError::UnknownEntity {
@@ -102,7 +111,15 @@ fn assemble(
         )?;
         check_block(block, &index_of)?;
         let Some(first) = groups.first() else {
-            continue; // on an entity that no physical group names
+            // On an entity that no physical group names.
+            left_out += if block.entity_dim == 3 {
+                block.elements.len()
+            } else {
+                0
+            };
+            let nodes = block.elements.iter().flat_map(|e| &e.nodes);
+            content.other_nodes.extend(nodes.map(|n| index_of[n]));
+            continue;
         };
         let kind = block.element_type as u64;
         let group = || first.clone();
@@ -123,8 +140,10 @@ fn assemble(
                 dimension: block.entity_dim,
             });
         }
-        append_block(&mut content, block, groups, dimension, &index_of);
+        append_block(&mut content, block, groups, dimension, &index_of)?;
     }
+    content.solids_left_out(left_out);
+    content.name_all();
     Ok(content)
 }
 
@@ -135,21 +154,9 @@ fn check_total(what: &'static str, said: u64, found: u64) -> Result<(), MeshErro
     MeshError::check_number(what, found)
 }
 
-fn check_tags(
-    what: &'static str,
-    tags: impl Iterator<Item = u64>,
-    (min, max): (u64, u64),
-) -> Result<(), MeshError> {
+fn check_tags(what: &'static str, tags: impl Iterator<Item = u64>) -> Result<(), MeshError> {
     let mut seen = HashSet::new();
     for tag in tags {
-        if tag < min || tag > max {
-            return Err(MeshError::TagRange {
-                what,
-                tag,
-                min,
-                max,
-            });
-        }
         if !seen.insert(tag) {
             return Err(MeshError::TagTwice { what, tag });
         }
@@ -158,10 +165,7 @@ fn check_tags(
 }
 
 /// Positions (in the file's unit) and tags of all nodes, in the order of the file.
-fn flatten_nodes(
-    nodes: &Nodes<u64, i32, f64>,
-    max_node_tag: u64,
-) -> Result<(Vec<[f64; 3]>, Vec<u64>), MeshError> {
+fn flatten_nodes(nodes: &Nodes<u64, i32, f64>) -> Result<(Vec<[f64; 3]>, Vec<u64>), MeshError> {
     let found = nodes.node_blocks.iter().map(|b| b.nodes.len() as u64).sum();
     check_total("nodes", nodes.num_nodes, found)?;
     let mut positions = Vec::with_capacity(found as usize);
@@ -176,21 +180,60 @@ fn flatten_nodes(
     if let Some(i) = tags.iter().position(|&tag| tag == 0) {
         return Err(MeshError::SharedTag { at: positions[i] });
     }
-    let range = (nodes.min_node_tag, max_node_tag);
-    check_tags("node", tags.iter().copied(), range)?;
+    check_tags("node", tags.iter().copied())?;
     Ok((positions, tags))
 }
 
 type GroupsOf = BTreeMap<(i32, i32), Vec<String>>;
 
-/// Names of the physical groups of each entity, given by (dimension, entity tag). See
-/// [`group_name`].
-fn groups_of_entities(
+/// Names of the groups of each entity, given by (dimension, entity tag). Adds the groups.
+fn groups_of(
     entities: Option<&Entities<i32, f64>>,
+    elements: &Elements<u64, i32>,
     names: &Names,
+    content: &mut Content,
 ) -> Result<GroupsOf, MeshError> {
+    let physical = physical_of(entities)?;
+    let of_all = physical
+        .iter()
+        .flat_map(|((dimension, _), tags)| tags.iter().map(|tag| (*dimension as u8, *tag)));
+    let has_physical = physical.values().any(|tags| !tags.is_empty());
+    let (groups_of, names) = if has_physical {
+        let names = group_names(names, of_all);
+        let of_entity = physical.iter().map(|(&(dimension, entity), tags)| {
+            let name = |tag: &u32| names[&(dimension as u8, *tag)].clone();
+            let mut own: Vec<String> = tags.iter().map(name).collect();
+            own.sort();
+            own.dedup();
+            ((dimension, entity), own)
+        });
+        (of_entity.collect(), names)
+    } else {
+        let blocks = elements.element_blocks.iter();
+        let used: Vec<(i32, i32)> = blocks.map(|b| (b.entity_dim, b.entity_tag)).collect();
+        let key = |(dimension, tag): (i32, i32)| {
+            let dimension = u8::try_from(dimension).ok().filter(|d| *d <= 3);
+            dimension.map(|dimension| (dimension, tag.unsigned_abs()))
+        };
+        let names = entity_names(used.iter().copied().filter_map(key), content);
+        let groups = used.into_iter().filter_map(|entity| {
+            let name = names.get(&key(entity)?)?;
+            Some((entity, vec![name.clone()]))
+        });
+        (groups.collect(), names)
+    };
+    for ((dimension, _), name) in names {
+        content.join_group(name, Group::empty(dimension))?;
+    }
+    Ok(groups_of)
+}
+
+/// Tags of the physical groups of each entity, given by (dimension, entity tag).
+fn physical_of(
+    entities: Option<&Entities<i32, f64>>,
+) -> Result<BTreeMap<(i32, i32), Vec<u32>>, MeshError> {
     let Some(entities) = entities else {
-        return Err(MeshError::NoGroups);
+        return Ok(BTreeMap::new());
     };
     let points = entities.points.iter().map(|e| (0, e.tag, &e.physical_tags));
     let curves = entities.curves.iter().map(|e| (1, e.tag, &e.physical_tags));
@@ -202,40 +245,18 @@ fn groups_of_entities(
         .volumes
         .iter()
         .map(|e| (3, e.tag, &e.physical_tags));
-    let mut groups_of = GroupsOf::new();
+    let mut found = BTreeMap::new();
     for (dimension, tag, physical) in points.chain(curves).chain(surfaces).chain(volumes) {
-        let mut groups: Vec<String> = physical
-            .iter()
-            .map(|p| p.unsigned_abs()) // the sign is an orientation
-            .map(|p| group_name(names, dimension, p))
-            .collect();
-        groups.sort();
-        groups.dedup();
-        if groups_of.insert((dimension.into(), tag), groups).is_some() {
+        // The sign is an orientation.
+        let tags: Vec<u32> = physical.iter().map(|tag| tag.unsigned_abs()).collect();
+        if found.insert((dimension, tag), tags).is_some() {
             return Err(MeshError::TagTwice {
                 what: "entity",
                 tag: tag.unsigned_abs().into(),
             });
         }
     }
-    Ok(groups_of)
-}
-
-fn empty_groups(names: &Names, groups_of: &GroupsOf) -> Result<BTreeMap<String, Group>, MeshError> {
-    let mut groups = BTreeMap::new();
-    let named = names.iter().map(|((d, _), name)| (*d, name));
-    let used = groups_of
-        .iter()
-        .flat_map(|((d, _), names)| names.iter().map(|n| (*d as u8, n)));
-    for (dimension, name) in named.chain(used) {
-        let group = groups
-            .entry(name.clone())
-            .or_insert(Group::empty(dimension));
-        if group.dimension != dimension {
-            return Err(MeshError::GroupNameTwice { name: name.clone() });
-        }
-    }
-    Ok(groups)
+    Ok(found)
 }
 
 fn check_block(
@@ -243,14 +264,9 @@ fn check_block(
     index_of: &HashMap<u64, u32>,
 ) -> Result<(), MeshError> {
     for e in &block.elements {
-        for (i, &node) in e.nodes.iter().enumerate() {
+        if let Some(&node) = e.nodes.iter().find(|node| !index_of.contains_key(node)) {
             let element = e.element_tag;
-            if !index_of.contains_key(&node) {
-                return Err(MeshError::MissingNode { element, node });
-            }
-            if e.nodes[..i].contains(&node) {
-                return Err(MeshError::RepeatedNode { element, node });
-            }
+            return Err(MeshError::MissingNode { element, node });
         }
     }
     Ok(())
@@ -263,20 +279,27 @@ fn append_block(
     groups: &[String],
     dimension: u8,
     index_of: &HashMap<u64, u32>,
-) {
+) -> Result<(), MeshError> {
     let list = match dimension {
         2 => &mut content.facets,
         _ => &mut content.elements,
     };
     let first = list.len() as u32;
     if dimension >= 2 {
+        let tags = &content.node_tags;
         for e in &block.elements {
-            let nodes = |i: usize| index_of[&e.nodes[i]];
-            let solid = element::ElementType::with_nodes(e.nodes.len()).filter(|_| dimension == 3);
-            match solid.map(from_gmsh) {
-                Some(order) => list.push(e.element_tag, order.iter().map(|&i| nodes(i))),
-                None => list.push(e.element_tag, (0..e.nodes.len()).map(nodes)),
-            }
+            let node = |i: usize| index_of[&e.nodes[i]];
+            let all = 0..e.nodes.len();
+            let solid = element::ElementType::with_nodes(all.len()).filter(|_| dimension == 3);
+            let nodes: Vec<u32> = match solid.map(from_gmsh) {
+                Some(order) => order.iter().map(|&i| node(i)).collect(),
+                None => all.map(node).collect(),
+            };
+            let kept = match dimension {
+                3 => collapse::solid(e.element_tag, &nodes, tags)?,
+                _ => collapse::facet(e.element_tag, &nodes, tags)?,
+            };
+            list.push(e.element_tag, kept.iter().copied());
         }
     }
     let nodes = || block.elements.iter().flat_map(|e| &e.nodes);
@@ -288,5 +311,241 @@ fn append_block(
                 group.elements.extend(elements);
             }
         }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_testkit::words::has;
+
+    /// A tetrahedron with a face and an edge in groups of one name.
+    const TEXT: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n\
+        1 9 \"wall\"\n2 3 \"wall\"\n3\t7 \"blade\"\n$EndPhysicalNames\n\
+        $Entities\n1 1 1 1\n5 0 0 1 0\n4 0 0 0 1 0 0 1 9 0\n2 0 0 0 1 1 0 1 3 1 4\n1 0 0 0 1 1 1 1 7 1 2\n$EndEntities\n\
+        $Nodes\n2 4 1 4\n2 2 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n3 1 0 1\n4\n0 0 1\n$EndNodes\n\
+        $Elements\n3 3 1 3\n1 4 1 1\n1 1 2\n2 2 2 1\n2 1 2 3\n3 1 4 1\n3 1 2 3 4\n$EndElements\n";
+
+    /// The text with other words in the place of some; each must be there.
+    fn changed(changes: &[[&str; 2]]) -> String {
+        changes.iter().fold(TEXT.to_owned(), |text, [from, to]| {
+            assert!(text.contains(from), "{from}");
+            text.replacen(from, to, 1)
+        })
+    }
+
+    fn whole() -> Content {
+        let content = parse(TEXT).unwrap();
+        let groups: Vec<(&str, u8)> = content
+            .groups
+            .iter()
+            .map(|(name, group)| (name.as_str(), group.dimension))
+            .collect();
+        assert_eq!(groups, [("blade", 3), ("wall", 2), ("wall (curve)", 1)]);
+        assert_eq!(content.elements.of(0), [0, 1, 2, 3]);
+        assert_eq!(content.remarks, [""; 0]);
+        content
+    }
+
+    #[test]
+    fn what_gmsh_skips_is_skipped() {
+        let comments =
+            "$Comments\nmade on Monday, as\n$MeshFormat\n3 0 8\n$EndComments\n$MeshFormat\n4.1";
+        let texts = [
+            changed(&[
+                ["4.1 0 8\n", "4.1 0 8 \t\n"],
+                ["$Nodes\n", "$Nodes  \n"],
+                ["$EndNodes", "$EndNodes "],
+            ]),
+            TEXT.replace('\n', "\r\n"),
+            TEXT.replace('\n', " \n\n"),
+            changed(&[["$MeshFormat\n4.1", comments]]),
+            changed(&[["$MeshFormat", "\n  a line of text\n$MeshFormat"]]),
+            changed(&[[
+                "$EndNodes\n",
+                "$EndNodes\na line of text\n$Periodic\n0\n$EndPeriodic\n",
+            ]]),
+            changed(&[["2 4 1 4\n", "2 4 0 3\n"], ["3 3 1 3\n", "3 3 0 0\n"]]),
+        ];
+        for text in texts {
+            let content = super::super::parse(text.as_bytes(), "", &mut |_| unreachable!());
+            assert_eq!(content.unwrap(), whole(), "{text}");
+        }
+    }
+
+    #[test]
+    fn parameters_of_nodes_are_left_out() {
+        let on_surface = [
+            "2 2 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n",
+            "2 2 1 3\n1\n2\n3\n0 0 0 7 8\n1 0 0 7 8\n0 1 0 7 8e-3\n",
+        ];
+        let in_volume = ["3 1 0 1\n4\n0 0 1\n", "3 1 1 1\n4\n0 0 1 7 8 9\n"];
+        let empty = ["2 4 1 4\n", "4 4 1 4\n1 4 1 0\n0 5 1 0\n"];
+        for changes in [
+            &[on_surface][..],
+            &[in_volume, empty],
+            &[on_surface, in_volume, empty],
+        ] {
+            assert_eq!(parse(changed(changes)).unwrap(), whole());
+        }
+        let cut = changed(&[on_surface, ["7 8e-3", "7"]]);
+        has(&parse(&cut).unwrap_err().to_string(), "section $Nodes");
+        for (bytes, parameters) in [binary(false, true), binary(true, true), binary(true, false)]
+            .iter()
+            .zip([true, true, false])
+        {
+            let content = parse(bytes).unwrap();
+            let groups = BTreeMap::from([("volume 1".to_owned(), whole().groups["blade"].clone())]);
+            assert_eq!(content.nodes, whole().nodes, "{parameters}");
+            assert_eq!(content.groups, groups, "{parameters}");
+        }
+    }
+
+    /// The tetrahedron as binary numbers, without groups; its nodes perhaps with parameters.
+    fn binary(big: bool, parametric: bool) -> Vec<u8> {
+        let mut out = b"$MeshFormat\n4.1 1 8\n".to_vec();
+        let int = |out: &mut Vec<u8>, values: &[i32]| {
+            for value in values {
+                out.extend(if big {
+                    value.to_be_bytes()
+                } else {
+                    value.to_le_bytes()
+                });
+            }
+        };
+        let size = |out: &mut Vec<u8>, values: &[u64]| {
+            for value in values {
+                out.extend(if big {
+                    value.to_be_bytes()
+                } else {
+                    value.to_le_bytes()
+                });
+            }
+        };
+        let float = |out: &mut Vec<u8>, values: &[f64]| {
+            for value in values {
+                out.extend(if big {
+                    value.to_be_bytes()
+                } else {
+                    value.to_le_bytes()
+                });
+            }
+        };
+        int(&mut out, &[1]);
+        out.extend(b"\n$EndMeshFormat\n$Nodes\n");
+        size(&mut out, &[2, 4, 1, 4]);
+        for (dimension, tags) in [(2, &[1, 2, 3][..]), (3, &[4])] {
+            int(&mut out, &[dimension, 1, parametric.into()]);
+            size(&mut out, &[tags.len() as u64]);
+            size(&mut out, tags);
+            for tag in tags {
+                float(&mut out, &whole().nodes[*tag as usize - 1]);
+                if parametric {
+                    float(&mut out, &[7.0, 8.0, 9.0][..dimension as usize]);
+                }
+            }
+        }
+        out.extend(b"\n$EndNodes\n$Elements\n");
+        size(&mut out, &[1, 1, 1, 1]);
+        int(&mut out, &[3, 1, 4]);
+        size(&mut out, &[1, 1, 1, 2, 3, 4]);
+        out.extend(b"\n$EndElements\n");
+        out
+    }
+
+    /// The same in MSH 4.0: tags before dimensions, nodes line by line, and points with six numbers.
+    #[test]
+    fn the_order_of_msh_4_0_is_read() {
+        let old = changed(&[
+            ["4.1 0 8", "4 0 8"],
+            ["5 0 0 1 0\n", "5 0 0 1 0 0 1 0\n"],
+            [
+                "2 4 1 4\n2 2 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n",
+                "2 4\n2 2 0 3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n",
+            ],
+            ["3 1 0 1\n4\n0 0 1\n", "1 3 0 1\n4 0 0 1\n"],
+            ["3 3 1 3\n1 4 1 1\n", "3 3\n4 1 1 1\n"],
+            ["3 1 4 1\n", "1 3 4 1\n"],
+        ]);
+        assert_eq!(parse(&old).unwrap(), whole());
+        let binary = old.replace("4 0 8\n", "4 1 8\n\u{1}\0\0\0");
+        let words = "MSH version 4 (binary) is not read & -format msh41";
+        has(&parse(binary).unwrap_err().to_string(), words);
+        let higher = old.replace("2 2 2 1\n", "2 2 21 1\n");
+        has(
+            &parse(higher).unwrap_err().to_string(),
+            "Gmsh's type 21, which is not read",
+        );
+    }
+
+    #[test]
+    fn entities_of_partitions_have_their_groups() {
+        let parts = "$EndEntities\n$PartitionedEntities\n2\n1\n9 1\n0 0 0 1\n8 3 1 2 1 2 0 0 0 1 1 1 1 7 2 2 -2\n$EndPartitionedEntities\n";
+        let text = changed(&[
+            ["$EndEntities\n", parts],
+            ["3 1 0 1\n4\n", "3 8 0 1\n4\n"],
+            ["3 1 4 1\n", "3 8 4 1\n"],
+        ]);
+        assert_eq!(parse(text).unwrap(), whole());
+    }
+
+    #[test]
+    fn entities_are_the_groups_of_a_file_without_physical_groups() {
+        let none = changed(&[
+            [" 1 9 0\n", " 0 0\n"],
+            [" 1 3 1 4\n", " 0 0\n"],
+            [" 1 7 1 2\n", " 0 0\n"],
+        ]);
+        let end = TEXT.find("$Entities").unwrap()..TEXT.find("$Nodes").unwrap();
+        let mut without = TEXT.to_owned();
+        without.replace_range(end, "");
+        for text in [none, without] {
+            let content = parse(text).unwrap();
+            let names: Vec<&str> = content.groups.keys().map(String::as_str).collect();
+            assert_eq!(names, ["curve 4", "surface 2", "volume 1"]);
+            assert_eq!(content.groups["volume 1"].elements, [0]);
+            has(
+                &content.remarks[0],
+                "no physical groups & such as `volume 1`",
+            );
+        }
+    }
+
+    #[test]
+    fn solids_of_no_group_are_counted() {
+        let some = changed(&[[" 1 7 1 2\n", " 0 0\n"]]);
+        let content = parse(some).unwrap();
+        assert_eq!(content.elements.len(), 0);
+        has(
+            &content.remarks[0],
+            "1 solid elements are in no physical group & `Physical Volume`",
+        );
+        let unknown = changed(&[["3 1 4 1\n", "3 6 4 1\n"]]);
+        has(
+            &parse(unknown).unwrap_err().to_string(),
+            "entity 6 of dimension 3",
+        );
+        let same = changed(&[["\"blade\"", "\"wall\""]]);
+        let content = parse(same).unwrap();
+        let names: Vec<&str> = content.groups.keys().map(String::as_str).collect();
+        assert_eq!(names, ["wall", "wall (curve)", "wall (surface)"]);
+    }
+
+    #[test]
+    fn a_fault_is_at_its_byte_in_the_file() {
+        let text = changed(&[
+            ["$Nodes\n", "$Comments\nlong\n$EndComments\n$Nodes \n"],
+            ["0 1 0\n3", "0 x 0\n3"],
+        ]);
+        let error = parse(&text).unwrap_err();
+        let MeshError::Malformed { byte, .. } = error else {
+            panic!("{error}");
+        };
+        let expected = text.find("0 x 0").unwrap();
+        assert!(
+            (expected..expected + 4).contains(&byte),
+            "{byte} {expected}"
+        );
     }
 }

@@ -1,17 +1,19 @@
-//! Gmsh's MSH 2.2 files, ASCII and binary.
+//! Gmsh's MSH 2.0, 2.1 and 2.2 files, ASCII and binary.
 //!
 //! An element names its physical group itself. Gmsh writes an element that is in several groups
 //! once for each of them: such copies become one element, with the tag of the first. Elements
-//! without a physical group are left out. Format: Gmsh reference manual, "MSH file format version
-//! 2".
+//! without a physical group are left out. In a file without any physical group the entities of the
+//! geometry are the groups. Format: Gmsh reference manual, "MSH file format version 2", and
+//! `GModelIO_MSH2.cpp` of Gmsh.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::ops::Range;
 
+use super::collapse;
 use super::content::Content;
-use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
-use super::sections::{Encoding, Names, content, encoding, physical_names, sections};
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, from_gmsh, group_names};
+use super::numbers::Numbers;
+use super::sections::{Encoding, Names, Sections, physical_names};
 use crate::element::ElementType;
 use crate::{Group, MeshError, sort_once};
 
@@ -20,115 +22,33 @@ use crate::{Group, MeshError, sort_once};
 /// # Errors
 /// Bytes that are not a whole mesh in MSH 2.2: see [`MeshError`].
 pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
-    let encoding = encoding(bytes, "2.2")?;
-    let sections = sections(bytes)?;
-    let names = physical_names(bytes, &sections)?;
+    let sections = Sections::of(bytes)?;
+    let format = sections.format(bytes)?;
+    if !is_version_2(format.version) {
+        return Err(format.other_version());
+    }
+    let names = physical_names(bytes, &sections, format.version)?;
     let of = |section| {
-        let range = content(&sections, section).ok_or(MeshError::MissingSection { section })?;
         Ok(Numbers {
             bytes,
-            encoding,
+            encoding: format.encoding,
             section,
-            at: range,
+            at: sections.needed(section)?,
         })
     };
     let mut reader = Reader::new(&names);
-    reader.nodes(of("Nodes")?)?;
+    let parametric = "ParametricNodes";
+    match sections.content(parametric) {
+        Some(_) => reader.nodes(of(parametric)?, true)?,
+        None => reader.nodes(of("Nodes")?, false)?,
+    }
     reader.elements(of("Elements")?)?;
     reader.finish()
 }
 
-/// Numbers of a section, in their order.
-struct Numbers<'a> {
-    bytes: &'a [u8],
-    encoding: Encoding,
-    section: &'static str,
-    /// Range of bytes that are not yet read.
-    at: Range<usize>,
-}
-
-impl<'a> Numbers<'a> {
-    fn error(&self, byte: usize, reason: impl Into<String>) -> MeshError {
-        MeshError::Malformed {
-            byte,
-            at: format!("section ${}", self.section),
-            reason: reason.into(),
-        }
-    }
-
-    /// Next word of text.
-    fn word(&mut self) -> Result<&'a str, MeshError> {
-        let rest = &self.bytes[self.at.clone()];
-        let is_space = |b: &u8| b.is_ascii_whitespace();
-        let blanks = rest.iter().take_while(|b| is_space(b)).count();
-        let length = rest[blanks..].iter().take_while(|b| !is_space(b)).count();
-        let start = self.at.start + blanks;
-        if length == 0 {
-            return Err(self.error(start, "it breaks off"));
-        }
-        self.at.start = start + length;
-        std::str::from_utf8(&self.bytes[start..start + length])
-            .map_err(|_| self.error(start, "expected a number"))
-    }
-
-    fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, MeshError> {
-        let word = self.word()?;
-        word.parse()
-            .map_err(|_| self.error(self.at.start - word.len(), "expected a number"))
-    }
-
-    /// Next bytes of binary numbers.
-    fn raw<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
-        let rest = &self.bytes[self.at.clone()];
-        let Some(found) = rest.first_chunk::<N>() else {
-            return Err(self.error(self.at.start, "it breaks off"));
-        };
-        self.at.start += N;
-        Ok(*found)
-    }
-
-    /// Count on the first line, which is text in binary files, too. It is at most the number of
-    /// items of `least` bytes that the bytes that follow can hold.
-    fn count(&mut self, least: usize) -> Result<usize, MeshError> {
-        let count: usize = self.parsed()?;
-        if self.encoding != Encoding::Ascii {
-            let end = self.bytes[self.at.clone()].iter().position(|b| *b == b'\n');
-            self.at.start += end.map_or(self.at.len(), |end| end + 1);
-        }
-        if count > self.at.len() / least + 1 {
-            let reason = format!("it announces {count} items and is shorter");
-            return Err(self.error(self.at.start, reason));
-        }
-        Ok(count)
-    }
-
-    fn int(&mut self) -> Result<i64, MeshError> {
-        Ok(match self.encoding {
-            Encoding::Ascii => return self.parsed(),
-            Encoding::LittleEndian => i32::from_le_bytes(self.raw()?).into(),
-            Encoding::BigEndian => i32::from_be_bytes(self.raw()?).into(),
-        })
-    }
-
-    fn float(&mut self) -> Result<f64, MeshError> {
-        Ok(match self.encoding {
-            Encoding::Ascii => return self.parsed(),
-            Encoding::LittleEndian => f64::from_le_bytes(self.raw()?),
-            Encoding::BigEndian => f64::from_be_bytes(self.raw()?),
-        })
-    }
-
-    /// Next number, which must not be negative.
-    fn natural(&mut self, what: &str) -> Result<u64, MeshError> {
-        let byte = self.at.start;
-        let found = self.int()?;
-        u64::try_from(found).map_err(|_| self.error(byte, format!("{what} is {found}")))
-    }
-
-    fn is_at_end(&self) -> bool {
-        let rest = &self.bytes[self.at.clone()];
-        rest.iter().all(u8::is_ascii_whitespace)
-    }
+/// Returns `true` for the versions that this reader reads.
+pub(super) fn is_version_2(version: f64) -> bool {
+    (2.0..3.0).contains(&version)
 }
 
 struct Reader<'a> {
@@ -136,25 +56,33 @@ struct Reader<'a> {
     content: Content,
     index_of: HashMap<u64, u32>,
     element_tags: HashSet<u64>,
+    /// Elements with the tags that Gmsh calls physical and elementary.
+    read: Vec<Element>,
     /// Numbers of the elements by dimension and nodes.
     found: HashMap<(u8, Vec<u32>), u32>,
     groups: BTreeMap<(u8, u32), Group>,
 }
 
+struct Element {
+    tag: u64,
+    kind: u64,
+    dimension: u8,
+    physical: u32,
+    elementary: u32,
+    nodes: Vec<u32>,
+}
+
 impl<'a> Reader<'a> {
     fn new(names: &'a Names) -> Self {
-        let mut reader = Self {
+        Self {
             names,
             content: Content::default(),
             index_of: HashMap::new(),
             element_tags: HashSet::new(),
+            read: Vec::new(),
             found: HashMap::new(),
             groups: BTreeMap::new(),
-        };
-        for &(dimension, tag) in names.keys() {
-            reader.group(dimension, tag);
         }
-        reader
     }
 
     fn group(&mut self, dimension: u8, tag: u32) -> &mut Group {
@@ -162,7 +90,9 @@ impl<'a> Reader<'a> {
         group.or_insert_with(|| Group::empty(dimension))
     }
 
-    fn nodes(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {
+    /// Reads the nodes. Those of `$ParametricNodes` are followed by the dimension and the tag of an
+    /// entity, and by as many parameters as a curve or a surface has.
+    fn nodes(&mut self, mut numbers: Numbers<'_>, parametric: bool) -> Result<(), MeshError> {
         let least = match numbers.encoding {
             Encoding::Ascii => "1 0 0 0\n".len(),
             _ => 4 + 3 * 8,
@@ -172,6 +102,14 @@ impl<'a> Reader<'a> {
         for index in 0..count {
             let tag = numbers.natural("a node's tag")?;
             let at = [numbers.float()?, numbers.float()?, numbers.float()?];
+            if parametric {
+                let dimension = numbers.natural("a dimension")?;
+                numbers.int()?;
+                let parameters = if dimension < 3 { dimension } else { 0 };
+                for _ in 0..parameters {
+                    numbers.float()?;
+                }
+            }
             if self.index_of.insert(tag, index as u32).is_some() {
                 return Err(MeshError::TagTwice { what: "node", tag });
             }
@@ -222,11 +160,15 @@ impl<'a> Reader<'a> {
         kind: u64,
         tags: u64,
     ) -> Result<(), MeshError> {
-        let mut physical = 0;
+        let mut groups = [0; 2];
         for i in 0..tags {
             let found = numbers.int()?;
-            if i == 0 {
-                physical = found.unsigned_abs(); // the sign is an orientation
+            if let Some(group) = groups.get_mut(i as usize) {
+                // The sign is an orientation.
+                *group = u32::try_from(found.unsigned_abs()).map_err(|_| {
+                    let reason = format!("a group has the tag {found}");
+                    numbers.error(numbers.at.start, reason)
+                })?;
             }
         }
         let Some((dimension, count)) = dimension_and_nodes(kind) else {
@@ -237,11 +179,7 @@ impl<'a> Reader<'a> {
         for _ in 0..count {
             let node = numbers.natural("a node")?;
             let missing = MeshError::MissingNode { element: tag, node };
-            let index = *self.index_of.get(&node).ok_or(missing)?;
-            if nodes.contains(&index) {
-                return Err(MeshError::RepeatedNode { element: tag, node });
-            }
-            nodes.push(index);
+            nodes.push(*self.index_of.get(&node).ok_or(missing)?);
         }
         if !self.element_tags.insert(tag) {
             return Err(MeshError::TagTwice {
@@ -249,35 +187,42 @@ impl<'a> Reader<'a> {
                 tag,
             });
         }
-        let Ok(physical) = u32::try_from(physical) else {
-            let reason = format!("a physical group has the tag {physical}");
-            return Err(numbers.error(numbers.at.start, reason));
-        };
-        if physical == 0 {
-            return Ok(());
-        }
-        if COMPLETE.contains(&kind) {
-            return Err(MeshError::CompleteElement {
-                group: group_name(self.names, dimension, physical),
-                nodes: count,
-            });
-        }
-        self.keep(dimension, physical, tag, nodes);
+        let [physical, elementary] = groups;
+        self.read.push(Element {
+            tag,
+            kind,
+            dimension,
+            physical,
+            elementary,
+            nodes,
+        });
         Ok(())
     }
 
-    /// Adds an element, unless it exists already, and puts it into its group.
-    fn keep(&mut self, dimension: u8, physical: u32, tag: u64, nodes: Vec<u32>) {
-        let solid = ElementType::with_nodes(nodes.len()).filter(|_| dimension == 3);
-        let nodes = match solid {
-            Some(element) => from_gmsh(element).iter().map(|i| nodes[*i]).collect(),
-            None => nodes,
+    /// Adds an element, unless it exists already, and puts it into a group.
+    fn keep(&mut self, element: Element, group: u32) -> Result<(), MeshError> {
+        let Element {
+            tag,
+            dimension,
+            nodes,
+            ..
+        } = element;
+        let tags = &self.content.node_tags;
+        let nodes: Vec<u32> = match dimension {
+            3 => {
+                let solid = ElementType::with_nodes(nodes.len());
+                let order = solid.map_or(&[][..], from_gmsh);
+                let nodes: Vec<u32> = order.iter().map(|i| nodes[*i]).collect();
+                collapse::solid(tag, &nodes, tags)?.into_owned()
+            }
+            2 => collapse::facet(tag, &nodes, tags)?.into_owned(),
+            _ => nodes,
         };
-        self.group(dimension, physical).nodes.extend(&nodes);
+        self.group(dimension, group).nodes.extend(&nodes);
         let list = match dimension {
             3 => &mut self.content.elements,
             2 => &mut self.content.facets,
-            _ => return,
+            _ => return Ok(()),
         };
         let index = match self.found.entry((dimension, nodes)) {
             Entry::Occupied(entry) => *entry.get(),
@@ -287,16 +232,48 @@ impl<'a> Reader<'a> {
                 *entry.insert(index)
             }
         };
-        self.group(dimension, physical).elements.push(index);
+        self.group(dimension, group).elements.push(index);
+        Ok(())
     }
 
     fn finish(mut self) -> Result<Content, MeshError> {
-        for ((dimension, tag), mut group) in self.groups {
+        let has_physical = self.read.iter().any(|element| element.physical != 0);
+        let mut left_out = 0;
+        for element in std::mem::take(&mut self.read) {
+            let group = match has_physical {
+                true => element.physical,
+                false => element.elementary,
+            };
+            if has_physical && group == 0 {
+                left_out += usize::from(element.dimension == 3);
+                self.content.other_nodes.extend(element.nodes);
+                continue;
+            }
+            if COMPLETE.contains(&element.kind) {
+                let key = (element.dimension, group);
+                return Err(MeshError::CompleteElement {
+                    group: group_names(self.names, [key])[&key].clone(),
+                    nodes: element.nodes.len(),
+                });
+            }
+            self.keep(element, group)?;
+        }
+        let used = self.groups.keys().copied();
+        let names = match has_physical {
+            true => group_names(self.names, used),
+            false => entity_names(used, &mut self.content),
+        };
+        for (key, name) in names {
+            let group = self.groups.remove(&key);
+            let group = group.unwrap_or_else(|| Group::empty(key.0));
+            self.content.join_group(name, group)?;
+        }
+        self.content.solids_left_out(left_out);
+        for group in self.content.groups.values_mut() {
             sort_once(&mut group.nodes);
             sort_once(&mut group.elements);
-            let name = group_name(self.names, dimension, tag);
-            self.content.add_group(name, group)?;
         }
+        self.content.name_all();
         Ok(self.content)
     }
 }
@@ -457,16 +434,76 @@ mod tests {
             $Elements\n2 => $Elements\n0 => the mesh has no elements
             20 1 0 0 => 20 1 x 0 => expected a number
             20 1 0 0 => -20 1 0 0 => a node's tag is -20
-            6 2 2 9 1 => 6 2 2 99999999999 1 => a physical group has the tag 99999999999
+            6 2 2 9 1 => 6 2 2 99999999999 1 => a group has the tag 99999999999
             6 2 2 9 1 => 6 2 -2 9 1 => a number of tags is -2
-            "blade" => "surface 9" => two groups are called `surface 9`
             $Nodes\n => $ParametricNodes\n => it has no $EndParametricNodes
-            2.2 0 8 => 2.1 0 8 => MSH version 2.1 is not read, only 4.1 and 2.2
+            2.2 0 8 => 1.9 0 8 => MSH version 1.9 is not read, only 4.1, 4.0 as text, and 2
             2.2 0 8 => 2.2 0 4 => the $MeshFormat line `2.2 0 4` is not understood
             "#;
         for [from, to, words] in cases(table) {
             has(&message(&from, &to), &words);
         }
+    }
+
+    #[test]
+    fn older_files_and_parameters_of_nodes_are_read() {
+        let expected = one(str::to_owned).unwrap();
+        for version in ["2.1 0 8", "2.0 0 8", "2 0 8", "2.2 0 8 "] {
+            let older = |text: &str| {
+                let text = text.replace("2.2 0 8", version);
+                match version.contains(".1") || version.contains(".2") {
+                    true => text,
+                    false => text.replace("3 7 \"blade\"", "7 \"blade\""),
+                }
+            };
+            assert_eq!(one(older).unwrap(), expected, "{version}");
+        }
+        let parametric = |text: &str| {
+            let text = text.replace("Nodes\n", "ParametricNodes\n");
+            let text = text.replace("10 0 0 0\n", "10 0 0 0 0 1\n");
+            let text = text.replace("20 1 0 0\n", "20 1 0 0 1 1 0.25\n");
+            let text = text.replace("30 0 1 0\n", "30 0 1 0 2 1 0.25 0.75\n");
+            text.replace("40 0 0 1\n", "40 0 0 1 3 1\n")
+        };
+        assert_eq!(one(parametric).unwrap(), expected);
+    }
+
+    #[test]
+    fn entities_are_the_groups_of_a_file_without_physical_groups() {
+        let none = |text: &str| {
+            let names = text.find("$PhysicalNames").unwrap()..text.find("$Nodes").unwrap();
+            let text = [&text[..names.start], &text[names.end..]].concat();
+            text.replace("5 4 2 7 1 ", "5 4 2 0 3 ")
+                .replace("6 2 2 9 1 ", "6 2 2 0 4 ")
+        };
+        let content = one(none).unwrap();
+        let names: Vec<&str> = content.groups.keys().map(String::as_str).collect();
+        assert_eq!(names, ["surface 4", "volume 3"]);
+        has(&content.remarks[0], "no physical groups");
+        let without_tags = |text: &str| {
+            text.replace("5 4 2 7 1 ", "5 4 0 ")
+                .replace("6 2 2 9 1 ", "6 2 0 ")
+        };
+        assert_eq!(one(without_tags).unwrap().groups["volume 0"].elements, [0]);
+        let solid_only = one(|text| text.replace("5 4 2 7 1 ", "5 4 2 0 1 ")).unwrap();
+        has(
+            &solid_only.remarks[0],
+            "1 solid elements are in no physical group",
+        );
+    }
+
+    #[test]
+    fn groups_of_one_name_are_one_or_have_a_word_behind_it() {
+        let names = "$PhysicalNames\n3\n2 9 \"blade\"\n3 8 \"blade\"\n";
+        let text = |text: &str| {
+            let second = "$Elements\n3\n7 4 2 8 1 20 10 30 40\n";
+            text.replace("$PhysicalNames\n1\n", names)
+                .replace("$Elements\n2\n", second)
+        };
+        let content = one(text).unwrap();
+        let names: Vec<&str> = content.groups.keys().map(String::as_str).collect();
+        assert_eq!(names, ["blade", "blade (surface)"]);
+        assert_eq!(content.groups["blade"].elements, [0, 1]);
     }
 
     #[test]
@@ -479,10 +516,14 @@ mod tests {
                  $Elements\n1\n1 10 2 {physical} 1 1 2 3 4 5 6 7 8 9\n$EndElements\n"
             )
         };
-        let found = parse(with(3).as_bytes()).unwrap_err().to_string();
-        let words = "group `surface 3` has elements of 9 nodes & Mesh.SecondOrderIncomplete = 1";
-        has(&found, words);
-        assert!(parse(with(0).as_bytes()).is_ok(), "it is in no group");
+        for (physical, group) in [(3, "surface 3"), (0, "surface 1")] {
+            let found = parse(with(physical).as_bytes()).unwrap_err().to_string();
+            has(&found, &format!("group `{group}` has elements of 9 nodes"));
+            has(&found, "Mesh.SecondOrderIncomplete = 1");
+        }
+        let other = "2\n2 1 2 5 1 1 2\n1 10";
+        let beside = with(0).replace("1\n1 10", other);
+        assert!(parse(beside.as_bytes()).is_ok(), "it is in no group");
     }
 
     #[test]

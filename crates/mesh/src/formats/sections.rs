@@ -1,235 +1,180 @@
-//! Parts of an MSH file that are read, checked or changed before `mshio` reads it.
+//! Sections of Gmsh's files, their header, and the names of the groups.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::MeshError;
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
 }
 
-/// Encoding of the numbers of a file of this `version`.
-pub(super) fn encoding(bytes: &[u8], version: &str) -> Result<Encoding, MeshError> {
-    let rest = bytes
-        .strip_prefix(b"$MeshFormat")
-        .and_then(skip_line_end)
-        .ok_or(MeshError::NotMsh)?;
-    let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-    let line = String::from_utf8_lossy(&rest[..end.min(80)])
-        .trim()
-        .to_string();
-    let words: Vec<&str> = line.split_whitespace().collect();
-    match words[..] {
-        [found, "0", "8"] if found == version => Ok(Encoding::Ascii),
-        [found, "1", "8"] if found == version => match rest.get(end + 1..end + 5) {
-            Some([1, 0, 0, 0]) => Ok(Encoding::LittleEndian),
-            Some([0, 0, 0, 1]) => Ok(Encoding::BigEndian),
-            _ => Err(MeshError::Header { line }),
-        },
-        [found, "0" | "1", _] if found != version && found.parse::<f64>().is_ok() => {
-            Err(MeshError::Version {
-                found: found.to_string(),
-            })
-        }
-        _ => Err(MeshError::Header { line }),
-    }
+/// Header of a file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Format {
+    pub version: f64,
+    pub encoding: Encoding,
 }
 
-fn skip_line_end(bytes: &[u8]) -> Option<&[u8]> {
-    bytes
-        .strip_prefix(b"\r\n")
-        .or_else(|| bytes.strip_prefix(b"\n"))
+impl Format {
+    /// Error of a version that is not read.
+    pub fn other_version(self) -> MeshError {
+        MeshError::Version {
+            found: self.version.to_string(),
+            encoding: match self.encoding {
+                Encoding::Ascii => "",
+                _ => " (binary)",
+            },
+        }
+    }
 }
 
 fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|w| w == needle)
 }
 
-/// Section after the header of the file.
-pub(super) struct Section {
+fn malformed(byte: usize, name: &str, reason: impl Into<String>) -> MeshError {
+    MeshError::Malformed {
+        byte,
+        at: format!("section ${name}"),
+        reason: reason.into(),
+    }
+}
+
+struct Section {
     name: String,
-    /// Range from the `$` of its name to the end of its `$End`.
-    whole: Range<usize>,
     /// Range between the line of its name and its `$End`.
     content: Range<usize>,
 }
 
-/// All sections up to the end of the file, in their order. Text inside a section that looks like
-/// the beginning of another one does not count.
-pub(super) fn sections(bytes: &[u8]) -> Result<Vec<Section>, MeshError> {
-    const HEADER_END: &[u8] = b"$EndMeshFormat";
-    let malformed = |byte: usize, name: &str, reason: String| MeshError::Malformed {
-        byte,
-        at: format!("section ${name}"),
-        reason,
-    };
-    let mut at = match find(bytes, HEADER_END) {
-        Some(at) => at + HEADER_END.len(),
-        None => {
-            let reason = "it has no $EndMeshFormat".to_string();
-            return Err(malformed(bytes.len(), "MeshFormat", reason));
-        }
-    };
-    let mut found: Vec<Section> = Vec::new();
-    loop {
-        let blanks = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
-        at += blanks.count();
-        if at == bytes.len() {
-            return Ok(found);
-        }
-        let rest = bytes[at..].strip_prefix(b"$").unwrap_or_default();
-        let letters = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-        let (name, behind) = rest.split_at(letters);
-        let name = String::from_utf8_lossy(name).into_owned();
-        let Some(content) = skip_line_end(behind) else {
-            return Err(MeshError::Malformed {
-                byte: at,
-                at: "between the sections".to_string(),
-                reason: "expected a line with `$` and the name of a section".to_string(),
-            });
+/// All sections of a file, in their order. Text inside a section that looks like the beginning of
+/// another one does not count; lines between sections are skipped, as Gmsh does.
+pub(super) struct Sections(Vec<Section>);
+
+/// Sections that a file has at most once.
+const ONCE: [&str; 7] = [
+    "MeshFormat",
+    "PhysicalNames",
+    "Entities",
+    "PartitionedEntities",
+    "Nodes",
+    "ParametricNodes",
+    "Elements",
+];
+
+impl Sections {
+    /// # Errors
+    /// A section without an end, or a second one of a name.
+    pub fn of(bytes: &[u8]) -> Result<Self, MeshError> {
+        let mut found: Vec<Section> = Vec::new();
+        let mut at = match bytes.starts_with(b"\xef\xbb\xbf") {
+            true => 3,
+            false => 0,
         };
-        let end = format!("$End{name}");
-        let Some(length) = find(content, end.as_bytes()) else {
-            return Err(malformed(at, &name, format!("it has no {end}")));
-        };
-        if found.iter().any(|s| s.name == name) && USED.contains(&name.as_str()) {
-            return Err(malformed(at, &name, "the file has it twice".to_string()));
-        }
-        let begin = bytes.len() - content.len();
-        let content = begin..begin + length;
-        let whole = at..content.end + end.len();
-        at = whole.end;
-        found.push(Section {
-            name,
-            whole,
-            content,
-        });
-    }
-}
-
-/// Range of the content of a section.
-pub(super) fn content(sections: &[Section], name: &str) -> Option<Range<usize>> {
-    let section = sections.iter().find(|s| s.name == name);
-    section.map(|s| s.content.clone())
-}
-
-/// Sections whose content counts: those that mshio reads, and the names of the groups.
-const USED: [&str; 4] = ["Entities", "Nodes", "Elements", "PhysicalNames"];
-
-/// Overwrites all sections that mshio does not read with blanks, so that the others keep their
-/// positions.
-pub(super) fn blank_other_sections(bytes: &mut [u8], sections: &[Section]) {
-    let is_read = |s: &&Section| USED[..3].contains(&s.name.as_str());
-    for section in sections.iter().filter(|s| !is_read(s)) {
-        bytes[section.whole.clone()].fill(b' ');
-    }
-}
-
-/// Four counts at the head of `$Nodes` and `$Elements` (blocks, total, lowest and highest tag) and
-/// the range of the last one.
-fn section_header(
-    bytes: &[u8],
-    encoding: Encoding,
-    sections: &[Section],
-    section: &'static str,
-) -> Result<([u64; 4], Range<usize>), MeshError> {
-    let missing = || MeshError::MissingSection { section };
-    let content = content(sections, section).ok_or_else(missing)?;
-    let bytes = &bytes[..content.end];
-    let mut counts = [0; 4];
-    let mut at = content.start..content.start;
-    for count in &mut counts {
-        if encoding == Encoding::Ascii {
-            let is_space = |b: &u8| b.is_ascii_whitespace();
-            let from = bytes[at.end..].iter().position(|b| !is_space(b));
-            let from = at.end + from.ok_or_else(missing)?;
-            let len = bytes[from..]
-                .iter()
-                .position(is_space)
-                .ok_or_else(missing)?;
-            at = from..from + len;
-            *count = std::str::from_utf8(&bytes[at.clone()])
-                .ok()
-                .and_then(|word| word.parse().ok())
-                .ok_or_else(|| MeshError::Malformed {
-                    byte: from,
-                    at: format!("header of ${section}"),
-                    reason: "expected four whole numbers".to_string(),
-                })?;
-        } else {
-            at = at.end..at.end + 8;
-            let word = bytes.get(at.clone()).ok_or_else(missing)?;
-            let word: [u8; 8] = word.try_into().map_err(|_| missing())?;
-            *count = match encoding {
-                Encoding::BigEndian => u64::from_be_bytes(word),
-                _ => u64::from_le_bytes(word),
+        while at < bytes.len() {
+            let line = bytes[at..]
+                .split(|b| *b == b'\n')
+                .next()
+                .unwrap_or_default();
+            let behind = at + line.len() + 1;
+            let Some(name) = line.trim_ascii().strip_prefix(b"$") else {
+                at = behind;
+                continue;
             };
+            let name = String::from_utf8_lossy(name).into_owned();
+            if name.is_empty() || !name.bytes().all(|b| b.is_ascii_alphanumeric()) {
+                let reason = "expected a line with `$` and the name of a section";
+                return Err(malformed(at, &name, reason));
+            }
+            let end = format!("$End{name}");
+            let rest = bytes.get(behind..).unwrap_or_default();
+            let Some(length) = find(rest, end.as_bytes()) else {
+                return Err(malformed(at, &name, format!("it has no {end}")));
+            };
+            if found.iter().any(|s| s.name == name) && ONCE.contains(&name.as_str()) {
+                return Err(malformed(at, &name, "the file has it twice"));
+            }
+            let content = behind..behind + length;
+            at = content.end + end.len();
+            found.push(Section { name, content });
+        }
+        Ok(Self(found))
+    }
+
+    /// Range of the content of a section.
+    pub fn content(&self, name: &str) -> Option<Range<usize>> {
+        let section = self.0.iter().find(|s| s.name == name);
+        section.map(|s| s.content.clone())
+    }
+
+    /// Range of the content of a section that a file must have.
+    ///
+    /// # Errors
+    /// The file does not have it.
+    pub fn needed(&self, section: &'static str) -> Result<Range<usize>, MeshError> {
+        let missing = MeshError::MissingSection { section };
+        self.content(section).ok_or(missing)
+    }
+
+    /// Version and encoding of the file.
+    ///
+    /// # Errors
+    /// There is no header, or it is not understood.
+    pub fn format(&self, bytes: &[u8]) -> Result<Format, MeshError> {
+        let content = self.content("MeshFormat").ok_or(MeshError::NotMsh)?;
+        let content = bytes[content].trim_ascii_start();
+        let end = content.iter().position(|&b| b == b'\n');
+        let end = end.unwrap_or(content.len());
+        let line = String::from_utf8_lossy(&content[..end.min(80)]);
+        let line = line.trim().to_owned();
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let encoding = match words[..] {
+            [_, "0", "8"] => Some(Encoding::Ascii),
+            [_, "1", "8"] => match content.get(end + 1..end + 5) {
+                Some([1, 0, 0, 0]) => Some(Encoding::LittleEndian),
+                Some([0, 0, 0, 1]) => Some(Encoding::BigEndian),
+                _ => None,
+            },
+            _ => None,
+        };
+        let version = words.first().and_then(|word| word.parse().ok());
+        match version.zip(encoding) {
+            Some((version, encoding)) => Ok(Format { version, encoding }),
+            None => Err(MeshError::Header { line }),
         }
     }
-    Ok((counts, at))
 }
 
-/// Refuses an empty section, because mshio subtracts one from the total.
-pub(super) fn check_elements_header(
-    bytes: &[u8],
-    encoding: Encoding,
-    sections: &[Section],
-) -> Result<(), MeshError> {
-    match section_header(bytes, encoding, sections, "Elements")?.0 {
-        [_, 0, ..] => Err(MeshError::Empty { what: "elements" }),
-        _ => Ok(()),
-    }
-}
-
-/// Raises the highest node tag in the header of `$Nodes`, so that mshio takes the tags for sparse
-/// and keeps them. Returns the file's own highest tag.
-pub(super) fn keep_node_tags(
-    bytes: &mut Vec<u8>,
-    encoding: Encoding,
-    sections: &[Section],
-) -> Result<u64, MeshError> {
-    let ([_, total, min, max], at) = section_header(bytes, encoding, sections, "Nodes")?;
-    if total == 0 {
-        return Err(MeshError::Empty { what: "nodes" });
-    }
-    if min == 0 || max < min || u64::MAX - min < total {
-        return Err(MeshError::Malformed {
-            byte: at.start,
-            at: "header of $Nodes".to_string(),
-            reason: format!("{total} nodes with tags from {min} to {max}"),
-        });
-    }
-    if encoding == Encoding::Ascii {
-        bytes.splice(at, u64::MAX.to_string().into_bytes());
-    } else {
-        bytes[at].fill(0xff); // u64::MAX, in either byte order
-    }
-    Ok(max)
-}
-
+/// Names of groups by (dimension, tag).
 pub(super) type Names = BTreeMap<(u8, u32), String>;
 
-/// Names in `$PhysicalNames`, which is text in binary files, too, by (dimension, tag).
-pub(super) fn physical_names(bytes: &[u8], sections: &[Section]) -> Result<Names, MeshError> {
-    let Some(content) = content(sections, "PhysicalNames") else {
+/// Dimension of names that hold for every dimension, as in MSH 2.0.
+pub(super) const ANY_DIMENSION: u8 = u8::MAX;
+
+/// Names in `$PhysicalNames`, which is text in binary files, too.
+pub(super) fn physical_names(
+    bytes: &[u8],
+    sections: &Sections,
+    version: f64,
+) -> Result<Names, MeshError> {
+    let Some(content) = sections.content("PhysicalNames") else {
         return Ok(Names::new());
     };
     let text = String::from_utf8_lossy(&bytes[content]);
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
     let said = lines.next().unwrap_or("nothing").to_string();
     let mut names = Names::new();
-    let mut seen = HashSet::new();
     for line in lines {
-        let (key, name) = physical_name(line).ok_or_else(|| MeshError::PhysicalName {
+        let found = match version {
+            2.0 => physical_name(&format!("{ANY_DIMENSION} {line}")),
+            _ => physical_name(line).filter(|((dimension, _), _)| *dimension <= 3),
+        };
+        let (key, name) = found.ok_or_else(|| MeshError::PhysicalName {
             line: line.chars().take(80).collect(),
         })?;
-        if !seen.insert(name.clone()) {
-            return Err(MeshError::GroupNameTwice { name });
-        }
         if names.insert(key, name).is_some() {
             return Err(MeshError::TagTwice {
                 what: "physical",
@@ -247,9 +192,10 @@ pub(super) fn physical_names(bytes: &[u8], sections: &[Section]) -> Result<Names
 }
 
 fn physical_name(line: &str) -> Option<((u8, u32), String)> {
-    let (dimension, rest) = line.split_once(' ')?;
-    let (tag, rest) = rest.trim_start().split_once(' ')?;
+    let blank = char::is_whitespace;
+    let (dimension, rest) = line.split_once(blank)?;
+    let (tag, rest) = rest.trim_start().split_once(blank)?;
     let name = rest.trim().strip_prefix('"')?.strip_suffix('"')?;
-    let dimension = dimension.parse().ok().filter(|d| *d <= 3)?;
-    Some(((dimension, tag.parse().ok()?), name.to_string()))
+    let key = (dimension.parse().ok()?, tag.parse().ok()?);
+    Some((key, name.to_string()))
 }

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
+use super::super::collapse;
 use super::super::content::{Content, FileMaterial};
 use super::lines::Files;
-use super::read::Deck;
-use super::resolve::{Model, What, named};
-use super::scope::{Surface, SurfaceLine, key};
-use super::types::Kind;
-use crate::element::{Connectivity, facet_corners};
+use super::read::{Deck, Material};
+use super::resolve::{Model, What};
+use super::scope::{Section, Surface, SurfaceLine, SurfaceOf, key};
+use super::types::{self, Kind};
+use crate::element::{ElementType, facet_corners, sorted_corners};
 use crate::text;
 use crate::{Group, MeshError};
 
@@ -61,17 +62,18 @@ pub(super) fn assemble(deck: &Deck, files: &Files) -> Result<Content, MeshError>
             ..Content::default()
         },
         places: Vec::new(),
+        collapsed: HashMap::new(),
         found: BTreeMap::new(),
         face_counts: None,
     };
     assembly.nodes();
-    assembly.elements();
+    assembly.elements()?;
     assembly.groups()?;
     assembly.materials(deck)?;
     if !deck.instances.is_empty() {
         assembly.parts_without_instances(deck);
     }
-    assembly.finish()
+    assembly.finish(deck)
 }
 
 /// Name as it is shown, and groups by their origin.
@@ -82,6 +84,8 @@ struct Assembly<'a> {
     content: Content,
     /// Position of each element of the model.
     places: Vec<At>,
+    /// Nodes in the deck of solids that name a node more than once, by their position.
+    collapsed: HashMap<u32, Vec<u32>>,
     /// Groups by the key of their names.
     found: BTreeMap<String, Found>,
     /// Number of solids that have a face with these corners, ascending.
@@ -94,28 +98,45 @@ impl Assembly<'_> {
             let placed = scope.nodes.iter().map(|at| scope.placement.apply(*at));
             self.content.nodes.extend(placed);
             self.content.node_tags.extend(&scope.node_labels);
+            let first = self.content.nodes.len() - scope.nodes.len();
+            let aside = scope.aside_nodes.iter();
+            let aside = aside.filter_map(|label| scope.node_index.get(label));
+            let aside = aside.map(|index| first as u32 + index);
+            self.content.other_nodes.extend(aside);
         }
     }
 
-    fn elements(&mut self) {
-        let kinds: Vec<Kind> = self
-            .model
-            .scopes()
-            .flat_map(|(scope, _)| scope.elements.iter().map(|e| e.kind))
-            .collect();
-        let tags = self.model.elements.tags();
-        for ((nodes, kind), tag) in self.model.elements.iter().zip(&kinds).zip(tags) {
-            let add = |list: &mut Connectivity| {
-                list.push(*tag, nodes.iter().copied());
-                list.len() as u32 - 1
-            };
-            self.places.push(match kind {
-                Kind::Solid(_) => At::Solid(add(&mut self.content.elements)),
-                Kind::Facet(_) => At::Facet(add(&mut self.content.facets)),
-                Kind::Line(_) => At::Line,
+    fn elements(&mut self) -> Result<(), MeshError> {
+        let scopes = self.model.scopes();
+        let elements = scopes.flat_map(|(scope, _)| &scope.elements);
+        for (nodes, element) in self.model.elements.iter().zip(elements) {
+            let tag = element.label;
+            let at = |error| self.model.at(element.place, "*ELEMENT", error);
+            let content = &mut self.content;
+            self.places.push(match element.kind {
+                Kind::Solid(_) => {
+                    let index = content.elements.len() as u32;
+                    let kept = collapse::solid(tag, nodes, &content.node_tags).map_err(at)?;
+                    if kept.len() < nodes.len() {
+                        self.collapsed.insert(index, nodes.to_vec());
+                    }
+                    content.elements.push(tag, kept.iter().copied());
+                    At::Solid(index)
+                }
+                Kind::Facet(_) => {
+                    let index = content.facets.len() as u32;
+                    let kept = collapse::facet(tag, nodes, &content.node_tags).map_err(at)?;
+                    content.facets.push(tag, kept.iter().copied());
+                    At::Facet(index)
+                }
+                Kind::Line(_) => {
+                    content.other_nodes.extend(nodes);
+                    At::Line
+                }
                 Kind::Aside => At::Aside,
             });
         }
+        Ok(())
     }
 
     /// Names that more than one scope gives to sets, surfaces or (the root) to instances.
@@ -130,7 +151,7 @@ impl Assembly<'_> {
                 .surfaces
                 .iter()
                 .filter(|(_, surface)| !surface.internal);
-            for name in sets.chain(surfaces.map(|(key, _)| key.clone())) {
+            for name in sets.chain(surfaces.map(|((key, _), _)| key.clone())) {
                 scopes_of.entry(name).or_default().insert(number);
             }
             if number > 0 {
@@ -157,17 +178,13 @@ impl Assembly<'_> {
                 let elements = self.model.set(What::Elements, number, &set.name)?;
                 self.element_groups(&shown(&set.name), &elements, Origin::Solids);
             }
-            for surface in scope.surfaces.values().filter(|surface| !surface.internal) {
-                let result = if surface.of_nodes {
-                    self.node_surface(&shown(&surface.name), number, surface)
-                } else {
-                    self.surface(&shown(&surface.name), number, surface)
+            for ((_, of), surface) in scope.surfaces.iter().filter(|(_, s)| !s.internal) {
+                let name = shown(&surface.name);
+                let result = match of {
+                    SurfaceOf::Nodes => self.node_surface(&name, number, surface),
+                    SurfaceOf::Faces => self.surface(&name, number, surface),
                 };
-                let error = |e| {
-                    self.model
-                        .at(surface.place, "*SURFACE", named(e, &surface.name))
-                };
-                result.map_err(error)?;
+                result.map_err(|e| self.model.at(surface.place, "*SURFACE", e))?;
             }
             for set in scope.nsets.values().filter(|set| !set.internal) {
                 let nodes = self.model.set(What::Nodes, number, &set.name)?;
@@ -226,7 +243,10 @@ impl Assembly<'_> {
     ) -> Result<(), MeshError> {
         let mut nodes = Vec::new();
         for line in &surface.lines {
-            nodes.extend(self.model.target(What::Nodes, scope, &line.target)?.iter());
+            let target = self
+                .model
+                .target(What::Nodes, scope, &line.target, surface)?;
+            nodes.extend(target.iter());
         }
         self.node_group(name, &nodes, Origin::NodeSurface);
         Ok(())
@@ -237,7 +257,8 @@ impl Assembly<'_> {
         let mut group = Group::empty(2);
         let mut edges = 0;
         for line in &surface.lines {
-            let elements = self.model.target(What::Elements, scope, &line.target)?;
+            let target = &line.target;
+            let elements = self.model.target(What::Elements, scope, target, surface)?;
             for element in elements.iter() {
                 match self.places[*element as usize] {
                     At::Solid(index) => self.faces(index, line, &mut faces)?,
@@ -297,14 +318,26 @@ impl Assembly<'_> {
             out.extend(exposed.map(|(f, _)| (solid, f)));
             return Ok(());
         };
-        let (element, _) = self.content.elements.solid(solid as usize);
-        let faces = element.shape.faces();
+        let (element, nodes) = self.content.elements.solid(solid as usize);
+        let in_deck = self.collapsed.get(&solid);
+        let of_deck = in_deck.and_then(|nodes| ElementType::with_nodes(nodes.len()));
+        let faces = of_deck.unwrap_or(element).shape.faces();
         let number = label
             .strip_prefix(['S', 'P'])
             .and_then(|n| n.parse::<usize>().ok());
-        match number {
-            Some(face) if (1..=faces.len()).contains(&face) => {
+        match (number, in_deck) {
+            (Some(face), None) if (1..=faces.len()).contains(&face) => {
                 out.insert((solid, face - 1));
+                Ok(())
+            }
+            (Some(face), Some(in_deck)) if (1..=faces.len()).contains(&face) => {
+                let mut corners: Vec<u32> = faces[face - 1].iter().map(|i| in_deck[*i]).collect();
+                corners.sort_unstable();
+                corners.dedup();
+                // A face that has shrunk to an edge or a point is none.
+                let wanted = sorted_corners(&corners);
+                let found = element.sorted_faces(nodes).find(|(_, f)| *f == wanted);
+                out.extend(found.map(|(f, _)| (solid, f)));
                 Ok(())
             }
             _ => Err(MeshError::FaceLabel {
@@ -330,52 +363,87 @@ impl Assembly<'_> {
         counts.clone()
     }
 
+    /// Gives materials to the elements of sections. Of several sections of an element the last
+    /// counts, as in CalculiX.
     fn materials(&mut self, deck: &Deck) -> Result<(), MeshError> {
-        let mut owner: Vec<Option<usize>> = vec![None; self.content.elements.len()];
-        let mut places: BTreeMap<String, usize> = BTreeMap::new();
+        let mut section_of: Vec<Option<&Section>> = vec![None; self.content.elements.len()];
+        let (mut changed, mut unknown) = (Vec::new(), Vec::new());
         let scopes: Vec<_> = self.model.scopes().collect();
         for (number, (scope, _)) in scopes.into_iter().enumerate() {
             for section in &scope.sections {
                 let result = self.model.set(What::Elements, number, &section.set);
-                let error = |e| self.model.at(section.place, "*SOLID SECTION", e);
-                let elements = result.map_err(error)?;
-                let (all, name) = (deck.materials.iter(), &section.material);
-                let Some(known) = all.clone().find(|m| key(&m.name) == key(name)) else {
-                    let names = all.map(|m| &m.name);
-                    return Err(error(MeshError::no_such_name("material", name, names)));
-                };
-                let materials = &mut self.content.materials;
-                let place = *places.entry(key(&section.material)).or_insert_with(|| {
-                    materials.push(FileMaterial {
-                        name: known.name.clone(),
-                        young: known.young,
-                        poisson: known.poisson,
-                        density: known.density,
-                        elements: Vec::new(),
-                    });
-                    materials.len() - 1
-                });
+                let elements =
+                    result.map_err(|e| self.model.at(section.place, "*SOLID SECTION", e))?;
+                let name = &section.material;
+                if !deck.materials.iter().any(|m| key(&m.name) == key(name)) {
+                    unknown.push(format!("`{name}` ({})", self.model.shown(section.place)));
+                }
+                let mut other: Option<(u64, &Section)> = None;
+                let mut count = 0;
                 for element in elements.iter() {
                     let At::Solid(index) = self.places[*element as usize] else {
                         continue;
                     };
-                    match owner[index as usize].replace(place) {
-                        Some(other) if other != place => {
-                            let tag = self.content.elements.tags()[index as usize];
-                            return Err(error(MeshError::TwoMaterials {
-                                element: tag,
-                                first: self.content.materials[other].name.clone(),
-                                second: known.name.clone(),
-                            }));
-                        }
-                        Some(_) => {}
-                        None => self.content.materials[place].elements.push(index),
+                    let before = section_of[index as usize].replace(section);
+                    if let Some(before) = before.filter(|b| key(&b.material) != key(name)) {
+                        let tag = self.content.elements.tags()[index as usize];
+                        other = other.or(Some((tag, before)));
+                        count += 1;
                     }
+                }
+                if let Some((tag, before)) = other {
+                    let more = match count - 1 {
+                        0 => String::new(),
+                        more => format!(" and {more} more"),
+                    };
+                    let shown =
+                        |s: &Section| format!("`{}` ({})", s.material, self.model.shown(s.place));
+                    let (from, to) = (shown(before), shown(section));
+                    changed.push(format!("{tag}{more} from {from} to {to}"));
                 }
             }
         }
-        for material in &mut self.content.materials {
-            material.elements.sort_unstable();
+        for (what, list, remedy) in [
+            (
+                "Sections give these elements another material than sections before them, and the \
+                 last one counts",
+                changed,
+                "",
+            ),
+            (
+                "Sections name these materials, which are not in the deck",
+                unknown,
+                " Give the bodies young_pa, poisson and density_kg_m3, or add the materials.",
+            ),
+        ] {
+            if !list.is_empty() {
+                let list = text::list(&list);
+                let remark = format!("{what}: {list}.{remedy}");
+                self.content.remarks.push(remark);
+            }
+        }
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
+        let materials = &mut self.content.materials;
+        for (section, index) in section_of.into_iter().zip(0..) {
+            let Some(name) = section.map(|section| &section.material) else {
+                continue;
+            };
+            let place = *places.entry(key(name)).or_insert_with(|| {
+                let known = deck.materials.iter().find(|m| key(&m.name) == key(name));
+                let known = known.cloned().unwrap_or_else(|| Material {
+                    name: name.clone(),
+                    ..Material::default()
+                });
+                materials.push(FileMaterial {
+                    name: known.name,
+                    young: known.young,
+                    poisson: known.poisson,
+                    density: known.density,
+                    elements: Vec::new(),
+                });
+                materials.len() - 1
+            });
+            materials[place].elements.push(index);
         }
         Ok(())
     }
@@ -392,12 +460,44 @@ impl Assembly<'_> {
         }
     }
 
-    fn finish(mut self) -> Result<Content, MeshError> {
-        if !self.model.fewer.is_empty() {
-            let sets = text::list(&self.model.fewer);
-            self.content.remarks.push(format!(
-                "Not all numbers that these sets generate are there: {sets}."
-            ));
+    fn finish(mut self, deck: &Deck) -> Result<Content, MeshError> {
+        if self.content.elements.is_empty() && self.content.facets.is_empty() {
+            let kinds = &deck.other_types;
+            if !kinds.is_empty() {
+                let (kinds, read) = (text::list(kinds), types::READ);
+                return Err(MeshError::NothingRead { kinds, read });
+            }
+        }
+        let missing_elements = self
+            .model
+            .missing
+            .iter()
+            .any(|set| set.contains(": element "));
+        let pyramids = match missing_elements {
+            true => " A deck that gmsh wrote lacks its pyramids: write MSH.",
+            false => "",
+        };
+        for (what, list, hint) in [
+            (
+                "Not all numbers that these sets generate are there",
+                &self.model.fewer,
+                "",
+            ),
+            (
+                "Numbers that are not there were left out of these sets",
+                &self.model.missing,
+                pyramids,
+            ),
+            (
+                "There are no instances, and these sets name one",
+                &self.model.no_instances,
+                " Their numbers are those of the deck.",
+            ),
+        ] {
+            if !list.is_empty() {
+                let sets = text::list(list);
+                self.content.remarks.push(format!("{what}: {sets}.{hint}"));
+            }
         }
         for (name, origins) in std::mem::take(&mut self.found).into_values() {
             for (place, (origin, group)) in origins.into_iter().enumerate() {
@@ -408,7 +508,7 @@ impl Assembly<'_> {
                 self.content.add_group(name, group)?;
             }
         }
-        self.content.name_all_solids();
+        self.content.name_all();
         self.content.keep_what_solids_have()?;
         Ok(self.content)
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::vocabulary;
 use crate::MeshError;
 
 /// Most files inside one another, so that a file that includes itself comes to an end.
@@ -172,7 +173,8 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Next line, and its place.
+    /// Next line, and its place. A keyword line that ends with a comma goes on in the next line if
+    /// that line has nothing but parameters, as in Abaqus; CalculiX has no such lines.
     pub fn next(&mut self) -> Option<(Place, Line)> {
         let (place, mut text) = self.raw()?;
         if !text.starts_with('*') {
@@ -180,7 +182,7 @@ impl<'a> Lines<'a> {
         }
         while text.ends_with(',') {
             match self.raw() {
-                Some((_, more)) if !more.starts_with('*') => text += &more,
+                Some((_, more)) if vocabulary::continues(&text, &more) => text += &more,
                 other => {
                     self.kept = other;
                     break;

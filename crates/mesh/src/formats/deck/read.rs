@@ -4,7 +4,7 @@
 use dovetail_numerics::space::{sub, unit};
 
 use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
-use super::scope::{Placement, Scope, Section, SurfaceLine, Turn, block, key};
+use super::scope::{Placement, Scope, Section, SurfaceLine, SurfaceOf, Turn, block, key};
 use super::types::{Kind, kind};
 use super::vocabulary::{self, Understood};
 use crate::MeshError;
@@ -25,12 +25,14 @@ pub(super) struct Deck {
     pub parts: Vec<Scope>,
     pub instances: Vec<Scope>,
     pub materials: Vec<Material>,
+    /// Types of elements that are neither solids nor facets.
+    pub other_types: Vec<String>,
     pub remarks: Vec<String>,
 }
 
 /// Keywords that are ignored without a remark.
 const SILENT: &str = "\
-    HEADING PREPRINT INCLUDE ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE MATERIAL ENDSTEP";
+    HEADING PREPRINT INCLUDE ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE MATERIAL ENDSTEP END";
 
 /// Scope that nodes, elements and sets go to.
 #[derive(Clone, Copy, PartialEq)]
@@ -54,8 +56,11 @@ enum Mode {
         generate: bool,
         instance: Option<String>,
     },
-    Surface(String),
-    Union(String),
+    Surface(String, SurfaceOf),
+    Union {
+        name: String,
+        internal: bool,
+    },
     /// First line of a property of a material, then those for other temperatures.
     Property {
         elastic: bool,
@@ -86,12 +91,20 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
         deck: Deck::default(),
         open: Open::Root,
         in_assembly: None,
+        has_assembly: false,
         mode: Mode::Skip,
         keyword: Keyword::default(),
+        place: String::new(),
         aside: Vec::new(),
         aside_parameters: Vec::new(),
+        unknown_parameters: Vec::new(),
+        without_keyword: Vec::new(),
+        without_begin: Vec::new(),
+        given_again: Vec::new(),
         of_temperature: Vec::new(),
         aside_types: Vec::new(),
+        moved_nodes: Vec::new(),
+        surplus: Vec::new(),
     };
     while let Some((place, line)) = lines.next() {
         let result = match line {
@@ -101,11 +114,19 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
                 reader.keyword = keyword.clone();
                 vocabulary::understand(keyword).and_then(|found| reader.keyword(found, lines))
             }
-            Line::Data(text) => reader.data(&text),
+            Line::Data(_) if reader.keyword.name.is_empty() => {
+                reader.without_keyword.push(lines.files.shown(place));
+                Ok(())
+            }
+            Line::Data(text) => {
+                reader.place = lines.files.shown(place);
+                reader.data(&text)
+            }
         };
         result.map_err(|e| lines.files.at(place, &reader.keyword.shown, e))?;
     }
     let end = reader.close().and_then(|()| reader.finish());
+    let end = end.and_then(|()| reader.join_parts());
     end.map_err(|e| reader.at_keyword(lines, e))?;
     Ok(reader.deck)
 }
@@ -116,12 +137,27 @@ struct Reader {
     /// Place of *ASSEMBLY, while it is open.
     in_assembly: Option<Place>,
     mode: Mode,
-    /// Last keyword.
+    has_assembly: bool,
+    /// Last keyword; one without a name before the first, and after a line of one asterisk.
     keyword: Keyword,
+    /// Place of the last data line.
+    place: String,
     /// Keywords that are not read.
     aside: Vec<String>,
     /// Parameters of keywords that are read, with their places.
     aside_parameters: Vec<String>,
+    /// Parameters that their keywords do not have, with their places.
+    unknown_parameters: Vec<String>,
+    /// Places of lines that follow no keyword.
+    without_keyword: Vec<String>,
+    /// Keywords that end what has not begun.
+    without_begin: Vec<String>,
+    /// Properties that materials have more than once.
+    given_again: Vec<String>,
+    /// Nodes that are defined again elsewhere, with their places.
+    moved_nodes: Vec<String>,
+    /// Elements with more nodes than their type has, with their places.
+    surplus: Vec<String>,
     /// Materials with values for several temperatures.
     of_temperature: Vec<String>,
     /// Types of elements that have no shape.
@@ -165,11 +201,13 @@ impl Reader {
     fn keyword(&mut self, found: Understood, lines: &mut Lines<'_>) -> Result<(), MeshError> {
         let keyword = &found.keyword;
         self.mode = Mode::Skip;
-        for parameter in &found.aside {
+        let shown = |parameter: &String| {
             let place = lines.files.shown(keyword.place);
-            self.aside_parameters
-                .push(format!("{parameter} of {} ({place})", keyword.shown));
-        }
+            format!("{parameter} of {} ({place})", keyword.shown)
+        };
+        self.aside_parameters.extend(found.aside.iter().map(shown));
+        let unknown = found.unknown.iter().map(shown);
+        self.unknown_parameters.extend(unknown);
         if found.is_generator {
             let keyword = keyword.shown.clone();
             return Err(MeshError::NotWrittenOut { keyword });
@@ -191,7 +229,8 @@ impl Reader {
                 self.structure(keyword)?
             }
             name => {
-                if !vocabulary::words(SILENT).any(|word| word == name) {
+                let is_silent = vocabulary::words(SILENT).any(|word| word == name);
+                if !is_silent && !name.is_empty() {
                     name_once(&mut self.aside, &keyword.shown);
                 }
                 return Ok(());
@@ -218,8 +257,12 @@ impl Reader {
         let kind_name = keyword.required("TYPE")?.to_owned();
         let set = keyword.get("ELSET").map(str::to_owned);
         let kind = kind(&kind_name, set.as_deref())?;
+        let capitals = kind_name.to_uppercase();
         if kind == Kind::Aside {
-            name_once(&mut self.aside_types, &kind_name.to_uppercase());
+            name_once(&mut self.aside_types, &capitals);
+        }
+        if matches!(kind, Kind::Aside | Kind::Line(_)) {
+            name_once(&mut self.deck.other_types, &capitals);
         }
         Ok(Mode::Elements(Elements {
             kind,
@@ -272,18 +315,17 @@ impl Reader {
             ));
             return Ok(Mode::Skip);
         }
-        let surface = self.scope().surfaces.entry(key(&name)).or_default();
-        if surface.name.is_empty() {
-            surface.name.clone_from(&name);
-            surface.place = keyword.place;
-            surface.of_nodes = kind == "NODE";
+        let internal = keyword.has("INTERNAL");
+        if union {
+            return Ok(Mode::Union { name, internal });
         }
-        surface.internal |= keyword.has("INTERNAL");
-        Ok(if union {
-            Mode::Union(name)
-        } else {
-            Mode::Surface(name)
-        })
+        let of = match kind.as_str() {
+            "NODE" => SurfaceOf::Nodes,
+            _ => SurfaceOf::Faces,
+        };
+        let surface = self.scope().surface(&name, of, keyword.place);
+        surface.internal |= internal;
+        Ok(Mode::Surface(name, of))
     }
 
     fn section(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
@@ -312,9 +354,8 @@ impl Reader {
             COUPLEDTRACTION SHEAR SHORTFIBER SHELL";
         let written = keyword.get("TYPE").filter(|kind| !kind.is_empty());
         let written = written.unwrap_or("ISOTROPIC");
-        let is_given = |m: &Material| m.young.is_some();
         if vocabulary::value(written, TYPES)? == "ISOTROPIC" {
-            return self.property(keyword, true, is_given);
+            return Ok(self.property(keyword, true, |m| m.young.is_some()));
         }
         if let Some(material) = self.deck.materials.last() {
             let (name, kind) = (&material.name, written.to_uppercase());
@@ -330,25 +371,23 @@ impl Reader {
             name_once(&mut self.aside, "*DENSITY, PORE FLUID");
             return Ok(Mode::Skip);
         }
-        self.property(keyword, false, |m| m.density.is_some())
+        Ok(self.property(keyword, false, |m| m.density.is_some()))
     }
 
-    /// Data lines of a property, which a material has once.
+    /// Data lines of a property. Of several the last counts.
     fn property(
-        &self,
+        &mut self,
         keyword: &Keyword,
         elastic: bool,
         is_given: impl Fn(&Material) -> bool,
-    ) -> Result<Mode, MeshError> {
-        match self.deck.materials.last().filter(|m| is_given(m)) {
-            Some(material) => Err(MeshError::PropertyTwice {
-                material: material.name.clone(),
-                keyword: keyword.shown.clone(),
-            }),
-            None => Ok(Mode::Property {
-                elastic,
-                is_read: false,
-            }),
+    ) -> Mode {
+        if let Some(material) = self.deck.materials.last().filter(|m| is_given(m)) {
+            let (name, keyword) = (&material.name, &keyword.shown);
+            self.given_again.push(format!("{keyword} of `{name}`"));
+        }
+        Mode::Property {
+            elastic,
+            is_read: false,
         }
     }
 
@@ -374,15 +413,15 @@ impl Reader {
                 self.open = Open::Part;
             }
             ("ENDPART", Open::Part, _) => self.open = Open::Root,
-            ("ASSEMBLY", Open::Root, None) => self.in_assembly = Some(place),
+            ("ASSEMBLY", Open::Root, None) => {
+                (self.in_assembly, self.has_assembly) = (Some(place), true);
+            }
             ("ENDASSEMBLY", Open::Root, Some(_)) => self.in_assembly = None,
             ("INSTANCE", Open::Root, Some(_)) => return self.instance(keyword),
             ("ENDINSTANCE", Open::Instance, _) => self.open = Open::Root,
             ("PART" | "ASSEMBLY", ..) => return Err(misplaced("the end of what stands before it")),
-            ("ENDPART", ..) => return Err(misplaced("*PART before it")),
-            ("ENDASSEMBLY", ..) => return Err(misplaced("*ASSEMBLY before it")),
             ("INSTANCE", ..) => return Err(misplaced("*ASSEMBLY around it")),
-            _ => return Err(misplaced("*INSTANCE before it")),
+            _ => self.without_begin.push(keyword.shown.clone()),
         }
         Ok(Mode::Skip)
     }
@@ -421,8 +460,8 @@ impl Reader {
                 generate,
                 instance,
             } => self.set_line(text, name, *of_elements, *generate, instance.as_deref()),
-            Mode::Surface(name) => self.surface_line(text, name),
-            Mode::Union(name) => self.union_line(text, name),
+            Mode::Surface(name, of) => self.surface_line(text, name, *of),
+            Mode::Union { name, internal } => self.union_line(text, name, *internal),
             Mode::Placement(line) => {
                 *line += 1;
                 self.placement_line(text, *line)
@@ -460,9 +499,12 @@ impl Reader {
         }
         let place = self.keyword.place;
         let scope = self.scope();
-        scope.push_node(node, at)?;
+        let moved = scope.push_node(node, at);
         if let Some(set) = set {
             block(&mut scope.nsets, set, place, None).labels.push(node);
+        }
+        if moved {
+            self.moved_nodes.push(format!("{node} ({})", self.place));
         }
         Ok(())
     }
@@ -486,6 +528,16 @@ impl Reader {
             Kind::Solid(nodes) | Kind::Facet(nodes) => elements.pending.len() > nodes,
             Kind::Line(_) | Kind::Aside => !goes_on,
         };
+        if let Kind::Solid(nodes) | Kind::Facet(nodes) = elements.kind
+            && elements.pending.len() > nodes + 1
+        {
+            let (place, kind) = (&self.place, &elements.kind_name);
+            let (element, found) = (elements.pending[0], elements.pending.len() - 1);
+            self.surplus.push(format!(
+                "{element} ({place}: {found} nodes, {kind} has {nodes})"
+            ));
+            elements.pending.truncate(nodes + 1);
+        }
         if is_complete {
             self.element_done(elements)
         } else {
@@ -504,14 +556,18 @@ impl Reader {
             expected,
             found: nodes.len(),
         };
+        let mut aside = nodes;
         let (kind, nodes) = match elements.kind {
             Kind::Solid(expected) | Kind::Facet(expected) if nodes.len() != expected => {
                 return Err(wrong(expected));
             }
             Kind::Line(_) if elements.odd => (Kind::Aside, &[][..]),
             // A node of a beam's orientation may follow.
-            Kind::Line(expected) => match nodes.get(..expected) {
-                Some(nodes) => (elements.kind, nodes),
+            Kind::Line(expected) => match nodes.split_at_checked(expected) {
+                Some((nodes, rest)) => {
+                    aside = rest;
+                    (elements.kind, nodes)
+                }
                 None => return Err(wrong(expected)),
             },
             Kind::Aside => (Kind::Aside, &[][..]),
@@ -519,6 +575,9 @@ impl Reader {
         };
         let place = self.keyword.place;
         let scope = self.scope();
+        if matches!(kind, Kind::Aside | Kind::Line(_)) {
+            scope.aside_nodes.extend(aside);
+        }
         scope.push_element(element, kind, nodes, place)?;
         if let Some(set) = &elements.set {
             block(&mut scope.elsets, set, place, None)
@@ -576,7 +635,7 @@ impl Reader {
         Ok(())
     }
 
-    fn surface_line(&mut self, text: &str, name: &str) -> Result<(), MeshError> {
+    fn surface_line(&mut self, text: &str, name: &str, of: SurfaceOf) -> Result<(), MeshError> {
         let mut fields = fields(text);
         let target = unquoted(fields.next().unwrap_or_default()).to_owned();
         if target.is_empty() {
@@ -586,23 +645,28 @@ impl Reader {
             .next()
             .filter(|face| !face.is_empty())
             .map(str::to_uppercase);
-        if let Some(surface) = self.scope().surfaces.get_mut(&key(name)) {
-            surface.lines.push(SurfaceLine { target, face });
-        }
+        let place = self.keyword.place;
+        let surface = self.scope().surface(name, of, place);
+        surface.lines.push(SurfaceLine { target, face });
         Ok(())
     }
 
     /// Adds the lines of the surfaces that a union names as its own.
-    fn union_line(&mut self, text: &str, name: &str) -> Result<(), MeshError> {
+    fn union_line(&mut self, text: &str, name: &str, internal: bool) -> Result<(), MeshError> {
+        let place = self.keyword.place;
         let scope = self.scope();
         for field in fields(text).filter(|f| !f.is_empty()) {
-            let Some(other) = scope.surfaces.get(&key(unquoted(field))).cloned() else {
+            let other = |of| scope.surfaces.get(&(key(unquoted(field)), of)).cloned();
+            let kinds = [SurfaceOf::Faces, SurfaceOf::Nodes];
+            let found = kinds.map(|of| other(of).map(|surface| (of, surface.lines)));
+            if found.iter().all(Option::is_none) {
                 let known = scope.surfaces.values().map(|s| &s.name);
                 return Err(MeshError::no_such_name("surface", unquoted(field), known));
-            };
-            if let Some(surface) = scope.surfaces.get_mut(&key(name)) {
-                surface.of_nodes = other.of_nodes;
-                surface.lines.extend(other.lines);
+            }
+            for (of, lines) in found.into_iter().flatten() {
+                let surface = scope.surface(name, of, place);
+                surface.internal |= internal;
+                surface.lines.extend(lines);
                 surface.lines.sort();
                 surface.lines.dedup();
             }
@@ -663,6 +727,11 @@ impl Reader {
 
     fn finish(&mut self) -> Result<(), MeshError> {
         let open = match (self.open, self.in_assembly) {
+            // CalculiX has no parts.
+            (Open::Part, _) if !self.has_assembly => {
+                self.deck.remarks.push("*PART has no *END PART.".to_owned());
+                None
+            }
             (Open::Part, _) => Some(("*PART", "*END PART")),
             (Open::Instance, _) => Some(("*INSTANCE", "*END INSTANCE")),
             (Open::Root, Some(_)) => Some(("*ASSEMBLY", "*END ASSEMBLY")),
@@ -680,9 +749,12 @@ impl Reader {
         if self.aside.iter().any(|keyword| keyword == "*TIE") {
             hint += " What *TIE joins is joined in the scene by a contact with the law `bonded`.";
         }
-        let of_temperature =
-            "Materials with values for several temperatures are taken at the first of each";
         for (what, list, hint) in [
+            (
+                "These lines follow no keyword and were not read",
+                &self.without_keyword,
+                "",
+            ),
             (
                 "Elements of these types were left aside",
                 &self.aside_types,
@@ -690,11 +762,61 @@ impl Reader {
             ),
             ("These keywords were not read", &self.aside, hint.as_str()),
             ("These parameters were not read", &self.aside_parameters, ""),
-            (of_temperature, &self.of_temperature, ""),
+            (
+                "These parameters were not read, because their keywords do not have them",
+                &self.unknown_parameters,
+                " Correct those that are misspelt.",
+            ),
+            (
+                "These keywords end what has not begun, and were not read",
+                &self.without_begin,
+                "",
+            ),
+            (
+                "These properties are given more than once, and the last counts",
+                &self.given_again,
+                "",
+            ),
+            (
+                "Materials with values for several temperatures are taken at the first of each",
+                &self.of_temperature,
+                "",
+            ),
+            (
+                "These nodes are defined again at another place, and their last place counts",
+                &self.moved_nodes,
+                "",
+            ),
+            (
+                "These elements have more nodes than their type, and only the first ones count",
+                &self.surplus,
+                " Correct the type if it is wrong.",
+            ),
         ] {
             if !list.is_empty() {
                 let names = crate::text::list(list);
                 self.deck.remarks.push(format!("{what}: {names}.{hint}"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Joins parts with what stands outside of them where the deck has no assembly: CalculiX skips
+    /// `*PART`. Each part stays a set of elements.
+    ///
+    /// # Errors
+    /// Two of them have an element of one number.
+    fn join_parts(&mut self) -> Result<(), MeshError> {
+        if self.has_assembly || self.deck.root.is_empty() {
+            return Ok(());
+        }
+        for part in std::mem::take(&mut self.deck.parts) {
+            let (name, labels) = (part.name.clone(), part.elements.iter().map(|e| e.label));
+            let labels = labels.collect();
+            let root = &mut self.deck.root;
+            root.merge(part)?;
+            if !root.elsets.contains_key(&key(&name)) {
+                block(&mut root.elsets, &name, Place::default(), None).labels = labels;
             }
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::lines::{Files, Place};
 use super::read::Deck;
-use super::scope::{Block, Scope, Sets, key};
+use super::scope::{Block, Scope, Sets, Surface, key};
 use crate::MeshError;
 use crate::element::Connectivity;
 use crate::sort_once;
@@ -73,6 +73,10 @@ pub(super) struct Model<'a> {
     files: &'a Files,
     /// Sets that are generated from numbers that do not all exist, with their places.
     pub fewer: Vec<String>,
+    /// Sets and surfaces that name numbers that do not exist, with their places.
+    pub missing: Vec<String>,
+    /// Instances that a deck without instances names, with their places.
+    pub no_instances: Vec<String>,
 }
 
 impl<'a> Model<'a> {
@@ -92,6 +96,8 @@ impl<'a> Model<'a> {
             sets: HashMap::new(),
             files,
             fewer: Vec::new(),
+            missing: Vec::new(),
+            no_instances: Vec::new(),
         };
         let mut first_node = 0;
         for scope in std::iter::once(&deck.root).chain(instances) {
@@ -125,6 +131,11 @@ impl<'a> Model<'a> {
         self.scopes.iter().map(|p| (p.scope, p.first_element))
     }
 
+    /// A place in the form of a message.
+    pub fn shown(&self, place: Place) -> String {
+        self.files.shown(place)
+    }
+
     /// Adds the place to an error.
     pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
         self.files.at(place, keyword, error)
@@ -149,7 +160,7 @@ impl<'a> Model<'a> {
             return Some((scope, key(name)));
         }
         name.match_indices('.').find_map(|(dot, _)| {
-            let instance = self.instance(&name[..dot])?;
+            let instance = self.instance(&name[..dot]).or(self.only_scope())?;
             let rest = key(&name[dot + 1..]);
             self.sets_of(what, instance)
                 .contains_key(&rest)
@@ -189,12 +200,18 @@ impl<'a> Model<'a> {
         let mut found = Vec::new();
         for block in &set.blocks {
             self.block(what, scope, (&set.name, block), depth, &mut found)
-                .map_err(|e| self.at(block.place, what.keyword(), named(e, &set.name)))?;
+                .map_err(|e| self.at(block.place, what.keyword(), e))?;
         }
         sort_once(&mut found);
         let found = Rc::new(found);
         self.sets.insert(in_list, Some(found.clone()));
         Ok(found)
+    }
+
+    /// The only scope, of a deck that has neither parts nor instances: a part that was written flat
+    /// may still name its instance.
+    fn only_scope(&self) -> Option<usize> {
+        (self.scopes.len() == 1).then_some(0)
     }
 
     /// Adds the members that one keyword line gives.
@@ -206,12 +223,29 @@ impl<'a> Model<'a> {
         depth: usize,
         out: &mut Vec<u32>,
     ) -> Result<(), MeshError> {
-        let scope = match &block.instance {
-            Some(name) => self.instance_or_error(name)?,
-            None => scope,
+        let place = self.files.shown(block.place);
+        let scope = match (&block.instance, self.only_scope()) {
+            (Some(name), Some(only)) => {
+                let unknown = format!("`{name}` ({place}, {})", what.keyword());
+                self.no_instances.push(unknown);
+                only
+            }
+            (Some(name), None) => self.instance_or_error(name)?,
+            (None, _) => scope,
         };
-        for label in &block.labels {
-            out.push(self.labelled(what, scope, *label)?);
+        let mut missing = block.labels.iter().filter(|label| {
+            let found = self.labelled(what, scope, **label);
+            out.extend(found);
+            found.is_none()
+        });
+        if let Some(first) = missing.next() {
+            let more = match missing.count() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let (keyword, one) = (what.keyword(), what.one());
+            self.missing
+                .push(format!("`{set}` ({place}, {keyword}: {one} {first}{more})"));
         }
         for [first, last, step] in &block.ranges {
             let by_label = self.by_label(what, scope);
@@ -225,7 +259,7 @@ impl<'a> Model<'a> {
             let there = out.len() - before;
             let meant = ((last - first) / step).saturating_add(1);
             if (there as u64) < meant {
-                let (place, keyword) = (self.files.shown(block.place), what.keyword());
+                let keyword = what.keyword();
                 let fewer = format!("`{set}` ({place}, {keyword}: {there} of {meant})");
                 self.fewer.push(fewer);
             }
@@ -249,14 +283,9 @@ impl<'a> Model<'a> {
     }
 
     /// Node or element with a label.
-    fn labelled(&self, what: What, scope: usize, label: u64) -> Result<u32, MeshError> {
+    fn labelled(&self, what: What, scope: usize, label: u64) -> Option<u32> {
         let (index, first) = self.scopes[scope].numbers(what);
-        let found = index.get(&label).map(|index| first + index);
-        found.ok_or(MeshError::LabelMissing {
-            what: what.one(),
-            label,
-            set: String::new(),
-        })
+        index.get(&label).map(|index| first + index)
     }
 
     fn by_label(&mut self, what: What, scope: usize) -> ByLabel {
@@ -271,36 +300,34 @@ impl<'a> Model<'a> {
     }
 
     /// Nodes or elements that the first entry on a line of a surface refers to: a label or a set,
-    /// perhaps of an instance.
+    /// perhaps of an instance. A label that is not there is recorded.
     ///
     /// # Errors
-    /// It refers to nothing.
+    /// There is no such set.
     pub fn target(
         &mut self,
         what: What,
         scope: usize,
         target: &str,
+        surface: &Surface,
     ) -> Result<Rc<Vec<u32>>, MeshError> {
-        if let Ok(label) = target.parse() {
-            return Ok(Rc::new(vec![self.labelled(what, scope, label)?]));
+        let label = match target.rsplit_once('.') {
+            Some((instance, label)) => {
+                let instance = self.instance(instance).or(self.only_scope());
+                label.parse().ok().zip(instance)
+            }
+            None => target.parse().ok().map(|label| (label, scope)),
+        };
+        let Some((label, scope)) = label else {
+            return self.set(what, scope, target);
+        };
+        let found = self.labelled(what, scope, label);
+        if found.is_none() {
+            let (name, place) = (&surface.name, self.files.shown(surface.place));
+            let one = what.one();
+            self.missing
+                .push(format!("`{name}` ({place}, *SURFACE: {one} {label})"));
         }
-        if let Some((instance, label)) = target.rsplit_once('.')
-            && let (Some(instance), Ok(label)) = (self.instance(instance), label.parse())
-        {
-            return Ok(Rc::new(vec![self.labelled(what, instance, label)?]));
-        }
-        self.set(what, scope, target)
-    }
-}
-
-/// Adds the name of the set in which it was found to an error.
-pub(super) fn named(error: MeshError, name: &str) -> MeshError {
-    match error {
-        MeshError::LabelMissing { what, label, .. } => MeshError::LabelMissing {
-            what,
-            label,
-            set: name.to_owned(),
-        },
-        other => other,
+        Ok(Rc::new(found.into_iter().collect()))
     }
 }

@@ -83,12 +83,17 @@ pub(super) struct SurfaceLine {
     pub face: Option<String>,
 }
 
+/// Kind of a surface. CalculiX keeps surfaces of one name and different kinds apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum SurfaceOf {
+    Faces,
+    Nodes,
+}
+
 #[derive(Debug, Clone, Default)]
 pub(super) struct Surface {
     pub name: String,
     pub internal: bool,
-    /// True for a surface of nodes, not of faces of elements.
-    pub of_nodes: bool,
     pub place: Place,
     pub lines: Vec<SurfaceLine>,
 }
@@ -149,9 +154,12 @@ pub(super) struct Scope {
     pub element_index: HashMap<u64, u32>,
     /// Labels of the nodes of the elements.
     pub element_nodes: Vec<u64>,
+    /// Labels of the nodes of elements without a shape, such as masses and springs.
+    pub aside_nodes: Vec<u64>,
     pub nsets: Sets,
     pub elsets: Sets,
-    pub surfaces: BTreeMap<String, Surface>,
+    /// Surfaces by the [`key`] of their name and by their kind.
+    pub surfaces: BTreeMap<(String, SurfaceOf), Surface>,
     pub sections: Vec<Section>,
 }
 
@@ -165,27 +173,33 @@ impl Scope {
         }
     }
 
-    /// Adds a node.
-    ///
-    /// # Errors
-    /// Its label exists already.
-    pub fn push_node(&mut self, label: u64, at: [f64; 3]) -> Result<(), MeshError> {
+    /// The surface of a name and kind, made by the keyword line at `place` if it is new.
+    pub fn surface(&mut self, name: &str, of: SurfaceOf, place: Place) -> &mut Surface {
+        let new = || Surface {
+            name: name.to_owned(),
+            place,
+            ..Surface::default()
+        };
+        let surface = self.surfaces.entry((key(name), of));
+        surface.or_insert_with(new)
+    }
+
+    /// Adds a node, or moves the one that has this label already. Returns `true` if it has moved.
+    pub fn push_node(&mut self, label: u64, at: [f64; 3]) -> bool {
         let index = self.nodes.len() as u32;
-        if self.node_index.insert(label, index).is_some() {
-            return Err(MeshError::LabelTwice {
-                what: "node",
-                label,
-            });
+        if let Some(known) = self.node_index.get(&label) {
+            return std::mem::replace(&mut self.nodes[*known as usize], at) != at;
         }
+        self.node_index.insert(label, index);
         self.nodes.push(at);
         self.node_labels.push(label);
-        Ok(())
+        false
     }
 
     /// Adds an element.
     ///
     /// # Errors
-    /// Its label exists already, or it has a node twice.
+    /// Its label exists already.
     pub fn push_element(
         &mut self,
         label: u64,
@@ -195,18 +209,7 @@ impl Scope {
     ) -> Result<(), MeshError> {
         let index = self.elements.len() as u32;
         if self.element_index.insert(label, index).is_some() {
-            return Err(MeshError::LabelTwice {
-                what: "element",
-                label,
-            });
-        }
-        for (i, node) in nodes.iter().enumerate() {
-            if nodes[..i].contains(node) {
-                return Err(MeshError::RepeatedNode {
-                    element: label,
-                    node: *node,
-                });
-            }
+            return Err(MeshError::ElementTwice { label });
         }
         self.elements.push(Element {
             label,
@@ -215,6 +218,53 @@ impl Scope {
             place,
         });
         self.element_nodes.extend(nodes);
+        Ok(())
+    }
+
+    /// Returns `true` if it has nothing at all.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+            && self.elements.is_empty()
+            && self.nsets.is_empty()
+            && self.elsets.is_empty()
+            && self.surfaces.is_empty()
+            && self.sections.is_empty()
+    }
+
+    /// Adds all that another scope has.
+    ///
+    /// # Errors
+    /// An element of it has a label that exists already.
+    pub fn merge(&mut self, other: Self) -> Result<(), MeshError> {
+        for (label, at) in other.node_labels.iter().zip(&other.nodes) {
+            self.push_node(*label, *at);
+        }
+        for element in &other.elements {
+            let nodes = other.nodes_of(element);
+            self.push_element(element.label, element.kind, nodes, element.place)?;
+        }
+        for (own, added) in [
+            (&mut self.nsets, other.nsets),
+            (&mut self.elsets, other.elsets),
+        ] {
+            for (key, set) in added {
+                let known = own.entry(key).or_insert_with(|| Set {
+                    name: set.name,
+                    internal: true,
+                    blocks: Vec::new(),
+                });
+                known.internal &= set.internal;
+                known.blocks.extend(set.blocks);
+            }
+        }
+        for (key, surface) in other.surfaces {
+            let known = self.surfaces.entry(key).or_default();
+            let lines = std::mem::take(&mut known.lines);
+            *known = surface;
+            known.lines.extend(lines);
+        }
+        self.sections.extend(other.sections);
+        self.aside_nodes.extend(other.aside_nodes);
         Ok(())
     }
 

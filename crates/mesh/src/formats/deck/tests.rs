@@ -82,10 +82,10 @@ fn without_pyramids(deck: &str) -> String {
 }
 
 #[test]
-fn a_deck_of_gmsh_without_its_pyramids_is_no_whole_mesh() {
-    let found = message(ORDER1);
-    let expected = "line 233, *ELSET: `mixed` names element 120, which is not there (gmsh leaves pyramids out of its decks: write MSH)";
-    assert_eq!(found, expected);
+fn a_deck_of_gmsh_lacks_its_pyramids_and_a_remark_says_so() {
+    let content = read(ORDER1).unwrap();
+    let expected = "Numbers that are not there were left out of these sets: `mixed` (line 233, *ELSET: element 120 and 19 more). A deck that gmsh wrote lacks its pyramids: write MSH.";
+    assert_eq!(content.remarks, [expected]);
 }
 
 /// Files that gmsh wrote of one geometry: the same nodes, and the same elements in the same groups.
@@ -579,27 +579,20 @@ fn included_files_stand_in_their_place() {
 #[test]
 fn what_is_wrong_is_named_with_its_line() {
     let table = r#"
-        *NODE\n1, 0, 0, 0 => line 18, *NODE: node 1 occurs twice
         *ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 5 => line 18, *ELEMENT: element 2 occurs twice
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 99
         => line 17, *ELEMENT: element 9 names node 99, which the file does not have
-        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 3 => line 18, *ELEMENT: element 9 names node 3 twice
+        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 3 => line 17, *ELEMENT: element 9 names node 3 twice, and what is left is no tetrahedron
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3,\n*STEP
         => line 17, *ELEMENT: element 9 has 3 nodes, and type C3D4 has 4
-        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5, 6
-        => line 18, *ELEMENT: element 9 has 5 nodes, and type C3D4 has 4
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5.5 => `5.5` is not the number of a node or an element
         *ELEMENT, ELSET=a\n9, 1, 2, 3, 5 => line 17, *ELEMENT: the keyword lacks TYPE=
         *ELEMENT, TYPE=C3D27, ELSET=core
         => elements of type C3D27 (ELSET core) have nodes inside faces or elements (27 nodes in all): mesh with those
         *ELEMENT, TYPE=C3D15V, ELSET=core => elements of type C3D15V (ELSET core) have nodes inside
         *ELEMENT, TYPE=S9R5, ELSET=skin => elements of type S9R5 (ELSET skin) have nodes inside
-        *ELEMENT, TYPE=U1, ELSET=own => elements of type U1 (ELSET own) are not read: C3D4, C3D5
         *ELEMENT, TYPE=C3D9 => elements of type C3D9 (ELSET none) are not read
-        *NSET, NSET=a\n1, 77 => line 17, *NSET: `a` names node 77, which is not there
-        *ELSET, ELSET=a\n77 => line 17, *ELSET: `a` names element 77, which is not there
         *ELSET, ELSET=a\nBlade => line 17, *ELSET: there is no ELSET `Blade`; known: a, Bricks
-        *NSET, NSET=a, INSTANCE=b\n1 => line 17, *NSET: there is no instance `b`; known: none
         *NSET, NSET=a\nb\n*NSET, NSET=b\na => line 19, *NSET: the set `a` holds itself
         *NSET, NSET=a, GENERATE\n1
         => line 18, *NSET: with GENERATE a line is `first, last, step`, with a step of at least 1: `1`
@@ -610,28 +603,21 @@ fn what_is_wrong_is_named_with_its_line() {
         => line 17, *SURFACE: element 1 has no face `S7`: hexahedra have S1 to S6
         *SURFACE, NAME=a\nBricks, SPOS => element 1 has no face `SPOS`: hexahedra have S1 to S6
         *SURFACE, NAME=a\nBlade, S1 => line 17, *SURFACE: there is no ELSET `Blade`; known: Bricks
-        *SURFACE, NAME=a\n7, S1 => line 17, *SURFACE: `a` names element 7, which is not there
         *SURFACE, NAME=a\n, S1
         => line 18, *SURFACE: a line of *SURFACE begins with an element or a set
-        *SURFACE, NAME=a, COMBINE=UNION\nb => line 18, *SURFACE: there is no surface `b`; known: a
-        *SOLID SECTION, ELSET=Bricks, MATERIAL=Iron
-        => line 17, *SOLID SECTION: there is no material `Iron`; known: none
+        *SURFACE, NAME=a, COMBINE=UNION\nb => line 18, *SURFACE: there is no surface `b`; known: none
         *SOLID SECTION, ELSET=Blade, MATERIAL=Iron
         => line 17, *SOLID SECTION: there is no ELSET `Blade`; known: Bricks
         *SOLID SECTION, ELSET=Bricks => line 17, *SOLID SECTION: the keyword lacks MATERIAL=
         *ELASTIC\n1, 2 => line 18, *ELASTIC: the keyword needs *MATERIAL before it
         *MATERIAL, NAME=a\n*DENSITY\nheavy => line 19, *DENSITY: `heavy` is not a number
         *MATERIAL, NAME=a\n*DENSITY\ninf => line 19, *DENSITY: `inf` is not a number
-        *MATERIAL, NAME=a\n*MATERIAL, NAME=b\n*SOLID SECTION, ELSET=Bricks, MATERIAL=a\n*ELSET, ELSET=c\n2\n*SOLID SECTION, ELSET=c, MATERIAL=b
-        => line 22, *SOLID SECTION: element 2 is of two materials, `a` and `b`
         *NGEN, NSET=a\n1, 5
         => line 17, *NGEN: *NGEN makes or moves nodes and elements by a rule, which is not read: write the deck out
         *El gen\n1, 5 => *EL GEN makes or moves
-        *PART, NAME=a\n*NODE => line 18, *NODE: *PART has no *END PART: the file is not complete
+        *ASSEMBLY, NAME=a\n*END ASSEMBLY\n*PART, NAME=a\n*NODE
+        => *PART has no *END PART: the file is not complete
         *ASSEMBLY, NAME=a => *ASSEMBLY has no *END ASSEMBLY
-        *END PART => line 17, *END PART: the keyword needs *PART before it
-        *END INSTANCE => the keyword needs *INSTANCE before it
-        *END ASSEMBLY => the keyword needs *ASSEMBLY before it
         *INSTANCE, NAME=a, PART=b => the keyword needs *ASSEMBLY around it
         *PART, NAME=a\n*PART, NAME=b => the keyword needs the end of what stands before it
         *PART, NAME=a\n*END PART\n*PART, NAME=A => two parts are called `A`
@@ -731,6 +717,10 @@ fn shells_alone_are_the_surface_of_a_body_with_matrices() {
         &mesh.remarks[0],
         "no solid elements & `all` & stiffness_file",
     );
+    has(
+        &mesh.remarks[1],
+        "6 nodes belong to no element and were left out, first 5, 6, 7, 8, 11.",
+    );
     assert_eq!(message("*HEADING\n"), "the mesh has no solid elements");
 }
 
@@ -772,10 +762,8 @@ fn a_beginning_stands_for_the_only_word_that_begins_so() {
 }
 
 #[test]
-fn words_that_nothing_is_known_of_are_errors_with_their_line() {
+fn words_with_several_meanings_are_errors_with_their_line() {
     let table = r#"
-        *NSET, NSET=a, GENERALLY\n1, 9, 2
-        => line 17, *NSET: the keyword has no parameter GENERALLY: correct it, or take it out; known: ELSET, GENERATE, INSTANCE, INTERNAL, NSET, UNSORTED
         *NSET, NSET=a, IN\n1, 9, 2
         => line 17, *NSET: IN is cut short and may stand for INSTANCE, INTERNAL: write the word in full
         *SURFA, NAME=a\n1, S1
@@ -787,8 +775,6 @@ fn words_that_nothing_is_known_of_are_errors_with_their_line() {
         => line 17, *SURFACE: E is cut short and may stand for ELEMENT, EULERIANMATERIAL
         *MATERIAL, NAME=a\n*MATERIAL, NAME=b\n*MATERIAL, NAME=A
         => line 19, *MATERIAL: two materials are called `A`: give each a name of its own
-        *MATERIAL, NAME=a\n*ELASTIC\n1, 0.3\n*DENSITY\n5\n*ELASTIC\n2, 0.3
-        => line 22, *ELASTIC: the material `a` has *ELASTIC twice: leave one
         "#;
     for [more, expected] in cases(table) {
         let found = message(&bricks(&format!("{more}\n")));
@@ -831,4 +817,174 @@ fn names_that_differ_in_one_letter_of_latin_1_are_two() {
         assert_eq!(nodes(&content, "S\u{fc}d"), [1, 2, 4]);
         assert_eq!(nodes(&content, "S\u{f8}d"), [3]);
     }
+}
+
+/// What CalculiX skips with a warning is left out with a remark that names its line.
+#[test]
+fn what_calculix_reads_is_read_with_a_remark() {
+    let table = r#"
+        *NSET, NSET=a, GENERALLY\n1, 9, 2
+        => These parameters were not read, because their keywords do not have them: GENERALLY of *NSET (line 17). Correct those
+        *NSET, NSET=a\n1, 77, 78 => left out of these sets: `a` (line 17, *NSET: node 77 and 1 more).
+        *ELSET, ELSET=a\n1, 77
+        => `a` (line 17, *ELSET: element 77). A deck that gmsh wrote lacks its pyramids: write MSH.
+        *SURFACE, NAME=a\n1, S1\n7, S1 => `a` (line 17, *SURFACE: element 7).
+        *SURFACE, NAME=a, TYPE=NODE\n1\n70 => `a` (line 17, *SURFACE: node 70).
+        *NSET, NSET=a, INSTANCE=Part-1-1\n1, 2
+        => There are no instances, and these sets name one: `Part-1-1` (line 17, *NSET).
+        *SOLID SECTION, ELSET=Bricks, MATERIAL=Iron
+        => Sections name these materials, which are not in the deck: `Iron` (line 17). Give the bodies young_pa
+        *NODE\n3, 1, 1, 0\n4, 0, 2, 0
+        => These nodes are defined again at another place, and their last place counts: 4 (line 19).
+        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5, 6
+        => more nodes than their type, and only the first ones count: 9 (line 18: 5 nodes, C3D4 has 4).
+        *ELEMENT, TYPE=U1, ELSET=own\n9, 1, 2\n*ELEMENT, TYPE=D, ELSET=cooling\n50, 1, 0, 2
+        => Elements of these types were left aside: U1, D.
+        *END PART\n*END INSTANCE\n*END ASSEMBLY
+        => These keywords end what has not begun, and were not read: *END PART, *END INSTANCE, *END ASSEMBLY.
+        *PART, NAME=a\n*NSET, NSET=b\n1 => *PART has no *END PART.
+        *MATERIAL, NAME=a\n*ELASTIC\n1, 0.3\n*DENSITY\n5\n*ELASTIC\n2, 0.3
+        => These properties are given more than once, and the last counts: *ELASTIC of `a`.
+        *STEP\n*\n*END STEP\n*\n1, 2\n*END => These lines follow no keyword and were not read: line 21.
+        "#;
+    for [more, words] in cases(table) {
+        let content = read(&bricks(&format!("{more}\n"))).unwrap();
+        has(&content.remarks.join("\n"), &words);
+        assert_eq!(tags(&content, "Bricks"), [1, 2], "{more}");
+    }
+    let named = read(&bricks(
+        "*SURFACE, NAME=a\nPart-1-1.Bricks, S1\nPart-1-1.2, S2\n",
+    ))
+    .unwrap();
+    assert_eq!(tags(&named, "a"), [1, 2, 2]);
+    let below = format!("Bracket, version of Monday\n{}", bricks(""));
+    let content = super::super::parse(below.as_bytes(), "a.inp", &mut nothing_included).unwrap();
+    has(
+        &content.remarks[0],
+        "These lines follow no keyword and were not read: line 1.",
+    );
+}
+
+/// A parameter line follows a comma in Abaqus; CalculiX has none, so other lines are data.
+#[test]
+fn a_keyword_line_goes_on_only_in_parameters() {
+    let deck = "*NSET, NSET=a,\n1, 4\n*NSET, NSET=b,\nGENERATE\n1, 4\n*NSET,\nNSET=c,\nINTERNAL\n1\n\
+        *NSET, NSET=d,\na, 7\n*SOLID SECTION, ELSET=Bricks, MATERIAL=Steel,\n1.\n*MATERIAL, NAME=Steel\n";
+    let content = read(&bricks(deck)).unwrap();
+    assert_eq!(nodes(&content, "a"), [1, 4]);
+    assert_eq!(nodes(&content, "b"), [1, 2, 3, 4]);
+    assert_eq!(nodes(&content, "d"), [1, 4, 7]);
+    assert!(!content.groups.contains_key("c"));
+    assert_eq!(content.remarks, [""; 0]);
+}
+
+/// CalculiX skips `*PART`: what stands outside of parts belongs to their nodes and elements.
+#[test]
+fn parts_without_an_assembly_are_one_with_what_stands_outside() {
+    let part = format!("*PART, NAME=Bracket\n{NODES}{BRICKS}*END PART\n");
+    let outside = "*NSET, NSET=Low\n1, 2\n*SURFACE, NAME=Top\nBricks, S2\n\
+        *SOLID SECTION, ELSET=Bricks, MATERIAL=Steel\n*MATERIAL, NAME=Steel\n";
+    let content = read(&(part + outside)).unwrap();
+    assert_eq!(names(&content), ["Bracket", "Bricks", "Low", "Top"]);
+    assert_eq!(tags(&content, "Bracket"), [1, 2]);
+    assert_eq!(nodes(&content, "Low"), [1, 2]);
+    assert_eq!(tags(&content, "Top"), [1, 2]);
+    assert_eq!(content.materials[0].elements, [0, 1]);
+    let nodes_outside = format!("{NODES}*PART, NAME=Bracket\n{BRICKS}*END PART\n");
+    let content = read(&nodes_outside).unwrap();
+    assert_eq!(names(&content), ["Bracket", "Bricks"]);
+}
+
+#[test]
+fn the_last_section_of_an_element_counts() {
+    let deck = bricks(
+        "*MATERIAL, NAME=Steel\n*ELASTIC\n5, 0.3\n*MATERIAL, NAME=Alloy\n*ELSET, ELSET=Two\n2\n\
+        *SOLID SECTION, ELSET=Bricks, MATERIAL=Steel\n*SOLID SECTION, ELSET=Two, MATERIAL=alloy\n",
+    );
+    let content = read(&deck).unwrap();
+    let of = |i: usize| {
+        (
+            content.materials[i].name.as_str(),
+            &content.materials[i].elements[..],
+        )
+    };
+    assert_eq!([of(0), of(1)], [("Steel", &[0][..]), ("Alloy", &[1][..])]);
+    let expected = "Sections give these elements another material than sections before them, and the last one counts: 2 from `Steel` (line 23) to `alloy` (line 24).";
+    assert_eq!(content.remarks, [expected]);
+}
+
+/// CalculiX keeps a surface of nodes and one of faces apart if they have one name.
+#[test]
+fn surfaces_of_one_name_and_two_types_are_two() {
+    let deck = bricks(
+        "*NSET, NSET=Corner\n1\n*SURFACE, NAME=Punch, TYPE=NODE\nCorner\n2\n*SURFACE, NAME=PUNCH, TYPE=ELEMENT\n1, S1\n2, S2\n\
+        *SURFACE, NAME=Punch, TYPE=NODE\n3\n*SURFACE, NAME=Both, COMBINE=UNION\npunch\n",
+    );
+    let content = read(&deck).unwrap();
+    let expected = [
+        "Both",
+        "Both (node surface)",
+        "Bricks",
+        "Corner",
+        "PUNCH",
+        "PUNCH (node surface)",
+    ];
+    assert_eq!(names(&content), expected);
+    for name in ["PUNCH", "Both"] {
+        let of_nodes = format!("{name} (node surface)");
+        assert_eq!(tags(&content, name), [1, 2]);
+        assert_eq!(nodes(&content, &of_nodes), [1, 2, 3]);
+        assert_eq!(content.groups[&of_nodes].dimension, 0);
+    }
+}
+
+#[test]
+fn collapsed_elements_are_other_shapes_and_keep_their_faces() {
+    let deck = format!(
+        "{NODES}*ELEMENT, TYPE=C3D8, ELSET=Bricks\n1, 1, 2, 3, 4, 5, 6, 7, 8\n2, 5, 6, 7, 7, 9, 10, 11, 11\n\
+        *ELEMENT, TYPE=S4, ELSET=Skin\n3, 9, 10, 11, 11\n*SURFACE, NAME=Top\n2, S2\n*SURFACE, NAME=Edge\n2, S5\n2, S6\n"
+    );
+    let content = read(&deck).unwrap();
+    let shapes: Vec<Shape> = content.elements.solids().map(|(e, _)| e.shape).collect();
+    assert_eq!(shapes, [Shape::Hexahedron, Shape::Wedge]);
+    assert_eq!(nodes_of::<Vec<_>>(&content, "Skin"), [[8, 9, 10]]);
+    assert_eq!(nodes_of::<Vec<_>>(&content, "Top"), [[8, 9, 10]]);
+    let [edge]: [Vec<u32>; 1] = nodes_of::<Vec<_>>(&content, "Edge").try_into().unwrap();
+    assert_eq!(BTreeSet::from_iter(edge), [4, 6, 8, 10].into());
+}
+
+#[test]
+fn a_deck_of_shells_without_sets_is_a_surface() {
+    let shell =
+        "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n*ELEMENT, TYPE=S4\n1, 1, 2, 3, 4\n";
+    let part = format!("*PART, NAME=Skin\n{shell}*END PART\n");
+    let placed = format!(
+        "{part}*ASSEMBLY, NAME=a\n*INSTANCE, NAME=Skin-1, PART=Skin\n*END INSTANCE\n*END ASSEMBLY\n"
+    );
+    for deck in [shell, &part, &placed] {
+        let mesh = read(deck).unwrap().into_mesh(1.0.into()).unwrap();
+        let all = &mesh.groups["all"];
+        assert_eq!((all.dimension, &all.elements[..]), (2, &[0][..]));
+        assert_eq!(mesh.groups["all nodes"].dimension, 3);
+    }
+    let beam = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, TYPE=B31\n1, 1, 2\n*ELEMENT, TYPE=D\n2, 1, 0, 2\n";
+    has(
+        &message(beam),
+        "those of type B31, D are no solids & read are C3D4",
+    );
+}
+
+/// A conversion that makes quadratic elements linear leaves the nodes in the middles of edges.
+#[test]
+fn nodes_of_no_element_are_counted_and_those_in_middles_are_told() {
+    let deck = bricks(
+        "*NODE\n21, 0.5, 0, 0\n22, 1, 0.5, 1\n23, 5, 5, 5\n24, 6, 6, 6\n25, 7, 7, 7\n*ELEMENT, TYPE=MASS\n31, 24\n*ELEMENT, TYPE=B31\n32, 1, 2, 25\n",
+    );
+    let mesh = read(&deck).unwrap().into_mesh(1.0.into()).unwrap();
+    let found = mesh.remarks.last().unwrap();
+    has(
+        found,
+        "3 nodes belong to no element and were left out, first 21, 22, 23. 2 of them lie in the middle of an edge",
+    );
+    assert_eq!(mesh.nodes_m.len(), 12);
 }

@@ -12,7 +12,7 @@ pub(super) enum Kind {
     Facet(usize),
     /// A beam, truss or pipe of so many nodes.
     Line(usize),
-    /// A mass, a spring and the like, of which only the label is read.
+    /// A mass, a spring and the like, or a type that is not known: only its label counts.
     Aside,
 }
 
@@ -27,7 +27,7 @@ impl Kind {
 }
 
 /// Beginnings of the names of solids; the number of nodes follows.
-const SOLIDS: [&str; 4] = ["C3D", "DC3D", "SC", "CSS"];
+const SOLIDS: [&str; 5] = ["C3D", "DC3D", "Q3D", "SC", "CSS"];
 /// Beginnings of the names of facets; the number of nodes follows.
 const FACETS: [&str; 13] = [
     "CPS", "CPEG", "CPE", "CAX", "CGAX", "M3D", "SFM3D", "R3D", "DC2D", "DCAX", "DS", "STRI", "S",
@@ -41,11 +41,8 @@ const LINES: [(usize, &str); 2] = [
     ),
     (3, "B22 B32 PIPE22 PIPE32 ELBOW32 T2D3 T3D3 SAX2"),
 ];
-/// Beginnings of the names of elements without a shape.
-const ASIDE: [&str; 19] = [
-    "MASS", "ROTARYI", "SPRING", "DASHPOT", "CONN", "DCOUP", "GAP", "ITT", "ITS", "JOINTC",
-    "HEATCAP", "DRAG", "PSI", "F3D", "F2D", "FAX", "COH", "GK", "AC3D",
-];
+/// Beginnings of the names of elements without a shape that look like others.
+const ASIDE: [&str; 2] = ["SPRING", "SAXA"];
 
 /// Types that are read, for messages.
 pub(super) const READ: &str = "C3D4, C3D5, C3D6, C3D8, C3D10, C3D13, C3D15 and C3D20 with any \
@@ -54,7 +51,7 @@ pub(super) const READ: &str = "C3D4, C3D5, C3D6, C3D8, C3D10, C3D13, C3D15 and C
 /// Kind of the type that a deck calls `name`; `set` is the set of its elements, for messages.
 ///
 /// # Errors
-/// A type with nodes inside faces, or an unknown one.
+/// A type with nodes inside faces, or a solid of an unknown number of nodes.
 pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
     let capitals = name.trim().to_uppercase();
     let digits = |prefix: &str| -> Option<(usize, String)> {
@@ -92,7 +89,7 @@ pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
         Some((65, _)) => Ok(Kind::Facet(6)), // STRI65: six nodes, five unknowns each
         Some((nodes @ (3 | 4 | 6 | 8), _)) => Ok(Kind::Facet(nodes)),
         Some((nodes @ (7 | 9), _)) => Err(inside(nodes)),
-        _ => Err(unknown(name, set)),
+        _ => Ok(Kind::Aside),
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::str::SplitAsciiWhitespace;
 
-use super::lines::{Keyword, bare};
+use super::lines::{Keyword, bare, fields};
 use crate::MeshError;
 use crate::text;
 
@@ -31,8 +31,8 @@ const READ: [Entry; 16] = [
     entry("NODE", "INPUT NSET SYSTEM", ""),
     entry(
         "ELEMENT",
-        "ELSET INPUT TYPE",
-        "FILE OFFSET SOLIDELEMENTNUMBERING",
+        "ELSET INPUT PARENT TYPE",
+        "DLOAD FILE OFFSET SOLIDELEMENTNUMBERING",
     ),
     entry("NSET", "ELSET GENERATE INSTANCE INTERNAL NSET UNSORTED", ""),
     entry("ELSET", "ELSET GENERATE INSTANCE INTERNAL UNSORTED", ""),
@@ -44,7 +44,7 @@ const READ: [Entry; 16] = [
     entry(
         "SOLIDSECTION",
         "ELSET MATERIAL",
-        "COMPOSITE CONTROLS LAYUP NODALTHICKNESS ORDER ORIENTATION REFNODE STACKDIRECTION \
+        "COMPOSITE CONTROLS LAYUP NODALTHICKNESS OFFSET ORDER ORIENTATION REFNODE STACKDIRECTION \
          SYMMETRIC THICKNESS",
     ),
     entry(
@@ -64,7 +64,7 @@ const READ: [Entry; 16] = [
 ];
 /// Keywords that make nodes or elements by a rule.
 const GENERATORS: &str = "\
-    NGEN NFILL NCOPY NMAP ELGEN ELCOPY SYSTEM SUBMODEL PARAMETER IMPORT SYMMETRICMODELGENERATION";
+    NGEN NFILL NCOPY NMAP ELGEN ELCOPY SYSTEM PARAMETER IMPORT SYMMETRICMODELGENERATION";
 /// Other keywords whose first three letters are those of one above. They determine which beginnings
 /// abbreviate only one word.
 const OTHERS: &str = "\
@@ -77,7 +77,7 @@ const OTHERS: &str = "\
     INCIDENTWAVEINTERACTION INCIDENTWAVEINTERACTIONPROPERTY INCIDENTWAVEPROPERTY \
     INCIDENTWAVEREFLECTION INCREMENTATIONOUTPUT PARAMETERDEPENDENCE PARAMETERSHAPEVARIATION \
     PARTICLEGENERATOR PARTICLEGENERATORFLOW PARTICLEGENERATORINLET PARTICLEGENERATORMIXTURE \
-    PARTICLEOUTPUT ENDLOADCASE ENDSTEP SUBCYCLING SUBSTRUCTURECOPY SUBSTRUCTUREDELETE \
+    PARTICLEOUTPUT END ENDLOADCASE ENDSTEP SUBCYCLING SUBMODEL SUBSTRUCTURECOPY SUBSTRUCTUREDELETE \
     SUBSTRUCTUREDIRECTORY SUBSTRUCTUREGENERATE SUBSTRUCTURELOADCASE SUBSTRUCTUREMATRIXOUTPUT \
     SUBSTRUCTUREPATH SUBSTRUCTUREPROPERTY SYMMETRICRESULTSTRANSFER IMPEDANCE IMPEDANCEPROPERTY \
     IMPERFECTION IMPORTCONTROLS";
@@ -91,25 +91,28 @@ pub(super) struct Understood {
     pub is_generator: bool,
     /// Parameters that are ignored, as they are written.
     pub aside: Vec<String>,
+    /// Parameters that the keyword does not have, which CalculiX skips.
+    pub unknown: Vec<String>,
 }
 
 /// Completes the name and the parameters of a keyword line. A keyword that is not read stays as it
 /// is.
 ///
 /// # Errors
-/// A beginning of several words, or a parameter that a keyword does not have.
+/// A beginning of several words.
 pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> {
     let generators = || words(GENERATORS);
     let ours = || READ.iter().map(|entry| entry.keyword).chain(generators());
     let is_other = words(OTHERS).any(|word| word == keyword.name);
-    if ours().any(|word| word.starts_with(&keyword.name)) && !is_other {
+    let begins = |word: &str| word.starts_with(&keyword.name);
+    if ours().any(begins) && !is_other && !keyword.name.is_empty() {
         keyword.name = match complete(&keyword.name, ours().chain(words(OTHERS))) {
             Ok(word) if word == keyword.name || keyword.name.len() >= SHORTEST => word.to_owned(),
             Ok(word) => return Err(ambiguous(&keyword.shown, &[word])),
             Err(words) => return Err(ambiguous(&keyword.shown, &words)),
         };
     }
-    let mut aside = Vec::new();
+    let (mut aside, mut unknown) = (Vec::new(), Vec::new());
     if let Some(entry) = READ.iter().find(|entry| entry.keyword == keyword.name) {
         for (parameter, _) in &mut keyword.parameters {
             let all = || words(entry.read).chain(words(entry.aside));
@@ -123,13 +126,7 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
                 Err(several) if !several.is_empty() => {
                     return Err(ambiguous(parameter, &several));
                 }
-                Err(_) => {
-                    let known: Vec<&str> = all().collect();
-                    return Err(MeshError::ParameterUnknown {
-                        parameter: parameter.clone(),
-                        known: text::list(&known),
-                    });
-                }
+                Err(_) => unknown.push(parameter.clone()),
             }
         }
     }
@@ -137,7 +134,24 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
         is_generator: generators().any(|word| word == keyword.name),
         keyword,
         aside,
+        unknown,
     })
+}
+
+/// Returns `true` if `more` continues a keyword line: all of its fields are parameters of the
+/// keyword.
+pub(super) fn continues(line: &str, more: &str) -> bool {
+    let name = bare(fields(line).next().unwrap_or_default());
+    let name = name.trim_start_matches('*');
+    let entry = READ.iter().find(|entry| entry.keyword.starts_with(name));
+    let is_word = |field: &str| match entry {
+        Some(entry) => words(entry.read)
+            .chain(words(entry.aside))
+            .any(|word| field.len() >= SHORTEST && word.starts_with(field)),
+        None => true,
+    };
+    let is_parameter = |field: &str| field.contains('=') || is_word(&bare(field));
+    !more.starts_with('*') && fields(more).filter(|f| !f.is_empty()).all(is_parameter)
 }
 
 /// Words between the blanks of a list.

@@ -2,8 +2,8 @@
 //!
 //! Groups come from arrays of whole numbers with one component. Such an array gives a group
 //! `<array> <value>` for each of its values: the cells or nodes that have the value. Two kinds of
-//! arrays give none. One has more than 1000 distinct values. The other has more than 100 values,
-//! no two of them alike: it only numbers the cells or nodes.
+//! arrays give none. One has more than 1000 distinct values. The other has at least four values, no
+//! two of them alike: it only numbers the cells or nodes. A remark names it.
 //!
 //! An array that holds only 0 and 1 gives a group `<array>` of the ones, too. Where cells of
 //! several dimensions have a value, the word `volume`, `surface`, `curve` or `point` is appended to
@@ -22,9 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail_numerics::space::{cross, dot};
 
+use super::collapse;
 use super::content::{ALL, Content};
 use crate::element::{ElementType, Shape};
-use crate::{Group, MeshError};
+use crate::{Group, MeshError, text};
 use arrays::values;
 use xml::{Array, File, Piece};
 
@@ -32,7 +33,7 @@ use xml::{Array, File, Piece};
 const MOST_VALUES: usize = 1000;
 /// Number of values from which on an array of distinct numbers counts nodes or cells, and gives no
 /// groups.
-const LEAST_NUMBERING: usize = 101;
+const LEAST_NUMBERING: usize = 4;
 
 /// Kind of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +105,7 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     if !(content.groups.contains_key(ALL) || content.elements.is_empty()) {
         content.groups.insert(ALL.to_owned(), content.all_solids());
     }
+    content.name_all();
     content.keep_what_solids_have()?;
     Ok(content)
 }
@@ -197,15 +199,6 @@ impl Grid {
                 "cell {tag} of type {kind} has {found} nodes"
             )));
         }
-        if matches!(cell, Cell::Solid(_) | Cell::Facet(_)) {
-            let twice = (1..nodes.len()).find(|i| nodes[..*i].contains(&nodes[*i]));
-            if let Some(i) = twice {
-                return Err(MeshError::RepeatedNode {
-                    element: tag,
-                    node: nodes[i].into(),
-                });
-            }
-        }
         let nodes = match kind as i64 {
             8 | 11 => SORTED[..nodes.len()].iter().map(|i| nodes[*i]).collect(),
             _ => nodes,
@@ -219,13 +212,18 @@ impl Grid {
             Cell::Solid(element) => {
                 placed.index = self.content.elements.len() as u32;
                 let nodes = self.upright(element, nodes);
-                self.content.elements.push(tag, nodes);
+                let kept = collapse::solid(tag, &nodes, &self.content.node_tags)?;
+                self.content.elements.push(tag, kept.iter().copied());
             }
             Cell::Facet(_) => {
                 placed.index = self.content.facets.len() as u32;
-                self.content.facets.push(tag, nodes);
+                let kept = collapse::facet(tag, &nodes, &self.content.node_tags)?;
+                self.content.facets.push(tag, kept.iter().copied());
             }
-            Cell::Line(_) | Cell::Points => placed.nodes = nodes,
+            Cell::Line(_) | Cell::Points => {
+                self.content.other_nodes.extend(&nodes);
+                placed.nodes = nodes;
+            }
         }
         self.cells.push(placed);
         Ok(())
@@ -365,19 +363,30 @@ fn whole_arrays<'a>(
         return Ok(found);
     };
     let names: BTreeSet<&str> = first.iter().map(|array| array.name.as_str()).collect();
+    let mut numberings = Vec::new();
     for name in names {
         let arrays: Vec<_> = pieces
             .iter()
             .map(|(count, arrays)| (*count, arrays.iter().find(|array| array.name == name)))
             .collect();
-        let groups = |values: &Vec<i64>| {
-            let distinct = values.iter().collect::<BTreeSet<_>>().len();
-            let is_numbering = distinct == values.len() && distinct >= LEAST_NUMBERING;
-            distinct <= MOST_VALUES && !is_numbering
+        let Some(values) = whole_array(file, name, &arrays, remarks)? else {
+            continue;
         };
-        if let Some(values) = whole_array(file, name, &arrays, remarks)?.filter(groups) {
+        let distinct = values.iter().collect::<BTreeSet<_>>().len();
+        if distinct > MOST_VALUES {
+            continue;
+        }
+        if distinct == values.len() && distinct >= LEAST_NUMBERING {
+            numberings.push(format!("`{name}`"));
+        } else {
             found.insert(name.to_owned(), values);
         }
+    }
+    if !numberings.is_empty() {
+        let names = text::list(&numberings);
+        remarks.push(format!(
+            "These arrays have another number everywhere and give no groups: {names}."
+        ));
     }
     Ok(found)
 }

@@ -125,7 +125,7 @@ fn arrays_of_whole_numbers_are_groups() {
 }
 
 #[test]
-fn arrays_of_too_many_values_are_no_groups() {
+fn arrays_of_too_many_values_and_those_that_number_are_no_groups() {
     let cells = |count: usize, distinct: usize| {
         let row = |word: &str| [word, " "].concat().repeat(count);
         let values: String = (0..count).map(|i| format!("{} ", i % distinct)).collect();
@@ -145,14 +145,20 @@ fn arrays_of_too_many_values_are_no_groups() {
             array("Int32", "id", &values),
         )
     };
-    for (count, distinct, groups) in [
-        (1001, 1000, 1001),
-        (1002, 1001, 1),
-        (100, 100, 101),
-        (101, 101, 1),
+    let remark = ["These arrays have another number everywhere and give no groups: `id`."];
+    for (count, distinct, groups, remarks) in [
+        (1001, 1000, 1001, &[][..]),
+        (1002, 1001, 1, &[]),
+        (1001, 1001, 1, &[]),
+        (1000, 1000, 1, &remark),
+        (40, 40, 1, &remark),
+        (4, 4, 1, &remark),
+        (40, 39, 40, &[]),
+        (3, 3, 4, &[]),
     ] {
         let content = parse(cells(count, distinct).as_bytes()).unwrap();
         assert_eq!(content.groups.len(), groups, "{count} {distinct}");
+        assert_eq!(content.remarks, remarks, "{count} {distinct}");
     }
 }
 
@@ -377,4 +383,26 @@ fn a_file_that_breaks_off_is_an_error_at_any_byte() {
             assert!(parse(&bytes[..end]).is_err(), "{name}: {end} of {last}");
         }
     }
+}
+
+/// Triangles alone are a surface, and a hexahedron with repeated points is a wedge.
+#[test]
+fn surfaces_alone_and_collapsed_cells_are_read() {
+    let file = |points: &str, nodes: &str, kind: u8| {
+        let count = points.split(' ').count() / 3;
+        let ends = nodes.split(' ').count();
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"{count}\" NumberOfCells=\"1\">\
+            <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">{points}</DataArray></Points>\
+            <Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">{nodes}</DataArray>\
+            <DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">{ends}</DataArray>\
+            <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">{kind}</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"
+        )
+    };
+    let content = parse(file("0 0 0 1 0 0 0 1 0", "0 1 2", 5).as_bytes()).unwrap();
+    assert_eq!(content.groups["all"].dimension, 2);
+    let prism = "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1";
+    let content = parse(file(prism, "0 1 2 2 3 4 5 5", 12).as_bytes()).unwrap();
+    assert_eq!(content.elements.of(0), [0, 1, 2, 3, 4, 5]);
+    assert!(parse(file(prism, "0 1 2 2 3 3 5 4", 12).as_bytes()).is_err());
 }
