@@ -36,7 +36,8 @@ seed() {
     cp scenes/*.toml scenes/verification/*.toml fuzz/fuzz_targets/*.toml fuzz/seeds/scene/*.toml \
         $corpus/scene
     cp fuzz/seeds/surface_field/*.csv scenes/*.csv $corpus/surface_field
-    cp crates/matrices/tests/data/*/*.{sti,dof,mtx,mat,rua,op4} $corpus/matrices
+    cp crates/matrices/tests/data/*/*.{sti,dof,mtx,mat,rua,op4} fuzz/seeds/matrices/* \
+        $corpus/matrices
     cp studies/*.toml fuzz/seeds/study/*.toml $corpus/study
     for folder in scenes/verification/*/; do
         folder_in_one "$folder" >"$corpus/reduced_model/$(basename "$folder")"

@@ -44,6 +44,7 @@ mod columns;
 mod detect;
 mod entries;
 mod error;
+mod fortran;
 mod harwell_boeing;
 mod mat;
 mod matrix_market;

@@ -10,6 +10,7 @@
 use crate::NamedMatrix;
 use crate::entries::{Entries, Sizes};
 use crate::error::{Fault, Read, WRITE_AGAIN};
+use crate::fortran::{Format, Numbers};
 use crate::text::{self, Lines};
 
 /// Most rows of a matrix whose sparse columns have heads of one word.
@@ -372,21 +373,13 @@ pub(crate) fn is_text(bytes: &[u8]) -> bool {
     first.is_some_and(|(_, line)| first_line(line).is_some())
 }
 
-/// Width of a value and number of values of a line in a Fortran format such as `1P,5E16.9`.
-fn format(text: &[u8]) -> Option<(usize, usize)> {
-    let upper = text.trim_ascii().to_ascii_uppercase();
-    if upper.is_empty() {
-        return Some((16, 5));
+/// Format of values such as `1P,5E16.9`, which may lack its parentheses.
+fn format(text: &[u8]) -> Option<Format> {
+    match text.trim_ascii() {
+        [] => Format::new(b"(1P,5E16.9)"),
+        text if text.starts_with(b"(") => Format::new(text),
+        text => Format::new(&[b"(", text, b")"].concat()),
     }
-    let upper = upper.strip_prefix(b"(").unwrap_or(&upper);
-    let upper = upper.strip_prefix(b"1P").unwrap_or(upper);
-    let upper = upper.strip_prefix(b",").unwrap_or(upper);
-    let at = upper.iter().position(|b| matches!(b, b'E' | b'D'))?;
-    let digits = upper[at + 1..].split(|b| *b == b'.').next()?;
-    let [count, width] = [&upper[..at], digits].map(text::whole);
-    let [count, width] = [count?, width?].map(|n| usize::try_from(n).ok());
-    let (count, width) = (count?, width?);
-    ((1..=1000).contains(&count) && (1..=60).contains(&width)).then_some((width, count))
 }
 
 /// Reads a file in text.
@@ -404,7 +397,7 @@ pub(crate) fn parse_text(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
         let Some((numbers, name, after)) = first_line(line) else {
             return Err(wrong("columns, rows, form, type and name of a matrix"));
         };
-        let Some((width, count)) = format(after) else {
+        let Some(format) = format(after) else {
             return Err(wrong(
                 "a format of values, such as 1P,5E16.9, behind the name",
             ));
@@ -414,8 +407,7 @@ pub(crate) fn parse_text(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
         let mut entries = Entries::new(header.rows, header.columns);
         let mut text = Text {
             lines: &mut lines,
-            width,
-            count,
+            format: &format,
         };
         while text.column(&header, &mut entries)? {}
         found.add(header, entries)?;
@@ -425,10 +417,7 @@ pub(crate) fn parse_text(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
 
 struct Text<'a, 'b> {
     lines: &'a mut Lines<'b>,
-    /// Width of a value.
-    width: usize,
-    /// Values of a full line.
-    count: usize,
+    format: &'a Format,
 }
 
 impl Text<'_, '_> {
@@ -509,23 +498,16 @@ impl Text<'_, '_> {
         let at = self.lines.number();
         let real = if header.is_complex() { 0 } else { count };
         let row = string(row, real, header.rows).map_err(|fault| fault.at_line(at))?;
-        let mut done = 0;
-        while done < count {
-            let mut rest = self.lines.required("the values of a column")?;
-            let line = self.lines.number();
-            let some = self.count.min(count - done);
-            for i in 0..some {
-                let field;
-                (field, rest) = rest.split_at(self.width.min(rest.len()));
-                if header.is_complex() {
-                    continue;
-                }
-                let value = text::value(field.trim_ascii(), line)?;
-                if value != 0.0 {
-                    entries.push(row + done + i, column, value);
-                }
+        let mut numbers = Numbers::new(self.lines, self.format);
+        for i in 0..count {
+            let field = numbers.next("the values of a column")?;
+            if header.is_complex() {
+                continue;
             }
-            done += some;
+            let value = field.value(numbers.line_number())?;
+            if value != 0.0 {
+                entries.push(row + i, column, value);
+            }
         }
         Ok(())
     }

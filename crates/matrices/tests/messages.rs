@@ -312,6 +312,43 @@ fn harwell_boeing_files_of_ansys_are_read() {
 }
 
 #[test]
+fn harwell_boeing_files_may_have_any_format_of_fortran() {
+    let expected = DMatrix::from_row_slice(2, 2, &[4.0, -1.0, -1.0, 0.5]);
+    let file = |formats: [&str; 3], numbers: &str| {
+        let [columns, rows, values] = formats;
+        format!(
+            "title\n 9 3 3 3 0\nRSA            2             2             3             0\n\
+             {columns:<16}{rows:<16}{values:<20}\n{numbers}"
+        )
+    };
+    for (formats, numbers) in [
+        (
+            ["(1X,8I9)", "(2(1X,I3))", "(1P,2(2X,E9.2))"],
+            "         1        3        4\n   1   2\n   2\n   4.00E+00  -1.00E+00\n   5.00E-01\n",
+        ),
+        (
+            ["(I2,2(1X,I2))", "( T2, 3I2 )", "(3(1PD9.1))"],
+            " 1  3  4\n- 1 2 2\n  4.0D+00 -1.0D 00  0.5D+00\n",
+        ),
+        // Without an exponent the scale divides, and without a point the last digits are decimals.
+        (
+            ["(3I2/)", "(I1/(2I1))", "(2PF7.1,-1P,2F4.2)"],
+            " 1 3 4\n\n1\n22\n  400.0 -10   5\n",
+        ),
+        // All of a column of the head is used.
+        (
+            ["(1X,1X,I2,2I0002)", "(BN,0001X,0003I1)", "(3(F5.2))"],
+            "   1 3 4\n 122\n 4.00-1.00  .50\n",
+        ),
+    ] {
+        let text = file(formats, numbers);
+        assert_eq!(dense(&text), expected, "{text}");
+    }
+    let text = file(["(3I2)", "(3A2)", "(3F5.2)"], "");
+    refused("k.rsa", text, &["line 4: ", "`(3A2)`", "(1X,8I9)"]);
+}
+
+#[test]
 fn op4_texts_are_held_against_their_header() {
     let text = "       2       2       6       2KAA     1P,3E23.16\n       1       1       2\n \
                 4.0000000000000000E+00-1.0000000000000000E+00\n       2       2       1\n \
@@ -336,7 +373,7 @@ fn op4_texts_are_held_against_their_header() {
         ),
         (
             "1P,3E23.16",
-            "1P,3F23.16",
+            "1P,3A23.16",
             ["line 1: ", "a format of values"],
         ),
         (
