@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::words::counted;
-use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, choose, on_rows, parse, parse_rows};
+use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, on_rows, parse, parse_rows};
 use dovetail_solver::input;
 use dovetail_solver::model::{GivenMatrices, MatricesError, MatrixFile, MatrixFiles};
 
@@ -28,17 +27,6 @@ pub enum MatrixFilesError {
         path.display()
     )]
     NoRows { body: String, path: PathBuf },
-    #[error(
-        "body `{body}`: {} has {columns} of one column{}; a load is a matrix of one column with a value for each row, and `load_name` chooses among several",
-        path.display(),
-        name.as_ref().map_or(String::new(), |name| format!(" called `{name}`"))
-    )]
-    Load {
-        body: String,
-        path: PathBuf,
-        name: Option<String>,
-        columns: String,
-    },
     #[error("body `{body}`, {files}: {error}")]
     Matrices {
         body: String,
@@ -80,8 +68,9 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
         })
     };
     let matrix = |file: &MatrixFile, quantity| -> Result<NamedMatrix, MatrixFilesError> {
-        let all = parse(&file.path, &bytes(&file.path)?).map_err(wrong)?;
-        choose(&file.path, all, quantity, file.name.as_deref()).map_err(wrong)
+        let bytes = bytes(&file.path)?;
+        let all = parse(&file.path, &bytes).map_err(wrong)?;
+        all.choose(quantity, file.name.as_deref()).map_err(wrong)
     };
     let stiffness = matrix(&files.stiffness, Quantity::Stiffness)?;
     let mass = matrix(&files.mass, Quantity::Mass)?;
@@ -102,8 +91,9 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
     let load = match &files.load {
         None => None,
         Some(file) => {
-            let all = parse(&file.path, &bytes(&file.path)?).map_err(wrong)?;
-            Some(load(&body, file, all)?)
+            let bytes = bytes(&file.path)?;
+            let column = parse(&file.path, &bytes).and_then(|all| all.column(file.name.as_deref()));
+            Some(column.map_err(wrong)?)
         }
     };
     let made = GivenMatrices::new(both.0, both.1, rows, files.units);
@@ -120,29 +110,4 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
         ),
         error,
     })
-}
-
-/// Values of the one matrix of one column, or of the one that the file calls so.
-fn load(
-    body: &str,
-    file: &MatrixFile,
-    mut all: Vec<NamedMatrix>,
-) -> Result<Vec<f64>, MatrixFilesError> {
-    all.retain(|matrix| {
-        let is_meant = file.name.is_none() || file.name == matrix.name;
-        matrix.matrix.ncols() == 1 && is_meant
-    });
-    let [column] = &all[..] else {
-        return Err(MatrixFilesError::Load {
-            body: body.to_owned(),
-            path: file.path.clone(),
-            name: file.name.clone(),
-            columns: counted(all.len(), "matrix", "matrices"),
-        });
-    };
-    let mut values = vec![0.0; column.matrix.nrows()];
-    for (row, _, value) in column.matrix.triplet_iter() {
-        values[row] = *value;
-    }
-    Ok(values)
 }

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use dovetail_matrices::{Quantity, choose, on_rows, parse, parse_rows};
+use dovetail_matrices::{Quantity, on_rows, parse, parse_rows};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let path = Path::new("matrices");
@@ -12,7 +12,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         Ok(rows) => assert!(rows.len() <= bytes.len()),
         Err(error) => assert!(error.to_string().len() < 2_000),
     }
-    let matrices = match parse(path, bytes) {
+    for name in [None, Some("K")] {
+        if let Err(error) = parse(path, bytes).and_then(|m| m.choose(Quantity::Mass, name)) {
+            assert!(error.to_string().len() < 2_000);
+        }
+    }
+    let matrices = match parse(path, bytes).and_then(|matrices| matrices.all()) {
         Ok(matrices) => matrices,
         Err(error) => {
             assert!(error.to_string().len() < 2_000);
@@ -36,9 +41,5 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
                 Err(error) => assert!(error.to_string().contains("each may have one row")),
             }
         }
-    }
-    match choose(path, matrices, Quantity::Mass, None) {
-        Ok(_) => {}
-        Err(error) => assert!(error.to_string().len() < 2_000),
     }
 });

@@ -224,7 +224,7 @@ fn keys_of_matrices_that_do_not_fit_are_refused() {
         body.blade.mass_file=jaw.mas => body `blade` & blade_k.mtx and & jaw.mas & same degrees
         body.blade.stiffness_name=K => body `blade` & blade_k.mtx & `K`
         body.blade.load_name=PA => `body.blade.load_name` is given without `body.blade.load_file`
-        body.blade.load_file=blade_k.mtx => body `blade` & blade_k.mtx has 0 matrices of one column
+        body.blade.load_file=blade_k.mtx => body `blade` & blade_k.mtx & 0 matrices of one column & its name
         body.blade.load_file=load.mtx => body `blade` & load has 2 values & matrices have
         body.blade.mass_file=rows.csv => body `blade` & rows.csv: this is a table of rows
         ";

@@ -2,7 +2,6 @@
 //! onto those of another.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use nalgebra_sparse::CscMatrix;
 
@@ -55,44 +54,37 @@ impl Quantity {
     }
 }
 
-/// Chooses a matrix: the one of a name; else the only one; else the one with a customary name of
-/// the quantity, such as `K`, `KAA` or `STIFFNESS`, and `M`, `MAA` or `MASS`.
-///
-/// # Errors
-/// No matrix of the name, or none that the rule singles out. The only matrix is not taken where it
-/// has a customary name of the other quantity.
-pub fn choose(
-    path: &Path,
-    mut matrices: Vec<NamedMatrix>,
+/// Index of the matrix that is meant, see [`Matrices::choose`](crate::Matrices::choose). `other`
+/// says what a variable of a name is that is no matrix.
+pub(crate) fn pick(
+    matrices: &[Option<&str>],
     quantity: Quantity,
     name: Option<&str>,
-) -> Result<NamedMatrix, MatrixError> {
-    let found = pick(&matrices, quantity, name).map_err(|fault| fault.in_file().of(path))?;
-    Ok(matrices.swap_remove(found))
-}
-
-fn pick(matrices: &[NamedMatrix], quantity: Quantity, name: Option<&str>) -> Result<usize, Fault> {
+    other: impl Fn(&str) -> Option<String>,
+) -> Result<usize, Fault> {
     let position = |is_it: &dyn Fn(&str) -> bool| {
-        let is_it = |m: &NamedMatrix| m.name.as_deref().is_some_and(is_it);
-        let mut found = (0..matrices.len()).filter(|i| is_it(&matrices[*i]));
+        let is_it = |i: &usize| matrices[*i].is_some_and(is_it);
+        let mut found = (0..matrices.len()).filter(is_it);
         (found.next(), found.next().is_some())
     };
     if let Some(name) = name {
         let exact = position(&|other| other == name);
         let loose = position(&|other| other.eq_ignore_ascii_case(name));
-        return match (exact.0, loose) {
-            (Some(found), _) | (None, (Some(found), false)) => Ok(found),
+        let names = || names(matrices);
+        return match (exact.0, other(name), loose) {
+            (Some(found), ..) | (None, None, (Some(found), false)) => Ok(found),
+            (None, Some(variable), _) => Err(Fault::NotAMatrix {
+                variable,
+                names: names(),
+            }),
             _ => Err(Fault::NoSuchName {
                 name: crate::text::shown(name.as_bytes()),
-                names: names(matrices),
+                names: names(),
             }),
         };
     }
     if let [only] = matrices {
-        let other = only
-            .name
-            .as_deref()
-            .filter(|name| quantity.other().is_called(name));
+        let other = only.filter(|name| quantity.other().is_called(name));
         return match other {
             Some(name) => Err(Fault::OtherQuantity {
                 quantity: quantity.word(),
@@ -111,8 +103,8 @@ fn pick(matrices: &[NamedMatrix], quantity: Quantity, name: Option<&str>) -> Res
 }
 
 /// Names in the form for messages.
-fn names(matrices: &[NamedMatrix]) -> String {
-    let names = matrices.iter().filter_map(|matrix| matrix.name.as_deref());
+fn names(matrices: &[Option<&str>]) -> String {
+    let names = matrices.iter().flatten();
     let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     match names.len() {
         0 => "matrices without names".to_owned(),

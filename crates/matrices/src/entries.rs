@@ -46,11 +46,6 @@ impl Sizes {
         Self { bytes, columns: 0 }
     }
 
-    /// Adds bytes that are decompressed.
-    pub fn add_bytes(&mut self, bytes: usize) {
-        self.bytes = self.bytes.saturating_add(bytes);
-    }
-
     /// Adds a matrix. [`check_size`] does it for a file of one.
     ///
     /// # Errors
@@ -71,6 +66,64 @@ impl Sizes {
                 bytes: self.bytes,
             }),
         }
+    }
+}
+
+/// Most bytes of memory that an entry or a column takes until the matrix is made.
+pub(crate) const OF_AN_ENTRY: usize = 48;
+/// Most bytes of memory that a whole number of a growing list takes.
+pub(crate) const OF_A_NUMBER: usize = 8;
+/// Bytes of memory that a compressed file may become: free ones, and as many for each of its own.
+const FREE_BYTES: usize = 100_000_000;
+const BYTES_OF_A_BYTE: usize = 100;
+
+/// Memory that the matrices of a compressed file may take. A file of which one byte becomes many
+/// entries is no file of finite elements: their rows differ.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    file: usize,
+    left: usize,
+}
+
+impl Budget {
+    /// Budget for a file of so many bytes.
+    pub fn of(bytes: usize) -> Self {
+        let more = bytes.saturating_mul(BYTES_OF_A_BYTE);
+        Self {
+            file: bytes,
+            left: FREE_BYTES.saturating_add(more),
+        }
+    }
+
+    /// Takes bytes for a matrix of a name.
+    ///
+    /// # Errors
+    /// There are not so many left.
+    pub fn charge(&mut self, bytes: usize, name: &str) -> Result<(), Fault> {
+        let left = self.left.checked_sub(bytes);
+        self.left = left.ok_or_else(|| Fault::Inflated {
+            name: name.to_owned(),
+            bytes: self.file,
+        })?;
+        Ok(())
+    }
+
+    /// Takes bytes for the rows and columns of a matrix.
+    ///
+    /// # Errors
+    /// There are not so many left.
+    pub fn size(&mut self, rows: u64, columns: u64, name: &str) -> Result<[usize; 2], Fault> {
+        let size = [rows, columns].map(|n| u32::try_from(n).ok());
+        let [Some(rows), Some(columns)] = size else {
+            return Err(Fault::TooLarge {
+                announced: format!("a matrix of {rows} x {columns}"),
+                bytes: self.file,
+            });
+        };
+        let [rows, columns] = [rows as usize, columns as usize];
+        let bytes = rows * OF_A_NUMBER + columns * OF_AN_ENTRY;
+        self.charge(bytes, name)?;
+        Ok([rows, columns])
     }
 }
 

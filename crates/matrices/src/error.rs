@@ -102,6 +102,18 @@ pub enum Fault {
          matrices of real numbers are read)"
     )]
     NoSuchName { name: String, names: String },
+    #[error("{variable}, and no matrix of real numbers: give another name, the file has {names}")]
+    NotAMatrix { variable: String, names: String },
+    #[error(
+        "it has {count} matrices of one column{called}; a load is a matrix of one column with a \
+         value for each row: give the file with it, and its name if the file has several"
+    )]
+    NotOneColumn { count: usize, called: String },
+    #[error(
+        "`{name}` becomes too large for a compressed file of {bytes} bytes: the file is damaged; \
+         write it again, without compression (`save -v6`) if the matrix is meant to be so large"
+    )]
+    Inflated { name: String, bytes: usize },
     #[error("which matrix is the {quantity} is not clear, the file has {names}: give its name")]
     Unclear {
         quantity: &'static str,

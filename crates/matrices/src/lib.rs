@@ -2,8 +2,8 @@
 //! tables that say which node and direction their rows belong to.
 //!
 //! [`parse`] reads every format: MatrixMarket, CalculiX' matrix storage, Abaqus' matrices and
-//! substructures, Nastran's OUTPUT4, Matlab's .mat and Ansys' Harwell-Boeing files. [`choose`] finds
-//! the stiffness or the mass among the matrices of a file. [`parse_rows`] reads tables of rows.
+//! substructures, Nastran's OUTPUT4, Matlab's .mat and Ansys' Harwell-Boeing files.
+//! [`Matrices::choose`] finds the stiffness or the mass among the matrices of a file. [`parse_rows`] reads tables of rows.
 //! [`on_rows`] brings a matrix with labels onto the rows of another one. [`write_matrix_market`]
 //! writes a matrix.
 //!
@@ -11,19 +11,21 @@
 //! - A matrix is whole: of a file that has one of each pair of opposite entries both are made. A
 //!   file that has both is taken as it is, whether they are equal or not.
 //! - Entries are finite numbers and not zero; several at one place are added.
-//! - Memory is taken for what stands in the file, not for what its header announces.
+//! - Memory is taken for what stands in the file, not for what its header announces, and for what is
+//!   decompressed up to 100 MB and 100 bytes for each of the file.
+//! - A matrix that cannot be read does no harm to the others of its file.
 //! - No file is opened here. The path is for messages.
 //!
 //! The stiffness of two masses that a spring joins, as CalculiX writes it, and its rows:
 //!
 //! ```
 //! # fn main() -> Result<(), dovetail_matrices::MatrixError> {
-//! use dovetail_matrices::{Quantity, Row, choose, parse, parse_rows};
+//! use dovetail_matrices::{Quantity, Row, parse, parse_rows};
 //! use std::path::Path;
 //!
 //! let path = Path::new("job.sti");
 //! let matrices = parse(path, b"1 1 2.0e3\n1 2 -2.0e3\n2 2 2.0e3\n")?;
-//! let stiffness = choose(path, matrices, Quantity::Stiffness, None)?.matrix;
+//! let stiffness = matrices.choose(Quantity::Stiffness, None)?.matrix;
 //! assert_eq!(stiffness.get_entry(1, 0).unwrap().into_value(), -2e3);
 //!
 //! let rows = parse_rows(Path::new("job.dof"), b"7.1\n10.1\n")?;
@@ -41,6 +43,7 @@ use nalgebra_sparse::CscMatrix;
 
 mod choice;
 mod columns;
+mod contents;
 mod detect;
 mod entries;
 mod error;
@@ -55,7 +58,8 @@ mod text;
 
 pub use dovetail_mesh::Row;
 
-pub use choice::{Quantity, choose, on_rows};
+pub use choice::{Quantity, on_rows};
+pub use contents::Matrices;
 pub use error::{Fault, MatrixError, Place};
 pub use matrix_market::write as write_matrix_market;
 
@@ -73,23 +77,30 @@ pub struct NamedMatrix {
     pub rows: Option<Vec<Row>>,
 }
 
-/// Reads the matrices of a file, whatever its format.
+/// Finds the matrices of a file, whatever its format.
 ///
 /// # Errors
-/// Bytes that are not whole matrices of real, finite numbers in a known format.
-pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<NamedMatrix>, MatrixError> {
+/// Bytes that are no file of matrices in a known format, and one without a matrix of real numbers. A
+/// fault of one of several matrices is told when it is chosen.
+pub fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Matrices<'a>, MatrixError> {
     let format = detect::detect(path, bytes).map_err(|fault| fault.in_file().of(path))?;
-    let matrices = match format {
-        Format::MatrixMarket => matrix_market::parse(bytes).map(|matrix| vec![matrix]),
-        Format::Numbered => columns::numbered(bytes).map(|matrix| vec![matrix]),
-        Format::Labelled => columns::labelled(bytes).map(|matrix| vec![matrix]),
+    let one = |matrix: NamedMatrix| {
+        let mut found = contents::Found::default();
+        found.add(matrix.name.clone(), matrix.matrix.ncols(), Ok(matrix));
+        found
+    };
+    let found = match format {
+        Format::MatrixMarket => matrix_market::parse(bytes).map(one),
+        Format::Numbered => columns::numbered(bytes).map(one),
+        Format::Labelled => columns::labelled(bytes).map(one),
         Format::Substructure => substructure::parse(bytes),
         Format::Op4Text => op4::parse_text(bytes),
         Format::Op4Binary => op4::parse_binary(bytes),
         Format::Mat => mat::parse(bytes),
-        Format::HarwellBoeing => harwell_boeing::parse(bytes).map(|matrix| vec![matrix]),
+        Format::HarwellBoeing => harwell_boeing::parse(bytes).map(one),
     };
-    matrices.map_err(|failure| failure.of(path))
+    let found = found.map_err(|failure| failure.of(path))?;
+    found.of(path, bytes.len())
 }
 
 /// Reads a table of what the rows of a matrix are: CalculiX' .dof; a table with the columns `node`

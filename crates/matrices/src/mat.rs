@@ -1,365 +1,310 @@
 //! Matlab's files of version 5 (`save -v6` and `save -v7`): named variables, of which the matrices
-//! of real numbers are read, dense or sparse, compressed or not. This file alone knows flate2.
+//! of real numbers are read, dense or sparse, compressed or not.
 //!
 //! A file has a header of 128 bytes and elements. An element has a tag (type and length) and data. A
 //! variable is an element of elements: flags, size, name and values, and for a sparse matrix the
 //! rows of its entries and where its columns begin. The values in the file may have a smaller type
-//! than those in Matlab.
-
-use std::io::Read as _;
+//! than those in Matlab. A compressed variable is decompressed bit by bit: what it becomes is never
+//! held as a whole.
 
 use crate::NamedMatrix;
-use crate::entries::{Entries, Sizes};
+use crate::contents::{Content, Found, Listed, Other};
+use crate::entries::{Budget, Entries, OF_A_NUMBER, OF_AN_ENTRY};
 use crate::error::{Fault, Read, WRITE_AGAIN};
 use crate::text;
 
-const HEADER: usize = 128;
+mod elements;
 
+use elements::{Form, Number, Stream};
+
+const HEADER: usize = 128;
 /// Types of elements that are no numbers.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
+
+/// Flag and classes of variables.
+const COMPLEX: u64 = 0x0800;
+const SPARSE: u64 = 5;
+const OPAQUE: u64 = 17;
 
 /// Returns `true` for a file of version 5.
 pub(crate) fn is_one(bytes: &[u8]) -> bool {
     matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI")) && bytes.starts_with(b"MATLAB")
 }
 
-/// Reads all real matrices of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
-    let mut elements = Elements {
-        is_big_endian: bytes.get(126..HEADER) == Some(b"MI"),
-        bytes,
-        next: HEADER,
-        from: 0,
-    };
-    let mut found = Found {
-        sizes: Sizes::of(bytes.len()),
-        matrices: Vec::new(),
-        left_out: Vec::new(),
-    };
-    while elements.next < bytes.len() {
-        let element = elements.required("a variable")?;
-        if element.kind == COMPRESSED {
-            let data = decompressed(&element)?;
-            found.sizes.add_bytes(data.len());
-            let mut inner = Elements {
-                bytes: &data,
-                next: 0,
-                from: 0,
-                ..elements
-            };
-            found.add(&inner.required("a compressed variable")?)?;
-        } else {
-            found.add(&element)?;
-        }
-    }
-    if found.matrices.is_empty() {
-        let left_out = match &found.left_out[..] {
-            [] => "it has no variables".to_owned(),
-            left_out => text::shown(left_out.join(", ").as_bytes()),
+/// Finds the variables of a file.
+pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'_>> {
+    let is_big_endian = bytes.get(126..HEADER) == Some(b"MI");
+    let mut found = Found::default();
+    let mut next = HEADER;
+    // Less than a tag of zeros at the end is padding.
+    let is_padding = |rest: &[u8]| rest.len() < 8 && rest.iter().all(|b| *b == 0);
+    while !is_padding(&bytes[next.min(bytes.len())..]) {
+        let mut stream = Stream::plain(&bytes[next..], next, is_big_endian);
+        let (kind, length) = stream.tag("a variable")?;
+        let from = stream.at();
+        let end = from.checked_add(length).filter(|end| *end <= bytes.len());
+        let end = end.ok_or_else(|| text::cut_off("the end of a variable"))?;
+        let variable = Variable {
+            bytes: &bytes[from..end],
+            at: from,
+            is_compressed: kind == COMPRESSED,
+            is_big_endian,
         };
-        return Err(Fault::NoMatrix { left_out }.in_file());
-    }
-    Ok(found.matrices)
-}
-
-fn decompressed(element: &Element) -> Read<Vec<u8>> {
-    let mut data = Vec::new();
-    let read = flate2::read::ZlibDecoder::new(element.data).read_to_end(&mut data);
-    read.map_err(|error| {
-        let found = format!("compressed data with an error ({error})");
-        Fault::malformed(found, "a compressed variable", WRITE_AGAIN).at_byte(element.at)
-    })?;
-    Ok(data)
-}
-
-/// Element of a file.
-#[derive(Debug, Clone, Copy)]
-struct Element<'a> {
-    is_big_endian: bool,
-    kind: u32,
-    data: &'a [u8],
-    /// Place of the data.
-    at: usize,
-}
-
-/// Elements one behind the other.
-#[derive(Debug, Clone, Copy)]
-struct Elements<'a> {
-    is_big_endian: bool,
-    bytes: &'a [u8],
-    /// Index of the next element.
-    next: usize,
-    /// Place of the bytes.
-    from: usize,
-}
-
-impl<'a> Elements<'a> {
-    fn word(&self, at: usize) -> Option<u32> {
-        let word = self.bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
-        Some(if self.is_big_endian {
-            u32::from_be_bytes(word)
-        } else {
-            u32::from_le_bytes(word)
-        })
-    }
-
-    /// Next element. Up to four bytes of data stand in the tag itself.
-    fn required(&mut self, what: &str) -> Read<Element<'a>> {
-        let missing = || text::cut_off(what);
-        let tag = self.next;
-        let first = self.word(tag).ok_or_else(missing)?;
-        let (kind, length, from) = if first >> 16 == 0 {
-            let length = self.word(tag + 4).ok_or_else(missing)? as usize;
-            (first, length, tag + 8)
-        } else {
-            (first & 0xffff, (first >> 16) as usize, tag + 4)
-        };
-        let end = from.checked_add(length).ok_or_else(missing)?;
-        let data = self.bytes.get(from..end).ok_or_else(missing)?;
         // Compressed data are not padded.
-        let padding = if kind == COMPRESSED {
-            0
-        } else {
-            end.wrapping_neg() % 8
-        };
-        self.next = if from == tag + 4 {
-            tag + 8
-        } else {
-            end + padding
-        };
-        Ok(Element {
-            is_big_endian: self.is_big_endian,
-            kind,
-            data,
-            at: self.from + from,
-        })
+        next = end
+            + if kind == COMPRESSED {
+                0
+            } else {
+                stream.padding()
+            };
+        if (kind == MATRIX || kind == COMPRESSED) && length > 0 {
+            variable.list(&mut found);
+        }
     }
+    Ok(found)
 }
 
-/// Type of the numbers of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Signed,
-    Unsigned,
-    Real,
-}
-
-/// Numbers of an element.
+/// Variable of a file.
 #[derive(Debug, Clone, Copy)]
-struct Numbers<'a> {
-    element: Element<'a>,
-    form: Form,
-    /// Bytes of a number.
-    size: usize,
+pub(crate) struct Variable<'a> {
+    bytes: &'a [u8],
+    /// Place of the bytes in the file.
+    at: usize,
+    is_compressed: bool,
+    is_big_endian: bool,
 }
 
-impl<'a> Numbers<'a> {
-    fn new(element: Element<'a>) -> Read<Self> {
-        let (form, size) = match element.kind {
-            1 => (Form::Signed, 1),
-            2 => (Form::Unsigned, 1),
-            3 => (Form::Signed, 2),
-            4 => (Form::Unsigned, 2),
-            5 => (Form::Signed, 4),
-            6 => (Form::Unsigned, 4),
-            7 => (Form::Real, 4),
-            9 => (Form::Real, 8),
-            12 => (Form::Signed, 8),
-            13 => (Form::Unsigned, 8),
-            other => {
-                let found = format!("data of the type {other}");
-                return Err(Fault::malformed(found, "numbers", WRITE_AGAIN).at_byte(element.at));
+/// What stands before the values of a variable.
+struct Head {
+    class: u64,
+    is_complex: bool,
+    name: String,
+    size: Vec<u64>,
+}
+
+impl Head {
+    /// Reads up to the values; `None` for what has no name.
+    fn of(stream: &mut Stream) -> Read<Option<Self>> {
+        let (_, flags) = stream.short("the flags of a variable")?;
+        let flags = flags.first_chunk::<4>();
+        let flags = flags.ok_or_else(|| text::cut_off("the flags of a variable"))?;
+        let flags = u64::from(stream.word(*flags));
+        let class = flags & 0xff;
+        let mut size = Vec::new();
+        // An object of the kind of tables and strings has no size.
+        if class != OPAQUE {
+            let what = "the size of a variable";
+            let (kind, data) = stream.short(what)?;
+            let at = stream.at() - data.len();
+            let form = Form::of(kind, at)?;
+            for (i, bytes) in data.chunks_exact(form.size).enumerate() {
+                let number = form.number(bytes, stream.is_big_endian, at + i * form.size);
+                size.push(number.count()? as u64);
             }
-        };
-        Ok(Self {
-            element,
-            form,
+            if size.len() < 2 {
+                return Err(text::cut_off(what));
+            }
+        }
+        let (_, name) = stream.short("the name of a variable")?;
+        Ok((!name.is_empty()).then(|| Self {
+            class,
+            is_complex: flags & COMPLEX != 0,
+            name: text::shown(&name),
             size,
-        })
+        }))
     }
 
-    fn len(&self) -> usize {
-        self.element.data.len() / self.size
-    }
-
-    /// Bits of a number, the signed ones as whole numbers of 64 bits.
-    fn bits(&self, i: usize) -> u64 {
-        let bytes = &self.element.data[i * self.size..(i + 1) * self.size];
-        let add = |number: u64, byte: &u8| (number << 8) | u64::from(*byte);
-        if self.element.is_big_endian {
-            bytes.iter().fold(0, add)
-        } else {
-            bytes.iter().rev().fold(0, add)
-        }
-    }
-
-    fn signed(&self, i: usize) -> i64 {
-        let unused = 64 - 8 * self.size as u32;
-        (self.bits(i) << unused) as i64 >> unused
-    }
-
-    fn real(&self, i: usize) -> f64 {
-        match (self.form, self.size) {
-            (Form::Signed, _) => self.signed(i) as f64,
-            (Form::Unsigned, _) => self.bits(i) as f64,
-            (Form::Real, 4) => f64::from(f32::from_bits(self.bits(i) as u32)),
-            (Form::Real, _) => f64::from_bits(self.bits(i)),
-        }
-    }
-
-    /// Whole number that counts something.
-    fn count(&self, i: usize) -> Read<usize> {
-        let count = match self.form {
-            Form::Signed => usize::try_from(self.signed(i)).ok(),
-            Form::Unsigned => usize::try_from(self.bits(i)).ok(),
-            Form::Real => None,
-        };
-        count.ok_or_else(|| {
-            let (found, expected) = (self.real(i).to_string(), "a number of rows or entries");
-            Fault::malformed(found, expected, WRITE_AGAIN).at_byte(self.at(i))
-        })
-    }
-
-    fn at(&self, i: usize) -> usize {
-        self.element.at + i * self.size
-    }
-
-    /// Value of an entry of a matrix.
-    fn value(&self, i: usize, name: &str) -> Read<f64> {
-        let value = self.real(i);
-        if value.is_finite() {
-            return Ok(value);
-        }
-        let found = format!("{value} in `{name}`");
-        let what = "an entry";
-        Err(Fault::NotFinite { what, found }.at_byte(self.at(i)))
-    }
-}
-
-/// Matrices that were read, and what was not.
-#[derive(Debug)]
-struct Found {
-    sizes: Sizes,
-    matrices: Vec<NamedMatrix>,
-    left_out: Vec<String>,
-}
-
-impl Found {
-    /// Reads a variable.
-    fn add(&mut self, element: &Element) -> Read<()> {
-        if element.kind != MATRIX {
-            return Ok(());
-        }
-        let mut parts = Elements {
-            is_big_endian: element.is_big_endian,
-            bytes: element.data,
-            next: 0,
-            from: element.at,
-        };
-        if element.data.is_empty() {
-            return Ok(());
-        }
-        let flags = Numbers::new(parts.required("the flags of a variable")?)?;
-        let size = Numbers::new(parts.required("the size of a variable")?)?;
-        let name = text::shown(parts.required("the name of a variable")?.data);
-        if flags.len() == 0 {
-            return Err(text::cut_off("the flags of a variable"));
-        }
-        let flags = flags.bits(0);
-        let class = match flags & 0xff {
+    /// Reason why a variable is no matrix of real numbers.
+    fn other(&self) -> Option<&'static str> {
+        match self.class {
             1 => Some("a cell array"),
-            2 | 3 => Some("a structure"),
+            2 => Some("a structure"),
             4 => Some("text"),
-            5..=15 if flags & 0x0800 != 0 => Some("complex"),
-            5..=15 if size.len() != 2 => Some("an array of more than two dimensions"),
+            5..=15 if self.is_complex => Some("complex"),
+            5..=15 if self.size.len() != 2 => Some("an array of more than two dimensions"),
+            5..=15 if self.size.contains(&0) => Some("empty"),
             5..=15 => None,
+            16 => Some("a function"),
             _ => Some("an object"),
+        }
+    }
+}
+
+impl<'a> Variable<'a> {
+    /// Adds the variable to those of a file.
+    fn list(self, found: &mut Found<'a>) {
+        let head = self.stream().and_then(|mut stream| Head::of(&mut stream));
+        match head {
+            Err(failure) => found.list.push(Listed {
+                name: None,
+                columns: None,
+                content: Content::Faulty(failure),
+            }),
+            // Matlab's own data about objects.
+            Ok(None) => {}
+            Ok(Some(head)) => match head.other() {
+                Some(what) => found.others.push(Other {
+                    name: head.name,
+                    what,
+                }),
+                None => found.list.push(Listed {
+                    name: Some(head.name),
+                    columns: usize::try_from(head.size[1]).ok(),
+                    content: Content::Unread(self),
+                }),
+            },
+        }
+    }
+
+    /// Elements of the variable.
+    fn stream(self) -> Read<Stream<'a>> {
+        let Self {
+            bytes,
+            at,
+            is_big_endian,
+            ..
+        } = self;
+        if !self.is_compressed {
+            return Ok(Stream::plain(bytes, at, is_big_endian));
+        }
+        let mut stream = Stream::compressed(bytes, at, is_big_endian);
+        let (kind, length) = stream.tag("a compressed variable")?;
+        if kind != MATRIX {
+            let found = format!("compressed data of the type {kind}");
+            return Err(Fault::malformed(found, "a variable", WRITE_AGAIN).at_byte(at));
+        }
+        stream.enter(length);
+        Ok(stream)
+    }
+
+    /// Reads the matrix.
+    pub fn read(self, budget: &mut Budget) -> Read<NamedMatrix> {
+        let mut stream = self.stream()?;
+        let head = Head::of(&mut stream)?;
+        let Some(Head {
+            class, name, size, ..
+        }) = head
+        else {
+            return Err(text::cut_off("the size of a variable"));
         };
-        if let Some(class) = class {
-            self.left_out.push(format!("`{name}` is {class}"));
-            return Ok(());
-        }
-        let size = [size.count(0)?, size.count(1)?];
-        let [rows, columns] = size.map(|n| n as u64);
-        let checked = self.sizes.add(rows, columns);
-        let (rows, columns) = checked.map_err(|fault| fault.at_byte(element.at))?;
-        let mut entries = Entries::new(rows, columns);
-        let mut numbers = |what: &str| Numbers::new(parts.required(what)?);
-        if flags & 0xff == 5 {
-            let of = numbers("the rows of a sparse matrix")?;
-            let begin = numbers("the columns of a sparse matrix")?;
-            let values = numbers("the values of a sparse matrix")?;
-            sparse(&mut entries, [of, begin, values], [rows, columns], &name)?;
+        let [rows, columns] = [size[0], size[1]];
+        let size = budget.size(rows, columns, &name);
+        let size = size.map_err(|fault| fault.at_byte(self.at))?;
+        let mut matrix = Matrix {
+            entries: Entries::new(size[0], size[1]),
+            size,
+            name: &name,
+            budget,
+        };
+        if class == SPARSE {
+            matrix.sparse(&mut stream)?;
         } else {
-            let values = numbers("the values of a matrix")?;
-            dense(&mut entries, values, [rows, columns], &name)?;
+            matrix.dense(&mut stream)?;
         }
-        self.matrices.push(NamedMatrix {
+        let matrix = matrix.entries.into_matrix()?;
+        Ok(NamedMatrix {
             name: Some(name),
-            matrix: entries.into_matrix()?,
+            matrix,
             rows: None,
-        });
+        })
+    }
+}
+
+/// Matrix in the making.
+struct Matrix<'b> {
+    entries: Entries,
+    size: [usize; 2],
+    name: &'b str,
+    budget: &'b mut Budget,
+}
+
+impl Matrix<'_> {
+    fn push(&mut self, row: usize, column: usize, value: Number) -> Read<()> {
+        let at = value.at;
+        let value = value.value(self.name)?;
+        if value != 0.0 {
+            let charged = self.budget.charge(OF_AN_ENTRY, self.name);
+            charged.map_err(|fault| fault.at_byte(at))?;
+            self.entries.push(row, column, value);
+        }
         Ok(())
     }
-}
 
-/// Reads values column by column.
-fn dense(entries: &mut Entries, values: Numbers, size: [usize; 2], name: &str) -> Read<()> {
-    let [rows, columns] = size;
-    if values.len() != rows * columns {
-        let found = format!("{} values of `{name}`", values.len());
-        let expected = format!("{rows} x {columns}");
-        return Err(Fault::malformed(found, expected, WRITE_AGAIN).at_byte(values.at(0)));
-    }
-    for j in 0..columns {
-        for i in 0..rows {
-            let value = values.value(j * rows + i, name)?;
-            if value != 0.0 {
-                entries.push(i, j, value);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Reads the entries of the columns, given by their rows, the index of the first one of each
-/// column, and their values.
-fn sparse(
-    entries: &mut Entries,
-    [of, begin, values]: [Numbers; 3],
-    [rows, columns]: [usize; 2],
-    name: &str,
-) -> Read<()> {
-    let wrong = |found: String, expected: &str, at: usize| {
+    fn wrong<T>(found: String, expected: &str, at: usize) -> Read<T> {
         Err(Fault::malformed(found, expected, WRITE_AGAIN).at_byte(at))
-    };
-    if begin.len() != columns + 1 {
-        let found = format!("{} beginnings of columns of `{name}`", begin.len());
-        return wrong(found, "one more than the columns", begin.at(0));
     }
-    let most = of.len().min(values.len());
-    let mut from = begin.count(0)?;
-    for j in 0..columns {
-        let to = begin.count(j + 1)?;
-        if to < from || to > most {
-            let found = format!("column {} of `{name}` from entry {from} to {to}", j + 1);
-            return wrong(found, &format!("ascending up to {most}"), begin.at(j + 1));
+
+    /// Reads values column by column.
+    fn dense(&mut self, stream: &mut Stream) -> Read<()> {
+        let [rows, columns] = self.size;
+        let mut values = stream.numbers("the values of a matrix")?;
+        if rows.checked_mul(columns) != Some(values.count) {
+            let found = format!("{} values of `{}`", values.count, self.name);
+            return Self::wrong(found, &format!("{rows} x {columns}"), values.at());
         }
-        for k in from..to {
-            let row = of.count(k)?;
-            if row >= rows {
-                let (what, found) = ("row", format!("{}", row.saturating_add(1)));
-                return Err(Fault::OutOfRange {
-                    what,
-                    found,
-                    most: rows,
-                }
-                .at_byte(of.at(k)));
+        for j in 0..columns {
+            for i in 0..rows {
+                self.push(i, j, values.next()?)?;
             }
-            entries.push(row, j, values.value(k, name)?);
         }
-        from = to;
+        Ok(())
     }
-    Ok(())
+
+    /// Reads the rows of the entries, the index of the first one of each column, and their values.
+    fn sparse(&mut self, stream: &mut Stream) -> Read<()> {
+        let [rows, columns] = self.size;
+        let mut given = stream.numbers("the rows of a sparse matrix")?;
+        let rows_at = given.at();
+        let rows_size = given.form.size;
+        // Behind the last entry there may be room for more, which means nothing.
+        let mut of: Vec<u32> = Vec::new();
+        for _ in 0..given.count {
+            let charged = self.budget.charge(OF_A_NUMBER, self.name);
+            charged.map_err(|fault| fault.at_byte(rows_at))?;
+            let row = given.next()?.count()?;
+            of.push(u32::try_from(row).unwrap_or(u32::MAX));
+        }
+        given.skip()?;
+        let mut given = stream.numbers("the columns of a sparse matrix")?;
+        if given.count != columns + 1 {
+            let found = format!("{} beginnings of columns of `{}`", given.count, self.name);
+            return Self::wrong(found, "one more than the columns", given.at());
+        }
+        let mut begin = Vec::with_capacity(columns + 1);
+        let mut last = 0;
+        for j in 0..=columns {
+            let number = given.next()?;
+            let to = number.count()?;
+            if (j > 0 && to < last) || to > of.len() {
+                let found = format!("column {j} of `{}` from entry {last} to {to}", self.name);
+                let expected = format!("ascending up to {}", of.len());
+                return Self::wrong(found, &expected, number.at);
+            }
+            begin.push(to);
+            last = to;
+        }
+        given.skip()?;
+        let mut values = stream.numbers("the values of a sparse matrix")?;
+        if last > values.count {
+            let found = format!("{} values of `{}`", values.count, self.name);
+            return Self::wrong(found, &format!("{last}"), values.at());
+        }
+        for _ in 0..begin[0] {
+            values.next()?;
+        }
+        for (j, ends) in begin.windows(2).enumerate() {
+            for (k, &row) in (ends[0]..).zip(&of[ends[0]..ends[1]]) {
+                let row = row as usize;
+                if row >= rows {
+                    let (what, found) = ("row", (row + 1).to_string());
+                    let most = rows;
+                    let fault = Fault::OutOfRange { what, found, most };
+                    return Err(fault.at_byte(rows_at + k * rows_size));
+                }
+                self.push(row, j, values.next()?)?;
+            }
+        }
+        Ok(())
+    }
 }

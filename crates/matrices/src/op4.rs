@@ -8,8 +8,9 @@
 //! which a value in double precision has two. A record beyond the last column ends the matrix.
 
 use crate::NamedMatrix;
+use crate::contents::{Found, Other};
 use crate::entries::{Entries, Sizes};
-use crate::error::{Fault, Read, WRITE_AGAIN};
+use crate::error::{Failure, Fault, Read, WRITE_AGAIN};
 use crate::fortran::{Format, Numbers};
 use crate::text::{self, Lines};
 
@@ -63,39 +64,55 @@ impl Header {
     }
 }
 
-/// Matrices that were read, and what was not.
-#[derive(Debug, Default)]
-struct Found {
-    matrices: Vec<NamedMatrix>,
-    left_out: Vec<String>,
+/// Adds a matrix to those of a file, or its first fault.
+fn add(found: &mut Found, header: Header, read: Read<Entries>) {
+    if header.is_complex() {
+        return found.others.push(Other {
+            name: header.name,
+            what: "complex",
+        });
+    }
+    let name = Some(header.name);
+    let matrix = read.and_then(|entries| match header.form {
+        6 => entries.into_whole_matrix(),
+        _ => entries.into_matrix(),
+    });
+    let matrix = matrix.map(|matrix| NamedMatrix {
+        name: name.clone(),
+        matrix,
+        rows: None,
+    });
+    found.add(name, header.columns, matrix);
 }
 
-impl Found {
-    fn add(&mut self, header: Header, entries: Entries) -> Read<()> {
-        if header.is_complex() {
-            self.left_out.push(format!("`{}` is complex", header.name));
-            return Ok(());
+/// Entries of a matrix, up to the first value that is no finite number: it spoils the matrix, and
+/// not the ones behind it.
+struct Columns {
+    entries: Entries,
+    failure: Option<Failure>,
+}
+
+impl Columns {
+    fn new(header: &Header) -> Self {
+        Self {
+            entries: Entries::new(header.rows, header.columns),
+            failure: None,
         }
-        let is_symmetric = header.form == 6;
-        let matrix = if is_symmetric {
-            entries.into_whole_matrix()?
-        } else {
-            entries.into_matrix()?
-        };
-        self.matrices.push(NamedMatrix {
-            name: Some(header.name),
-            matrix,
-            rows: None,
-        });
-        Ok(())
     }
 
-    fn finish(self) -> Read<Vec<NamedMatrix>> {
-        if self.matrices.is_empty() {
-            let left_out = text::shown(self.left_out.join(", ").as_bytes());
-            return Err(Fault::NoMatrix { left_out }.in_file());
+    fn push(&mut self, row: usize, column: usize, value: impl FnOnce() -> Read<f64>) {
+        if self.failure.is_some() {
+            return;
         }
-        Ok(self.matrices)
+        match value() {
+            Ok(0.0) => {}
+            Ok(value) => self.entries.push(row, column, value),
+            Err(failure) => self.failure = Some(failure),
+        }
+    }
+
+    fn finish(self) -> Read<Entries> {
+        self.failure.map_or(Ok(self.entries), Err)
     }
 }
 
@@ -186,7 +203,7 @@ pub(crate) fn is_binary(bytes: &[u8]) -> bool {
 }
 
 /// Reads a file in binary records.
-pub(crate) fn parse_binary(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
+pub(crate) fn parse_binary(bytes: &[u8]) -> Read<Found<'static>> {
     let Some(words) = words(bytes) else {
         return Err(Fault::UnknownFormat.in_file());
     };
@@ -211,11 +228,11 @@ pub(crate) fn parse_binary(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
         }
         let header = Header::new(numbers, &record[4 * length..], &mut sizes);
         let header = header.map_err(|fault| fault.at_byte(at))?;
-        let mut entries = Entries::new(header.rows, header.columns);
-        while records.column(&header, &mut entries)? {}
-        found.add(header, entries)?;
+        let mut columns = Columns::new(&header);
+        while records.column(&header, &mut columns)? {}
+        add(&mut found, header, columns.finish());
     }
-    found.finish()
+    Ok(found)
 }
 
 struct Records<'a> {
@@ -243,7 +260,7 @@ impl<'a> Records<'a> {
     }
 
     /// Reads a column. Returns `false` at the end of the matrix.
-    fn column(&mut self, header: &Header, entries: &mut Entries) -> Read<bool> {
+    fn column(&mut self, header: &Header, columns: &mut Columns) -> Read<bool> {
         let words = self.words;
         let length = words.length();
         let (at, record) = self.next("the end of a matrix")?;
@@ -273,14 +290,14 @@ impl<'a> Records<'a> {
             }
             for (i, value) in values.chunks_exact(size).enumerate() {
                 let value = words.value(value);
-                if !value.is_finite() {
+                columns.push(row + i, column, || {
+                    if value.is_finite() {
+                        return Ok(value);
+                    }
                     let what = "an entry";
                     let found = format!("{value} in `{}`", header.name);
-                    return Err(Fault::NotFinite { what, found }.at_byte(at + i * size));
-                }
-                if value != 0.0 {
-                    entries.push(row + i, column, value);
-                }
+                    Err(Fault::NotFinite { what, found }.at_byte(at + i * size))
+                });
             }
             Ok(())
         };
@@ -383,7 +400,7 @@ fn format(text: &[u8]) -> Option<Format> {
 }
 
 /// Reads a file in text.
-pub(crate) fn parse_text(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
+pub(crate) fn parse_text(bytes: &[u8]) -> Read<Found<'static>> {
     let mut lines = Lines::new(bytes);
     let mut found = Found::default();
     let mut sizes = Sizes::of(bytes.len());
@@ -404,15 +421,15 @@ pub(crate) fn parse_text(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
         };
         let header = Header::new(numbers, name, &mut sizes);
         let header = header.map_err(|fault| fault.at_line(number))?;
-        let mut entries = Entries::new(header.rows, header.columns);
+        let mut columns = Columns::new(&header);
         let mut text = Text {
             lines: &mut lines,
             format: &format,
         };
-        while text.column(&header, &mut entries)? {}
-        found.add(header, entries)?;
+        while text.column(&header, &mut columns)? {}
+        add(&mut found, header, columns.finish());
     }
-    found.finish()
+    Ok(found)
 }
 
 struct Text<'a, 'b> {
@@ -445,7 +462,7 @@ impl Text<'_, '_> {
     }
 
     /// Reads a column. Returns `false` at the end of the matrix.
-    fn column(&mut self, header: &Header, entries: &mut Entries) -> Read<bool> {
+    fn column(&mut self, header: &Header, columns: &mut Columns) -> Read<bool> {
         let [column, row, length] = self.whole::<3>("a column with its row and number of words")?;
         let number = self.lines.number();
         let at_line = |fault: Fault| fault.at_line(number);
@@ -461,7 +478,7 @@ impl Text<'_, '_> {
         };
         let length = usize::try_from(length).map_err(|_| wrong())?;
         if row != 0 {
-            self.string(header, row, length, column, entries)?;
+            self.string(header, row, length, column, columns)?;
             return Ok(true);
         }
         let words = if header.is_double() { 2 } else { 1 };
@@ -481,7 +498,7 @@ impl Text<'_, '_> {
             left = used
                 .and_then(|used| left.checked_sub(used))
                 .ok_or_else(wrong)?;
-            self.string(header, row, count / words, column, entries)?;
+            self.string(header, row, count / words, column, columns)?;
         }
         Ok(true)
     }
@@ -493,7 +510,7 @@ impl Text<'_, '_> {
         row: i64,
         count: usize,
         column: usize,
-        entries: &mut Entries,
+        columns: &mut Columns,
     ) -> Read<()> {
         let at = self.lines.number();
         let real = if header.is_complex() { 0 } else { count };
@@ -504,10 +521,7 @@ impl Text<'_, '_> {
             if header.is_complex() {
                 continue;
             }
-            let value = field.value(numbers.line_number())?;
-            if value != 0.0 {
-                entries.push(row + i, column, value);
-            }
+            columns.push(row + i, column, || field.value(numbers.line_number()));
         }
         Ok(())
     }

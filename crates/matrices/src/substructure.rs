@@ -5,6 +5,7 @@
 //! CalculiX as many as stand in a row. Of an unsymmetric element (`UNSYM`) Abaqus writes the whole
 //! stiffness, and the other matrices as triangles: their number tells.
 
+use crate::contents::Found;
 use crate::entries::Entries;
 use crate::error::{Fault, Read, WRITE_AGAIN};
 use crate::text::{self, Lines};
@@ -35,18 +36,19 @@ enum Part {
     Matrix {
         name: String,
         line: usize,
-        values: Vec<f64>,
+        /// Values, or the fault of the first that is none.
+        values: Read<Vec<f64>>,
     },
 }
 
 /// Reads all matrices of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
+pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'static>> {
     let mut part = Part::Outside;
     let mut element = Element {
         bytes: bytes.len(),
         ..Element::default()
     };
-    let mut matrices = Vec::new();
+    let mut found = Found::default();
     let mut lists_nodes = false;
     for (number, line) in Lines::new(bytes) {
         let line = line.trim_ascii();
@@ -60,9 +62,9 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
                 }
             }
         } else if let Some(keyword) = keyword(line) {
-            element.finish(&mut part, &mut matrices)?;
+            element.finish(&mut part, &mut found)?;
             if keyword.starts_with(b"USERELEMENT") {
-                if !matrices.is_empty() || !element.nodes.is_empty() {
+                if !found.list.is_empty() || !element.nodes.is_empty() {
                     let what = "a file of several elements".to_owned();
                     let remedy = "write the matrices of the whole model (*MATRIX OUTPUT) or of a \
                                   substructure";
@@ -76,7 +78,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
                 part = Part::Matrix {
                     name,
                     line: number,
-                    values: Vec::new(),
+                    values: Ok(Vec::new()),
                 };
             } else {
                 part = Part::Outside;
@@ -90,17 +92,21 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<NamedMatrix>> {
                 }
                 Part::Matrix { values, .. } => {
                     for field in text::fields(line) {
-                        values.push(text::value(field, number)?);
+                        match (&mut *values, text::value(field, number)) {
+                            (Ok(list), Ok(value)) => list.push(value),
+                            (Ok(_), Err(failure)) => *values = Err(failure),
+                            (Err(_), _) => {}
+                        }
                     }
                 }
             }
         }
     }
-    element.finish(&mut part, &mut matrices)?;
-    if matrices.is_empty() {
+    element.finish(&mut part, &mut found)?;
+    if found.list.is_empty() {
         return Err(text::cut_off("the first *MATRIX"));
     }
-    Ok(matrices)
+    Ok(found)
 }
 
 /// Value of a parameter of a keyword.
@@ -204,31 +210,48 @@ impl Element {
     }
 
     /// Makes a matrix of the values that were read.
-    fn finish(&self, part: &mut Part, matrices: &mut Vec<NamedMatrix>) -> Read<()> {
+    fn finish(&self, part: &mut Part, found: &mut Found) -> Read<()> {
         let Part::Matrix { name, line, values } = std::mem::replace(part, Part::Outside) else {
             return Ok(());
         };
         let n = self.rows.len();
-        let triangle = n * (n + 1) / 2;
+        let matrix = match values {
+            Ok(values) => {
+                let whole = self.matrix(&values);
+                let wrong = || {
+                    let found = format!("{} values of {name}", values.len());
+                    let expected = format!("{} or {} for {n} rows", n * (n + 1) / 2, n * n);
+                    Fault::malformed(found, expected, WRITE_AGAIN).at_line(line)
+                };
+                whole.ok_or_else(wrong)?.into_matrix()
+            }
+            Err(failure) => Err(failure),
+        };
+        let name = Some(name);
+        let matrix = matrix.map(|matrix| NamedMatrix {
+            name: name.clone(),
+            matrix,
+            rows: Some(self.rows.clone()),
+        });
+        found.add(name, n, matrix);
+        Ok(())
+    }
+
+    /// Entries of the lower triangle by rows, or of all columns; `None` for another number of them.
+    fn matrix(&self, values: &[f64]) -> Option<Entries> {
+        let n = self.rows.len();
         let mut entries = Entries::new(n, n);
-        if values.len() == triangle {
+        if values.len() == n * (n + 1) / 2 {
             let places = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
-            push(&mut entries, places, &values);
+            push(&mut entries, places, values);
             entries.mirror();
         } else if values.len() == n * n {
             let places = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
-            push(&mut entries, places, &values);
+            push(&mut entries, places, values);
         } else {
-            let found = format!("{} values of {name}", values.len());
-            let expected = format!("{triangle} or {} for {n} rows", n * n);
-            return Err(Fault::malformed(found, expected, WRITE_AGAIN).at_line(line));
+            return None;
         }
-        matrices.push(NamedMatrix {
-            name: Some(name),
-            matrix: entries.into_matrix()?,
-            rows: Some(self.rows.clone()),
-        });
-        Ok(())
+        Some(entries)
     }
 }
 

@@ -1,9 +1,12 @@
 //! Binary files made here, word by word, in what no writer at hand makes: both byte orders, long
 //! words, small types; and with one fault each.
 
+use std::io::Write as _;
 use std::path::Path;
 
-use dovetail_matrices::{NamedMatrix, parse};
+use dovetail_matrices::{Matrices, MatrixError, NamedMatrix, Quantity, parse};
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
 use nalgebra_sparse::na::DMatrix;
 
 /// Writer of words in one byte order.
@@ -48,15 +51,19 @@ impl Order {
     }
 }
 
+fn all(file: &str, bytes: &[u8]) -> Result<Vec<NamedMatrix>, MatrixError> {
+    parse(Path::new(file), bytes).and_then(Matrices::all)
+}
+
 fn read(bytes: &[u8]) -> NamedMatrix {
-    let mut matrices = parse(Path::new("a"), bytes).unwrap_or_else(|error| panic!("{error}"));
+    let mut matrices = all("a", bytes).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(matrices.len(), 1);
     matrices.remove(0)
 }
 
 #[track_caller]
 fn refused(bytes: &[u8], words: &[&str]) {
-    let Err(error) = parse(Path::new("k.bin"), bytes) else {
+    let Err(error) = all("k.bin", bytes) else {
         panic!("it is read, not refused: {words:?}");
     };
     let message = error.to_string();
@@ -156,12 +163,18 @@ fn faults_of_op4_records_are_told_with_their_byte() {
     refused(&changed, &["byte 36: ", "a string of a sparse column"]);
 }
 
-/// File of Matlab with one variable `K` of a class.
-fn mat(order: Order, class: u32, size: [u32; 2], parts: &[(u32, Vec<u8>)]) -> Vec<u8> {
+/// Beginning of a file of Matlab.
+fn mat_head(order: Order) -> Vec<u8> {
     let mut file = b"MATLAB 5.0 MAT-file, made by a test".to_vec();
     file.resize(124, b' ');
     file.extend(order.bytes([0x00, 0x01]));
     file.extend(order.bytes(*b"IM"));
+    file
+}
+
+/// File of Matlab with one variable `K` of a class.
+fn mat(order: Order, class: u32, size: [u32; 2], parts: &[(u32, Vec<u8>)]) -> Vec<u8> {
+    let mut file = mat_head(order);
     let flags = order.element(6, &[order.u32(class), order.u32(0)].concat());
     let size = order.element(5, &size.map(|n| order.u32(n)).concat());
     // A short name stands in its tag.
@@ -233,7 +246,7 @@ fn faults_of_mat_files_are_told_with_their_byte() {
         &dense([2, 2], &[1.0, 2.0]),
         &["byte 184: ", "2 values of `K`", "2 x 2"],
     );
-    refused(&dense([900_000, 1], &[1.0]), &["900000 x 1", "bytes"]);
+    refused(&dense([900_000, 1], &[1.0]), &["byte 184: ", "900000 x 1"]);
     refused(
         &sparse(&[0, 2], &[0, 1, 2], &[1.0, 1.0]),
         &["byte 188: ", "row 3 is outside the 2"],
@@ -277,4 +290,89 @@ fn faults_of_mat_files_are_told_with_their_byte() {
     ]
     .concat();
     refused(&damaged, &["byte 136: ", "compressed data"]);
+}
+
+/// File with one compressed variable `K`, a dense matrix whose columns are given one by one.
+fn compressed(size: u32, column: impl Fn(u32) -> Vec<f64>) -> Vec<u8> {
+    let order = BOTH[0];
+    let head = mat(order, DENSE, [size, size], &[]);
+    let head = &head[136..];
+    let values = size * size * 8;
+    let mut encoder = ZlibEncoder::new(mat_head(order), Compression::default());
+    encoder
+        .get_mut()
+        .extend([order.u32(15), order.u32(0)].concat());
+    let mut write = |bytes: &[u8]| encoder.write_all(bytes).unwrap();
+    write(&[order.u32(14), order.u32(head.len() as u32 + 8 + values)].concat());
+    write(head);
+    write(&[order.u32(9), order.u32(values)].concat());
+    (0..size).for_each(|j| write(&order.f64s(&column(j))));
+    let mut file = encoder.finish().unwrap();
+    let length = file.len() as u32 - 136;
+    file[132..136].copy_from_slice(&order.u32(length));
+    file
+}
+
+#[test]
+fn a_compressed_file_takes_bounded_memory() {
+    // 4 MB of zeros but for the diagonal, and 23 MB of the same value.
+    let diagonal = compressed(700, |j| (0..700).map(|i| f64::from(i == j)).collect());
+    assert!(diagonal.len() < 60_000, "{}", diagonal.len());
+    let found = read(&diagonal);
+    assert_eq!((found.matrix.nrows(), found.matrix.nnz()), (700, 700));
+    let full = compressed(1700, |_| vec![2.5; 1700]);
+    assert!(full.len() < 200_000, "{}", full.len());
+    refused(&full, &["`K` becomes too large", "save -v6"]);
+}
+
+#[test]
+fn objects_and_functions_are_left_out() {
+    let order = BOTH[0];
+    let matrix = mat(order, DENSE, [1, 1], &[(9, order.f64(2.0))]);
+    let flags = |class: u32| order.element(6, &[order.u32(class), order.u32(0)].concat());
+    // A table has no size; its name and the names of its kind follow the flags.
+    let names = [&b"t"[..], b"MCOS", b"table"].map(|name| order.element(1, name));
+    let table = order.element(14, &[flags(17), names.concat()].concat());
+    // What Matlab keeps about objects is a variable without a name.
+    let size = order.element(5, &[order.u32(1), order.u32(8)].concat());
+    let data = [
+        flags(9),
+        size,
+        order.element(1, b""),
+        order.element(2, &[7; 8]),
+    ]
+    .concat();
+    let data = order.element(14, &data);
+    let file = [matrix, table.clone(), data].concat();
+    let found = read(&file);
+    assert_eq!(found.name.as_deref(), Some("K"));
+    assert_eq!(found.matrix.values(), [2.0]);
+    let found = parse(Path::new("t.mat"), &file).unwrap();
+    let error = found.choose(Quantity::Stiffness, Some("t")).unwrap_err();
+    assert!(error.to_string().contains("`t` is an object"), "{error}");
+    refused(&[mat_head(order), table].concat(), &["`t` is an object"]);
+}
+
+#[test]
+fn a_matrix_with_a_fault_does_no_harm_to_those_behind_it() {
+    let order = BOTH[0];
+    let mut damaged = op4(order, false, 2, false);
+    damaged[48..56].copy_from_slice(&order.f64(f64::NAN));
+    let mut second = op4(order, false, 2, false);
+    second[20..28].copy_from_slice(b"MAA     ");
+    let file = [damaged, second].concat();
+    let found = |quantity| {
+        parse(Path::new("k.op4"), &file)
+            .unwrap()
+            .choose(quantity, None)
+    };
+    assert_eq!(
+        DMatrix::from(&found(Quantity::Mass).unwrap().matrix),
+        expected()
+    );
+    let error = found(Quantity::Stiffness).unwrap_err().to_string();
+    assert!(
+        error.contains("byte 48: ") && error.contains("NaN in `KAA`"),
+        "{error}"
+    );
 }

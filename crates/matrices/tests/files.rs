@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use dovetail_matrices::{
-    NamedMatrix, Quantity, Row, choose, on_rows, parse, parse_rows, write_matrix_market,
+    Matrices, NamedMatrix, Quantity, Row, on_rows, parse, parse_rows, write_matrix_market,
 };
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::na::{DMatrix, DVector};
@@ -22,16 +22,16 @@ fn bytes(file: &str) -> (PathBuf, Vec<u8>) {
 #[track_caller]
 fn read(file: &str) -> Vec<NamedMatrix> {
     let (path, bytes) = bytes(file);
-    parse(&path, &bytes).unwrap_or_else(|error| panic!("{error}"))
+    let all = parse(&path, &bytes).and_then(Matrices::all);
+    all.unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The matrix of a name, or the only one.
 #[track_caller]
 fn matrix(file: &str, name: Option<&str>) -> CscMatrix<f64> {
-    let matrices = read(file);
-    choose(Path::new(file), matrices, Quantity::Stiffness, name)
-        .unwrap()
-        .matrix
+    let (path, bytes) = bytes(file);
+    let matrices = parse(&path, &bytes).unwrap();
+    matrices.choose(Quantity::Stiffness, name).unwrap().matrix
 }
 
 fn dense(matrix: &CscMatrix<f64>) -> DMatrix<f64> {
@@ -130,6 +130,42 @@ fn variables_that_are_no_real_matrices_are_left_out() {
     for file in ["op4/complex.op4", "op4/complex_little.op4"] {
         assert_eq!(names(file), ["K4"]);
         assert_is(file, None, &stiffness(), 1e-9);
+    }
+}
+
+#[test]
+fn a_variable_that_nobody_asks_for_does_no_harm() {
+    for file in ["scipy/others.mat", "scipy/others_compressed.mat"] {
+        assert_is(file, None, &stiffness(), 0.0);
+        assert_is(file, Some("MASS"), &mass(), 0.0);
+        assert_is(file, Some("held"), &mass().map(|m| f64::from(m > 0.0)), 0.0);
+        let (path, bytes) = bytes(file);
+        let found = || parse(&path, &bytes).unwrap();
+        let load = found().column(Some("PA")).unwrap();
+        assert_eq!(load[..3], [0.0, 0.125, 0.25]);
+        let said = |name| {
+            let failure = found().choose(Quantity::Stiffness, Some(name));
+            failure.unwrap_err().to_string()
+        };
+        for (name, words) in [
+            ("gaps", "NaN in `gaps`"),
+            ("struct", "`struct` is a structure"),
+            ("cell", "`cell` is a cell array"),
+            ("Z", "`Z` is complex"),
+            ("none", "`none` is empty"),
+            ("X", "no matrix is called `X`"),
+        ] {
+            assert!(said(name).contains(words), "{}", said(name));
+        }
+        let two = found().column(None).unwrap_err().to_string();
+        assert!(two.contains("2 matrices of one column"), "{two}");
+        // The last variable is damaged.
+        let at = bytes.len() - 30;
+        let mut changed = bytes.clone();
+        changed[at..].fill(0xff);
+        let found = parse(&path, &changed).unwrap();
+        let found = found.choose(Quantity::Mass, None).unwrap();
+        assert_eq!(dense(&found.matrix), mass());
     }
 }
 
@@ -279,9 +315,8 @@ fn substructures_of_abaqus_are_free_beams() {
 fn what_is_written_reads_back_to_the_bit() {
     let matrix = matrix("calculix/held.sti", None);
     let text = write_matrix_market(&matrix);
-    let [found] = &parse(Path::new("a.mtx"), text.as_bytes()).unwrap()[..] else {
-        panic!("one matrix");
-    };
+    let found = parse(Path::new("a.mtx"), text.as_bytes()).unwrap();
+    let found = found.choose(Quantity::Stiffness, None).unwrap();
     assert_eq!(found.matrix, matrix);
 }
 
@@ -316,6 +351,7 @@ fn no_damage_to_a_file_is_a_panic() {
         "scipy/sparse.mat",
         "scipy/sparse_compressed.mat",
         "scipy/dense.mat",
+        "scipy/others_compressed.mat",
         "scipy/unsymmetric.rua",
         "op4/dense.op4",
         "op4/nonbigmat.op4",
@@ -329,11 +365,11 @@ fn no_damage_to_a_file_is_a_panic() {
         let (path, whole) = bytes(file);
         for at in 0..whole.len() {
             // Where something is missing at the end of a text, the rest may be a file, too.
-            let _ = parse(&path, &whole[..at]);
+            let _ = parse(&path, &whole[..at]).and_then(Matrices::all);
             for change in [0x01, 0x80, 0xff] {
                 let mut changed = whole.clone();
                 changed[at] ^= change;
-                if let Ok(matrices) = parse(&path, &changed) {
+                if let Ok(matrices) = parse(&path, &changed).and_then(Matrices::all) {
                     for m in matrices {
                         assert!(m.matrix.values().iter().all(|v| v.is_finite() && *v != 0.0));
                     }
@@ -350,8 +386,8 @@ fn a_mass_without_some_rows_comes_onto_those_of_the_stiffness() {
         b"10,2,10,2,0.5\n2,3,2,3,0.25\n10,2,2,3,0.125\n",
     );
     let [stiffness, mass] = [stiffness, mass].map(|text| {
-        let mut read = parse(Path::new("a.mtx"), text).unwrap();
-        read.remove(0)
+        let found = parse(Path::new("a.mtx"), text).unwrap();
+        found.all().unwrap().remove(0)
     });
     let rows = stiffness.rows.clone().unwrap();
     let node = |node, direction| Row::Node { node, direction };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dovetail_matrices::{
-    MatrixError, NamedMatrix, Quantity, Row, choose, on_rows, parse, parse_rows,
+    Matrices, MatrixError, NamedMatrix, Quantity, Row, on_rows, parse, parse_rows,
 };
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::na::DMatrix;
@@ -27,7 +27,8 @@ fn says<T>(result: Result<T, MatrixError>, file: &str, words: &[&str]) {
 
 #[track_caller]
 fn refused(file: &str, text: impl AsRef<[u8]>, words: &[&str]) {
-    says(parse(Path::new(file), text.as_ref()), file, words);
+    let all = parse(Path::new(file), text.as_ref()).and_then(Matrices::all);
+    says(all, file, words);
 }
 
 #[track_caller]
@@ -41,7 +42,8 @@ fn refused_rows(text: &str, words: &[&str]) {
 
 #[track_caller]
 fn read(text: &str) -> NamedMatrix {
-    let mut matrices = parse(Path::new("a"), text.as_bytes()).unwrap_or_else(|e| panic!("{e}"));
+    let all = parse(Path::new("a"), text.as_bytes()).and_then(Matrices::all);
+    let mut matrices = all.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(matrices.len(), 1);
     matrices.remove(0)
 }
@@ -460,19 +462,24 @@ fn tables_of_rows_are_read_in_every_form() {
     }
 }
 
-fn called(name: Option<&str>) -> NamedMatrix {
-    NamedMatrix {
-        name: name.map(str::to_owned),
-        matrix: CscMatrix::identity(1),
-        rows: None,
-    }
+/// File of OUTPUT4 with matrices of these names, of one row and column.
+fn op4_of(names: &[&str]) -> String {
+    let matrix = |name: &&str| {
+        format!(
+            "       1       1       6       2{name:<8}1P,3E23.16\n       1       1       1\n\
+             {:>23}\n       2       1       1\n{:>23}\n",
+            "2.0E+00", "1.0E+00"
+        )
+    };
+    names.iter().map(matrix).collect()
 }
 
 #[test]
 fn a_matrix_is_chosen_by_name_or_by_custom() {
     let pick = |names: &[&str], quantity, name| {
-        let matrices = names.iter().map(|name| called(Some(name))).collect();
-        choose(Path::new("m.op4"), matrices, quantity, name).map(|m| m.name.unwrap())
+        let text = op4_of(names);
+        let found = parse(Path::new("m.op4"), text.as_bytes()).unwrap();
+        found.choose(quantity, name).map(|m| m.name.unwrap())
     };
     use Quantity::{Mass, Stiffness};
     for (names, quantity, name, expected) in [
@@ -483,7 +490,7 @@ fn a_matrix_is_chosen_by_name_or_by_custom() {
         (&["K", "M"], Mass, None, "M"),
         (&["KAA", "MAA", "PHI"], Stiffness, None, "KAA"),
         (&["KAA", "MAA", "PHI"], Mass, None, "MAA"),
-        (&["STIFFNESS", "MASS"], Stiffness, None, "STIFFNESS"),
+        (&["STIFF", "MASS"], Stiffness, None, "STIFF"),
         (&["k_gg", "b_gg", "m_gg"], Stiffness, None, "k_gg"),
     ] {
         assert_eq!(pick(names, quantity, name).unwrap(), expected, "{names:?}");
@@ -503,10 +510,12 @@ fn a_matrix_is_chosen_by_name_or_by_custom() {
         pick(&["MAA"], Stiffness, None),
         &["the stiffness is expected", "`MAA`"],
     );
-    let unnamed = || vec![called(None)];
-    assert!(choose(Path::new("m"), unnamed(), Mass, None).is_ok());
+    let unnamed = || parse(Path::new("m.op4"), b"1 1 2.0\n").unwrap();
+    assert!(unnamed().choose(Mass, None).is_ok());
     says(
-        choose(Path::new("m.op4"), unnamed(), Mass, Some("M")).map(|m| m.name.unwrap_or_default()),
+        unnamed()
+            .choose(Mass, Some("M"))
+            .map(|m| m.name.unwrap_or_default()),
         &["without names"],
     );
 }
@@ -521,7 +530,11 @@ fn rows_that_do_not_fit_are_refused() {
     let node = |node| Row::Node { node, direction: 1 };
     let two = [node(1), node(2)];
     let modal = [Row::Generalised, node(2), Row::Generalised];
-    says(on_rows(called(Some("M")), &two), "`M`", &["no labels"]);
+    let unlabelled = NamedMatrix {
+        rows: None,
+        ..of(&two)
+    };
+    says(on_rows(unlabelled, &two), "`M`", &["no labels"]);
     says(on_rows(of(&two[..1]), &two), "`M`", &["2 rows", "1"]);
     says(
         on_rows(of(&two), &[node(1), node(1)]),

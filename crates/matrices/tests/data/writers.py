@@ -46,6 +46,12 @@ scipy.io.savemat(folder / "sparse.mat", variables)
 scipy.io.savemat(folder / "sparse_compressed.mat", variables, do_compression=True)
 single = {"K": stiffness.astype(np.float32), "whole": scaled, "bytes": (mass > 0).astype(np.uint8)}
 scipy.io.savemat(folder / "single.mat", single)
+others = {"K": sparse(stiffness), "MASS": sparse(mass), "gaps": np.full((N, 1), np.nan)}
+others |= {"held": sparse(mass > 0), "struct": {"steps": 2, "K": stiffness}, "none": np.zeros((0, 0))}
+others |= {"cell": np.array([1, "blade"], dtype=object), "Z": sparse(stiffness * 1j)}
+others |= {"PA": np.linspace(0.0, 1.0, N).reshape(N, 1)}
+scipy.io.savemat(folder / "others.mat", others)
+scipy.io.savemat(folder / "others_compressed.mat", others, do_compression=True)
 scipy.io.savemat(folder / "version4.mat", {"K": stiffness}, format="4")
 scipy.io.hb_write(folder / "unsymmetric.rua", sparse(unsymmetric))
 
