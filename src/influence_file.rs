@@ -1,5 +1,6 @@
 //! Reads the coefficients of an aerodynamic influence from a CSV file.
 
+use std::collections::HashMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -74,9 +75,18 @@ fn parse(text: impl Read, path: &Path) -> Result<Vec<InfluenceCoefficient>, Infl
         reason,
     })?;
     let mut found: Vec<InfluenceCoefficient> = Vec::new();
+    let mut line_of = HashMap::new();
     for record in lines.records() {
         let record = record.map_err(of_csv)?;
         let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != header.len() {
+            let reason = format!(
+                "it has {} values, and the first line names {} columns; commas separate the values, and numbers have a decimal point",
+                record.len(),
+                header.len()
+            );
+            return Err(wrong(line, reason));
+        }
         let at = |column: usize| columns[column].map(|i| record.get(i).unwrap_or_default());
         let misfit = |column: usize, wanted: &str| {
             let value = at(column).unwrap_or_default().escape_debug();
@@ -108,11 +118,15 @@ fn parse(text: impl Read, path: &Path) -> Result<Vec<InfluenceCoefficient>, Infl
             real_n_m: part(3)?,
             imaginary_n_m: part(4)?,
         };
-        let key = |c: &InfluenceCoefficient| (c.nodal_diameter, c.mode, c.by_mode);
-        if found.iter().any(|other| key(other) == key(&coefficient)) {
-            let (wave, mode, by) = key(&coefficient);
+        let InfluenceCoefficient {
+            nodal_diameter: wave,
+            mode: own,
+            by_mode: by,
+            ..
+        } = coefficient;
+        if let Some(before) = line_of.insert((wave, own, by), line) {
             let reason = format!(
-                "nodal diameter {wave} has the coefficient of mode {mode} by mode {by} twice"
+                "nodal diameter {wave} has the coefficient of mode {own} by mode {by} in line {before}, too"
             );
             return Err(wrong(line, reason));
         }
@@ -128,6 +142,9 @@ fn parse(text: impl Read, path: &Path) -> Result<Vec<InfluenceCoefficient>, Infl
 /// Place of each of the columns in the first line, or what is wrong with it.
 fn places(header: &csv::StringRecord) -> Result<[Option<usize>; 5], String> {
     for name in header {
+        if name.contains([';', '\t']) {
+            return Err("commas separate the columns, not semicolons or tabs".to_owned());
+        }
         if !COLUMNS.contains(&name) {
             return Err(format!("there is no column `{}`", name.escape_debug()));
         }
@@ -180,8 +197,19 @@ mod tests {
             ("1,0,1,0,0\n", "`mode` = `0` is not the number of a mode"),
             ("1,1,-1,0,0\n", "`by_mode` = `-1`"),
             ("1,1,1,nan,0\n", "`real_n_m` = `nan`"),
-            ("1,1,1,0\n", "`imaginary_n_m` = ``"),
+            ("1,1,1,,0\n", "`real_n_m` = ``"),
+            (
+                "1,1,1,0\n",
+                "line 2: it has 4 values, and the first line names 5",
+            ),
+            ("1,1,1,0,0\n1,1,2,0,5,0,0\n", "line 3: it has 7 values"),
+            ("1,1,1,0,5,0\n", "numbers have a decimal point"),
+            (
+                "1,1,1,\"0,5\",0\n",
+                "`real_n_m` = `0,5` is not a finite number",
+            ),
             ("1,1,1,0,0\n1,1,1,2,0\n", "line 3: nodal diameter 1 has"),
+            ("1,1,1,0,0\n2,1,1,0,0\n1,1,1,2,0\n", "in line 2, too"),
         ] {
             let error = with(rows).unwrap_err();
             assert!(error.contains(words), "{rows}: {error}");
@@ -191,6 +219,8 @@ mod tests {
             error.contains("`damping`") && error.contains("by_mode"),
             "{error}"
         );
+        let error = of("nodal_diameter;mode;real_n_m;imaginary_n_m\n1;1;0,5;0\n").unwrap_err();
+        assert!(error.contains("commas separate the columns"), "{error}");
         let error = of("nodal_diameter,mode,real_n_m\n").unwrap_err();
         assert!(
             error.contains("lacks the column `imaginary_n_m`"),

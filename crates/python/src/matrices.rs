@@ -197,8 +197,16 @@ impl Entries {
         let size = square(name, &shape)?;
         let data = reals(name, &coo.getattr("data")?)?.values;
         let places = |what: &str| -> PyResult<Vec<usize>> {
-            let found = reals(name, &coo.getattr(what)?)?;
-            Ok(found.values.iter().map(|v| *v as usize).collect())
+            let found = reals(name, &coo.getattr(what)?)?.values;
+            has_shape(&format!("{name}.{what}"), &[found.len()], &[data.len()])?;
+            let outside = |v: &&f64| !(0.0..size as f64).contains(*v) || v.fract() != 0.0;
+            match found.iter().find(outside) {
+                Some(v) => Err(value(format!(
+                    "{name} has an entry with {what} {v}, and its {what}s are 0 to {}",
+                    size - 1
+                ))),
+                None => Ok(found.iter().map(|v| *v as usize).collect()),
+            }
         };
         let (rows, columns) = (places("row")?, places("col")?);
         let entries = rows.into_iter().zip(columns).zip(data);

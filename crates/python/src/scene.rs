@@ -41,7 +41,7 @@ impl PyScene {
     fn new(source: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
         let py = source.py();
         if let Ok(dict) = source.cast::<PyDict>() {
-            let table = Value::Table(table_of("the scene", dict)?);
+            let table = Value::Table(table_of("the scene", dict, 0)?);
             return Self::of(py, table.to_document(), "scene".to_owned(), folder);
         }
         let path: PathBuf = source.extract().map_err(|_| {
@@ -400,14 +400,17 @@ fn override_of(key: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<String> 
         )));
     }
     let value = value.filter(|value| !value.is_none());
-    let text = value.map(|value| value_of(key, value)).transpose()?;
+    let text = value.map(|value| value_of(key, value, 0)).transpose()?;
     Ok(match text {
         Some(value) => format!("{key}={value}"),
         None => format!("{key}="),
     })
 }
 
-fn table_of(key: &str, dict: &Bound<'_, PyDict>) -> PyResult<toml::Table> {
+/// Most dictionaries and lists within one another: a scene has four.
+const MOST_DEPTH: usize = 16;
+
+fn table_of(key: &str, dict: &Bound<'_, PyDict>, depth: usize) -> PyResult<toml::Table> {
     let mut table = toml::Table::new();
     for (name, value) in dict {
         let name: String = name.extract().map_err(|_| {
@@ -416,14 +419,21 @@ fn table_of(key: &str, dict: &Bound<'_, PyDict>) -> PyResult<toml::Table> {
         if value.is_none() {
             continue;
         }
-        let value = value_of(&format!("{key}.{name}"), &value)?;
+        let value = value_of(&format!("{key}.{name}"), &value, depth + 1)?;
         table.insert(name, value);
     }
     Ok(table)
 }
 
-/// Value of TOML of an object of Python; numbers and arrays of numpy, and paths, are taken, too.
-fn value_of(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// Value of TOML of an object of Python, also of numbers and arrays of numpy, and of paths. `depth`
+/// is the number of dictionaries and lists that the object is in.
+fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+    if depth > MOST_DEPTH {
+        let key: String = key.chars().take(60).collect();
+        return Err(PyValueError::new_err(format!(
+            "{key}...: dictionaries and lists are nested {MOST_DEPTH} deep, and a scene has four levels; a dictionary that contains itself is no scene"
+        )));
+    }
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }
@@ -440,12 +450,12 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::String(value.extract()?));
     }
     if let Ok(dict) = value.cast::<PyDict>() {
-        return Ok(Value::Table(table_of(key, dict)?));
+        return Ok(Value::Table(table_of(key, dict, depth)?));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let mut items = Vec::new();
         for (number, item) in value.try_iter()?.enumerate() {
-            items.push(value_of(&format!("{key}.{number}"), &item?)?);
+            items.push(value_of(&format!("{key}.{number}"), &item?, depth + 1)?);
         }
         return Ok(Value::Array(items));
     }
@@ -457,7 +467,7 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.hasattr("tolist")? {
         let plain = value.call_method0("tolist")?;
         if !plain.hasattr("tolist")? {
-            return value_of(key, &plain);
+            return value_of(key, &plain, depth + 1);
         }
     }
     let kind = value.get_type();
