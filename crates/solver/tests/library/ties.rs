@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{
-    Assembly, BodyNode, ContactLaw, CyclicSpec, Material, ModelError, NodeMotion, Slave, bind,
+    Assembly, BodyNode, ContactLaw, CyclicSpec, Material, ModelError, NodeMotion, Side, Slave, bind,
 };
 use dovetail_solver::reduction::{Highest, StuckModes};
 use dovetail_testkit::block::{block, map_nodes, side_by_side};
@@ -95,6 +95,57 @@ fn a_curved_bonded_face_keeps_its_middle_nodes() {
         let cut = bonded(&root, &tip, true);
         let off = largest_difference(&omega2(&cut), &omega2(&one_piece(&whole)));
         assert!(off < 1e-9, "{element:?}: {off:e}");
+    }
+}
+
+/// A contact with pairs makes the middle nodes of its edges follow their corners. A node that is bonded
+/// to such a middle node follows these corners, and a middle node that follows corners is not bonded.
+#[test]
+fn a_bonded_face_may_share_an_edge_with_a_contact() {
+    let size = [0.5 * SIZE[0], SIZE[1], SIZE[2]];
+    for element in QUADRATIC {
+        let at = |offset: [f64; 3]| {
+            let mut mesh = block(element, [2, 3, 2], size);
+            map_nodes(&mut mesh, |x| [0, 1, 2].map(|k| x[k] + offset[k]));
+            mesh
+        };
+        let (a, b, c) = (
+            at([0.0; 3]),
+            at([size[0], 0.0, 0.0]),
+            at([0.0, 0.0, -size[2]]),
+        );
+        let mut mesh = side_by_side(("ab", &side_by_side(("a", &a), ("b", &b))), ("c", &c));
+        let names = [
+            ("ab_a_volume", "a"),
+            ("ab_b_volume", "b"),
+            ("c_volume", "c"),
+        ];
+        rename(&mut mesh, &names);
+        let bodies = ["a", "b", "c"].map(|name| body(name, &[])).to_vec();
+        for slave in [Side::First, Side::Second] {
+            let mut seam = contact("seam", "ab_b_x_min", "ab_a_x_max");
+            seam.law = ContactLaw::Bonded;
+            seam.slave = Some(slave);
+            let mut seat = contact("seat", "ab_a_z_min", "c_z_max");
+            seat.slave = Some(slave);
+            let mut all = assembly(bodies.clone(), vec![seam, seat], "ab_b_corner_111");
+            all.rotation = None;
+            let model = bind(&all, &mesh, None).unwrap();
+            let tied = |at: &BodyNode| {
+                let motion = model.bodies[at.body].dofs.nodes[at.node as usize];
+                matches!(motion, NodeMotion::Tied(_))
+            };
+            for slave in &model.bonded {
+                let masters = slave.masters.iter().map(|(at, _)| at);
+                assert!(!masters.chain([&slave.node]).any(tied));
+                let sum: f64 = slave.masters.iter().map(|(_, w)| w).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+            }
+            let followed = model.bonded.iter().filter(|slave| slave.masters.len() == 2);
+            let on_edge = if slave == Side::First { 3 } else { 0 };
+            assert_eq!(followed.count(), on_edge, "{element:?} {slave:?}");
+            assert!(assemble(&model).is_ok());
+        }
     }
 }
 
