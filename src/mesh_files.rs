@@ -14,8 +14,7 @@ use dovetail_solver::input;
 /// A file that cannot be read, or that is not a whole mesh of solid elements: see [`MeshError`].
 pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
     let bytes = bytes(path)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut include = |name: &str| self::bytes(&folder.join(name));
+    let mut include = |name: &str| self::bytes(&included(path, name));
     let content = formats::parse(&bytes, &path.to_string_lossy(), &mut include);
     let mesh = content.and_then(|content| content.into_mesh(units.into()));
     mesh.map_err(|e| MeshError::File {
@@ -27,9 +26,8 @@ pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
 /// The mesh file itself and the files that it includes, as far as they can be read.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let mut all = vec![path.to_path_buf()];
-    let folder = path.parent().unwrap_or(Path::new(""));
     let mut include = |name: &str| {
-        let file = folder.join(name);
+        let file = included(path, name);
         let found = self::bytes(&file);
         all.push(file);
         found
@@ -39,6 +37,21 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
         let _ = formats::parse(&bytes, &path.to_string_lossy(), &mut include);
     }
     all
+}
+
+/// File that the deck at `path` includes, perhaps with the backslashes of Windows between folders.
+fn included(path: &Path, name: &str) -> PathBuf {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = folder.join(name);
+    if file.exists() {
+        return file;
+    }
+    let with_slashes = folder.join(name.replace('\\', "/"));
+    if with_slashes.exists() {
+        with_slashes
+    } else {
+        file
+    }
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
@@ -63,6 +76,21 @@ pub fn surface_field(path: &Path) -> Result<SurfaceField, SurfaceFieldError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn included_files_may_have_backslashes() {
+        let folder = dovetail_testkit::folder::Folder::new("mesh-files-backslash");
+        std::fs::create_dir_all(folder.join("mesh")).unwrap();
+        let nodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
+        std::fs::write(folder.join("mesh/nodes.inp"), nodes).unwrap();
+        let deck = folder.join("deck.inp");
+        for name in ["mesh/nodes.inp", "mesh\\nodes.inp", ".\\mesh\\nodes.inp"] {
+            let text = format!("*INCLUDE, INPUT={name}\n*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n");
+            std::fs::write(&deck, text).unwrap();
+            assert_eq!(read(&deck, 1.0).unwrap().nodes_m.len(), 4, "{name}");
+            assert!(files(&deck)[1].exists());
+        }
+    }
 
     #[test]
     fn files_that_are_not_there_are_named() {

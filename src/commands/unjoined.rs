@@ -66,7 +66,7 @@ fn text(body: &str, mesh: &Mesh, volume: &Group, joined: &[Vec<u32>]) -> Option<
     let pieces = pieces.map_or(String::new(), |pieces| {
         format!(", which consists of {pieces}")
     });
-    let counted = counted(pairs.len(), "pair of nodes lies", "pairs of nodes lie");
+    let counted = counted(pairs.len(), "pair of nodes is", "pairs of nodes are");
     Some(format!(
         "{counted} at one place in body `{body}`{pieces}, and the nodes of a pair move apart (first {}): if the body is whole there, merge them in the program that made the mesh (in Gmsh: `Coherence Mesh;`, in ParaView: Clean to Grid); if it is not, put a contact between surfaces there",
         short(&pairs)

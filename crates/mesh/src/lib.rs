@@ -4,7 +4,7 @@
 //! [`parse`] reads the bytes of a file of any known format ([`formats`], behind the feature of that
 //! name), [`units`] says what its numbers are in, [`quality`] refuses elements that no calculation
 //! can use. [`interpolation`] has the shape functions, [`quadrature`] the rules, [`facet`]
-//! integrals over faces. [`parts`] takes the part of a volume out of a mesh and puts it elsewhere,
+//! integrals over faces. [`parts`] extracts the part of a volume and puts it elsewhere,
 //! [`pieces`] finds the pieces of a part that are not joined.
 //! [`surface_field`] has pressures or forces at points, [`text`] makes words from outside fit for
 //! messages.

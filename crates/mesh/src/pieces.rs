@@ -84,7 +84,7 @@ impl Sets {
         Self((0..nodes as u32).collect())
     }
 
-    /// Node that stands for the set of a node.
+    /// Node that represents the set of a node.
     fn root(&mut self, mut node: u32) -> u32 {
         while self.0[node as usize] != node {
             let above = self.0[node as usize];

@@ -11,7 +11,7 @@ use crate::element::{ElementOrder, ElementType, Shape, facet_corners};
 /// occurs once. `tags` has the numbers of the nodes in the file, for messages.
 ///
 /// # Errors
-/// A node occurs more than once, and the solid is none of the four shapes.
+/// A node occurs more than once, and the solid has none of the four shapes.
 pub(super) fn solid<'a>(
     tag: u64,
     nodes: &'a [u32],
@@ -24,7 +24,7 @@ pub(super) fn solid<'a>(
 /// Nodes of the triangle that a quadrilateral with these nodes is, or its own nodes.
 ///
 /// # Errors
-/// A node occurs more than once, and the facet is no triangle.
+/// A node occurs more than once, and the facet cannot be read as a triangle.
 pub(super) fn facet<'a>(
     tag: u64,
     nodes: &'a [u32],
@@ -49,7 +49,7 @@ fn or_collapsed<'a>(
     collapsed().map(Cow::from).ok_or_else(error)
 }
 
-/// Corners of a face without those that are the same as their neighbour; `None` for those of a face
+/// Corners of a face without repetitions of the one before; `None` for those of a face
 /// that touches itself, and no corners if it has no area.
 fn distinct(face: impl Iterator<Item = u32>) -> Option<Vec<u32>> {
     let mut corners: Vec<u32> = face.collect();

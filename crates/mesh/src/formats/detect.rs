@@ -62,7 +62,7 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
 }
 
 /// Version of a file of Gmsh, `NaN` if the header has none. Other sections, such as `$Comments`, and
-/// lines of text may stand before the header.
+/// lines of text may precede the header.
 fn version_of_msh(bytes: &[u8]) -> Option<f64> {
     let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     lines.find(|line| *line == b"$MeshFormat")?;
@@ -74,7 +74,7 @@ fn version_of_msh(bytes: &[u8]) -> Option<f64> {
     Some(version.unwrap_or(f64::NAN))
 }
 
-/// Returns `true` if text without a keyword stands before the lines of a deck, which CalculiX skips.
+/// Returns `true` if text without a keyword precedes the lines of a deck; CalculiX skips it.
 fn is_deck_below_text(bytes: &[u8]) -> bool {
     const WORDS: [&[u8]; 6] = [
         b"NODE",
@@ -130,7 +130,7 @@ enum Other {
 
 /// Command that marks continued lines of a Nastran deck. Without the marks gmsh 4.8 drops the middle
 /// nodes of elements whose continuation begins with blanks.
-const MARKED: &str = r#"awk '/^        /{p=sprintf("%-72s+",p); $0="+" substr($0,2)} NR>1{print p} {p=$0} END{print p}'"#;
+const MARKED: &str = r#"awk '/^        /{p=sprintf("%-72s+",p);$0="+"substr($0,2)} NR>1{print p} {p=$0} END{print p}'"#;
 
 impl Other {
     fn what(self) -> &'static str {
@@ -150,7 +150,7 @@ impl Other {
             Self::Medit => "a Medit mesh",
             Self::LsDyna => "a deck of LS-DYNA",
             Self::Hdf => "an HDF5 file",
-            Self::Pointer => "a pointer of Git LFS in place of the file",
+            Self::Pointer => "a pointer of Git LFS, not the file",
         }
     }
 
@@ -407,7 +407,7 @@ mod tests {
             => `gmsh -0 l.msh -format msh41 -o l_41.msh`
             Point(1) = {0, 0, 0};\n => m.geo => a Gmsh script
             => mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`
-            version https://git-lfs.github.com/spec/v1\noid => m.vtu => a pointer of Git LFS => `git lfs pull`
+            version https://git-lfs.github.com/spec/v1\noid => m.vtu => a pointer of Git LFS, not the file => `git lfs pull`
             unknown => m.mesh => a Medit mesh => meshio
             unknown => m.key => a deck of LS-DYNA => lsdyna
             "#;

@@ -77,7 +77,7 @@ pub enum MeshError {
     #[error("element {element} names node {node}, which the file does not have")]
     MissingNode { element: u64, node: u64 },
     #[error(
-        "element {element} names node {node} twice, and what is left is no tetrahedron, pyramid, wedge or triangle: correct its nodes, or take it out"
+        "element {element} names node {node} twice, which gives no other shape: correct its nodes, or remove it"
     )]
     RepeatedNode { element: u64, node: u64 },
     #[error(
@@ -148,7 +148,7 @@ pub enum MeshError {
         nodes: usize,
     },
     #[error(
-        "no elements are read: those of type {kinds} are no solids and no surfaces; read are {read}"
+        "elements of types {kinds} are neither solids nor surfaces, and the deck has no others; read are {read}"
     )]
     NothingRead { kinds: String, read: &'static str },
     #[error("element {element} has {found} nodes, and type {kind} has {expected}")]
@@ -209,7 +209,7 @@ pub enum MeshError {
     #[error("the array `{array}` of the VTU file: {reason}")]
     VtuArray { array: String, reason: String },
     #[error(
-        "cell {cell} has VTK's type {kind}, which is not read: read are tetrahedra (10, 24), pyramids (14, 27), wedges (13, 26), hexahedra (12, 25, 11), triangles (5, 22), quadrilaterals (9, 23, 8), lines (3, 4, 21) and vertices (1, 2); mesh without nodes inside faces (gmsh: Mesh.SecondOrderIncomplete = 1), and split polyhedra by ParaView's filter Tetrahedralize"
+        "cell {cell} has VTK's type {kind}, which is not read: read are tetrahedra (10, 24), pyramids (14, 27), wedges (13, 26), hexahedra (12, 25, 11), triangles (5, 22), quadrilaterals (9, 23, 8), polygons of 3 or 4 nodes (7), lines (3, 4, 21) and vertices (1, 2); mesh without nodes inside faces (gmsh: Mesh.SecondOrderIncomplete = 1), and split polyhedra by ParaView's filter Tetrahedralize"
     )]
     CellType { cell: u64, kind: f64 },
     #[error(

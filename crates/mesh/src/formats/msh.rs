@@ -327,7 +327,7 @@ mod tests {
         $Nodes\n2 4 1 4\n2 2 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n3 1 0 1\n4\n0 0 1\n$EndNodes\n\
         $Elements\n3 3 1 3\n1 4 1 1\n1 1 2\n2 2 2 1\n2 1 2 3\n3 1 4 1\n3 1 2 3 4\n$EndElements\n";
 
-    /// The text with other words in the place of some; each must be there.
+    /// The text after replacements, each of which must apply.
     fn changed(changes: &[[&str; 2]]) -> String {
         changes.iter().fold(TEXT.to_owned(), |text, [from, to]| {
             assert!(text.contains(from), "{from}");

@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the nodes. Those of `$ParametricNodes` are followed by the dimension and the tag of an
-    /// entity, and by as many parameters as a curve or a surface has.
+    /// entity, and by the parameters: one on a curve, two on a surface.
     fn nodes(&mut self, mut numbers: Numbers<'_>, parametric: bool) -> Result<(), MeshError> {
         let least = match numbers.encoding {
             Encoding::Ascii => "1 0 0 0\n".len(),

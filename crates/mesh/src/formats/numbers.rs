@@ -54,7 +54,7 @@ impl<'a> Numbers<'a> {
         Ok(*found)
     }
 
-    /// Count on the first line, which is text in binary files, too. It is at most the number of
+    /// Count on the first line, which is text even in binary files. It is at most the number of
     /// items of `least` bytes that the bytes that follow can hold.
     pub fn count(&mut self, least: usize) -> Result<usize, MeshError> {
         let count: usize = self.parsed()?;

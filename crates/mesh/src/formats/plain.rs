@@ -2,9 +2,9 @@
 //! `$Entities`, `$Nodes` and `$Elements`.
 //!
 //! `mshio` wants nothing behind the names of sections and behind the header. It drops node tags that
-//! look dense and then takes file order for tag order, so the header of `$Nodes` is made to look
+//! look dense and then assumes that file order is tag order, so the header of `$Nodes` is made to look
 //! sparse. It knows no partitions, no parameters of nodes, and no MSH 4.0: sections with these are
-//! written anew. Format: Gmsh reference manual, "MSH file format", and `GModelIO_MSH4.cpp` of Gmsh.
+//! rewritten. Format: Gmsh reference manual, "MSH file format", and `GModelIO_MSH4.cpp` of Gmsh.
 
 use std::collections::BTreeMap;
 
@@ -211,7 +211,7 @@ impl Writer {
     }
 }
 
-/// Entities without their boundaries, those of partitions with the others.
+/// Entities without their boundaries, including the entities of partitions.
 fn entities(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
     let mut found: BTreeMap<(usize, i64), Vec<u8>> = BTreeMap::new();
     for section in ["Entities", "PartitionedEntities"] {
@@ -223,7 +223,7 @@ fn entities(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
         if partitioned {
             numbers.size()?; // of partitions
             for _ in 0..numbers.size()? {
-                [numbers.int()?, numbers.int()?]; // a ghost entity, its partition
+                let _ghost_entity_and_partition = [numbers.int()?, numbers.int()?];
             }
         }
         let mut counts = [0; 4];
@@ -247,7 +247,7 @@ fn entities(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Tag of an entity, and what is written of it.
+/// Tag of an entity, and its bytes in the copy.
 fn entity(
     source: &Source<'_>,
     numbers: &mut Numbers<'_>,
@@ -258,7 +258,7 @@ fn entity(
     let tag = numbers.int()?;
     writer.int(tag);
     if partitioned {
-        [numbers.int()?, numbers.int()?]; // dimension and tag of its parent
+        let _dimension_and_tag_of_parent = [numbers.int()?, numbers.int()?];
         for _ in 0..numbers.size()? {
             numbers.int()?;
         }

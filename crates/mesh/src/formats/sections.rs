@@ -122,7 +122,7 @@ impl Sections {
     /// Version and encoding of the file.
     ///
     /// # Errors
-    /// There is no header, or it is not understood.
+    /// The header is missing or not understood.
     pub fn format(&self, bytes: &[u8]) -> Result<Format, MeshError> {
         let content = self.content("MeshFormat").ok_or(MeshError::NotMsh)?;
         let content = bytes[content].trim_ascii_start();
@@ -154,7 +154,7 @@ pub(super) type Names = BTreeMap<(u8, u32), String>;
 /// Dimension of names that hold for every dimension, as in MSH 2.0.
 pub(super) const ANY_DIMENSION: u8 = u8::MAX;
 
-/// Names in `$PhysicalNames`, which is text in binary files, too.
+/// Names in `$PhysicalNames`, which is text even in binary files.
 pub(super) fn physical_names(
     bytes: &[u8],
     sections: &Sections,

@@ -7,7 +7,7 @@ use super::super::collapse;
 use super::super::content::{Content, FileMaterial};
 use super::lines::Files;
 use super::read::{Deck, Material};
-use super::resolve::{Model, What};
+use super::resolve::{Model, What, and_more};
 use super::scope::{Section, Surface, SurfaceLine, SurfaceOf, key};
 use super::types::{self, Kind};
 use crate::element::{ElementType, facet_corners, sorted_corners};
@@ -334,7 +334,7 @@ impl Assembly<'_> {
                 let mut corners: Vec<u32> = faces[face - 1].iter().map(|i| in_deck[*i]).collect();
                 corners.sort_unstable();
                 corners.dedup();
-                // A face that has shrunk to an edge or a point is none.
+                // A face that has shrunk to an edge or a point is left out.
                 let wanted = sorted_corners(&corners);
                 let found = element.sorted_faces(nodes).find(|(_, f)| *f == wanted);
                 out.extend(found.map(|(f, _)| (solid, f)));
@@ -363,75 +363,71 @@ impl Assembly<'_> {
         counts.clone()
     }
 
-    /// Gives materials to the elements of sections. Of several sections of an element the last
-    /// counts, as in CalculiX.
-    fn materials(&mut self, deck: &Deck) -> Result<(), MeshError> {
+    /// Section of each solid. The last section of an element counts, as in CalculiX.
+    fn sections(&mut self, deck: &Deck) -> Result<Vec<Option<&Section>>, MeshError> {
         let mut section_of: Vec<Option<&Section>> = vec![None; self.content.elements.len()];
         let (mut changed, mut unknown) = (Vec::new(), Vec::new());
         let scopes: Vec<_> = self.model.scopes().collect();
-        for (number, (scope, _)) in scopes.into_iter().enumerate() {
-            for section in &scope.sections {
-                let result = self.model.set(What::Elements, number, &section.set);
-                let elements =
-                    result.map_err(|e| self.model.at(section.place, "*SOLID SECTION", e))?;
-                let name = &section.material;
-                if !deck.materials.iter().any(|m| key(&m.name) == key(name)) {
-                    unknown.push(format!("`{name}` ({})", self.model.shown(section.place)));
-                }
-                let mut other: Option<(u64, &Section)> = None;
-                let mut count = 0;
-                for element in elements.iter() {
-                    let At::Solid(index) = self.places[*element as usize] else {
-                        continue;
-                    };
-                    let before = section_of[index as usize].replace(section);
-                    if let Some(before) = before.filter(|b| key(&b.material) != key(name)) {
-                        let tag = self.content.elements.tags()[index as usize];
-                        other = other.or(Some((tag, before)));
-                        count += 1;
-                    }
-                }
-                if let Some((tag, before)) = other {
-                    let more = match count - 1 {
-                        0 => String::new(),
-                        more => format!(" and {more} more"),
-                    };
-                    let shown =
-                        |s: &Section| format!("`{}` ({})", s.material, self.model.shown(s.place));
-                    let (from, to) = (shown(before), shown(section));
-                    changed.push(format!("{tag}{more} from {from} to {to}"));
-                }
+        let sections = scopes.into_iter().enumerate();
+        let sections =
+            sections.flat_map(|(n, (scope, _))| scope.sections.iter().map(move |s| (n, s)));
+        for (number, section) in sections {
+            let result = self.model.set(What::Elements, number, &section.set);
+            let elements = result.map_err(|e| self.model.at(section.place, "*SOLID SECTION", e))?;
+            let shown = |s: &Section| format!("`{}` ({})", s.material, self.model.shown(s.place));
+            if deck.material(&section.material).is_none() {
+                unknown.push(shown(section));
+            }
+            let mut others = Vec::new();
+            for element in elements.iter() {
+                let At::Solid(index) = self.places[*element as usize] else {
+                    continue;
+                };
+                let before = section_of[index as usize].replace(section);
+                let other = before.filter(|b| key(&b.material) != key(&section.material));
+                others.extend(other.map(|other| (index, other)));
+            }
+            if let Some((index, other)) = others.first() {
+                let tag = self.content.elements.tags()[*index as usize];
+                let more = and_more(others.len() - 1);
+                changed.push(format!(
+                    "{tag}{more} from {} to {}",
+                    shown(other),
+                    shown(section)
+                ));
             }
         }
-        for (what, list, remedy) in [
-            (
-                "Sections give these elements another material than sections before them, and the \
-                 last one counts",
-                changed,
-                "",
-            ),
-            (
-                "Sections name these materials, which are not in the deck",
-                unknown,
-                " Give the bodies young_pa, poisson and density_kg_m3, or add the materials.",
-            ),
-        ] {
-            if !list.is_empty() {
-                let list = text::list(&list);
-                let remark = format!("{what}: {list}.{remedy}");
-                self.content.remarks.push(remark);
-            }
-        }
+        self.remark(
+            "Sections give these elements another material than sections before them, and the last \
+             one counts",
+            &changed,
+            "",
+        );
+        self.remark(
+            "Sections name these materials, which are not in the deck",
+            &unknown,
+            " Give the bodies young_pa, poisson and density_kg_m3, or add the materials.",
+        );
+        Ok(section_of)
+    }
+
+    /// Gives materials to the elements of sections.
+    fn materials(&mut self, deck: &Deck) -> Result<(), MeshError> {
+        let names: Vec<Option<String>> = self
+            .sections(deck)?
+            .into_iter()
+            .map(|section| section.map(|s| s.material.clone()))
+            .collect();
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         let materials = &mut self.content.materials;
-        for (section, index) in section_of.into_iter().zip(0..) {
-            let Some(name) = section.map(|section| &section.material) else {
+        for (name, index) in names.into_iter().zip(0..) {
+            let Some(name) = name else {
                 continue;
             };
-            let place = *places.entry(key(name)).or_insert_with(|| {
-                let known = deck.materials.iter().find(|m| key(&m.name) == key(name));
-                let known = known.cloned().unwrap_or_else(|| Material {
-                    name: name.clone(),
+            let place = *places.entry(key(&name)).or_insert_with(|| {
+                let known = deck.material(&name).cloned();
+                let known = known.unwrap_or_else(|| Material {
+                    name,
                     ..Material::default()
                 });
                 materials.push(FileMaterial {
@@ -446,6 +442,15 @@ impl Assembly<'_> {
             materials[place].elements.push(index);
         }
         Ok(())
+    }
+
+    /// Adds a remark on the items of a list, if there are any.
+    fn remark(&mut self, sentence: &str, list: &[String], hint: &str) {
+        if !list.is_empty() {
+            let list = text::list(list);
+            let remark = format!("{sentence}: {list}.{hint}");
+            self.content.remarks.push(remark);
+        }
     }
 
     fn parts_without_instances(&mut self, deck: &Deck) {
@@ -477,28 +482,27 @@ impl Assembly<'_> {
             true => " A deck that gmsh wrote lacks its pyramids: write MSH.",
             false => "",
         };
-        for (what, list, hint) in [
-            (
-                "Not all numbers that these sets generate are there",
-                &self.model.fewer,
-                "",
-            ),
-            (
-                "Numbers that are not there were left out of these sets",
-                &self.model.missing,
-                pyramids,
-            ),
-            (
-                "There are no instances, and these sets name one",
-                &self.model.no_instances,
-                " Their numbers are those of the deck.",
-            ),
-        ] {
-            if !list.is_empty() {
-                let sets = text::list(list);
-                self.content.remarks.push(format!("{what}: {sets}.{hint}"));
-            }
-        }
+        let [fewer, missing, no_instances] = [
+            &mut self.model.fewer,
+            &mut self.model.missing,
+            &mut self.model.no_instances,
+        ]
+        .map(std::mem::take);
+        self.remark(
+            "Not all numbers that these sets generate are there",
+            &fewer,
+            "",
+        );
+        self.remark(
+            "Numbers that are not there were left out of these sets",
+            &missing,
+            pyramids,
+        );
+        self.remark(
+            "The deck has no instances, but these sets name one",
+            &no_instances,
+            " Their numbers are looked up in the whole deck.",
+        );
         for (name, origins) in std::mem::take(&mut self.found).into_values() {
             for (place, (origin, group)) in origins.into_iter().enumerate() {
                 let name = match place {

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use super::vocabulary;
 use crate::MeshError;
 
 /// Most files inside one another, so that a file that includes itself comes to an end.
@@ -120,12 +119,15 @@ pub(super) struct Lines<'a> {
     /// Line that was read and not yet used.
     kept: Option<(Place, String)>,
     include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
+    /// Returns `true` if a line continues a keyword line.
+    continues: fn(&str, &str) -> bool,
 }
 
 impl<'a> Lines<'a> {
     pub fn new(
         bytes: &'a [u8],
         include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
+        continues: fn(&str, &str) -> bool,
     ) -> Self {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Self {
@@ -133,6 +135,7 @@ impl<'a> Lines<'a> {
             files: Files(vec![String::new()]),
             kept: None,
             include,
+            continues,
         }
     }
 
@@ -182,7 +185,7 @@ impl<'a> Lines<'a> {
         }
         while text.ends_with(',') {
             match self.raw() {
-                Some((_, more)) if vocabulary::continues(&text, &more) => text += &more,
+                Some((_, more)) if (self.continues)(&text, &more) => text += &more,
                 other => {
                     self.kept = other;
                     break;
@@ -233,7 +236,7 @@ pub(super) fn unquoted(text: &str) -> &str {
     inner.unwrap_or(text)
 }
 
-/// Number, also as Fortran writes it: `1.5D+3`.
+/// Number, also as Fortran writes and reads it: `1.5D+3`, `1.5+3`.
 ///
 /// # Errors
 /// The text is not a number.
@@ -246,7 +249,13 @@ pub(super) fn number(field: &str) -> Result<f64, MeshError> {
     if !text.starts_with(starts) {
         return Err(wrong()); // not `inf` or `nan`
     }
-    text.parse().map_err(|_| wrong())
+    // A sign behind a digit begins an exponent.
+    let sign = text.rfind(['+', '-']).filter(|at| *at > 0);
+    let with_letter = || {
+        let (mantissa, exponent) = text.split_at(sign?);
+        format!("{mantissa}e{exponent}").parse().ok()
+    };
+    text.parse().ok().or_else(with_letter).ok_or_else(wrong)
 }
 
 /// Number of a node or an element.

@@ -4,12 +4,13 @@
 //! `*DENSITY`, `*SOLID SECTION`, `*INCLUDE`, and Abaqus' parts, instances and assembly are read.
 //! Every other keyword is ignored and named in the remarks. Keywords that make nodes or elements by
 //! a rule (`*NGEN`, `*ELGEN`) are an error. An unambiguous beginning of a word is accepted for the
-//! word (`GEN` for `GENERATE`). A parameter of a keyword that is read is ignored and named in the
-//! remarks if it has no meaning here; one that the keyword does not have is an error.
+//! word (`GEN` for `GENERATE`). CalculiX skips much with a warning, and so does this reader: its
+//! remarks name parameters without a meaning here or without any, types of elements that it does
+//! not know, numbers in sets that do not exist, surplus nodes, and lines that follow no keyword.
 //!
 //! A deck passes through these files: `lines` joins keyword lines and puts included files in their
 //! place, `read` takes names and labels as they are written, into a `scope` for each part and
-//! instance, `resolve` finds the nodes and elements that they mean, and `assemble` makes the
+//! instance, and collects in `left_aside` what it skips, `resolve` finds the nodes and elements that they mean, and `assemble` makes the
 //! [`Content`]. `types` has the names of element types. A new keyword gets an entry in `READ` of
 //! `vocabulary`, which lists its parameters, and an arm in `read`.
 //!
@@ -32,6 +33,7 @@
 //! spelled as at its first place. A line that is not UTF-8 is read as Latin-1.
 
 mod assemble;
+mod left_aside;
 mod lines;
 mod read;
 mod resolve;
@@ -54,7 +56,7 @@ pub fn parse(
     bytes: &[u8],
     include: &mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
 ) -> Result<Content, MeshError> {
-    let mut lines = lines::Lines::new(bytes, include);
+    let mut lines = lines::Lines::new(bytes, include, vocabulary::continues);
     let deck = read::read(&mut lines)?;
     assemble::assemble(&deck, &lines.files)
 }

@@ -3,6 +3,7 @@
 
 use dovetail_numerics::space::{sub, unit};
 
+use super::left_aside::LeftAside;
 use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
 use super::scope::{Placement, Scope, Section, SurfaceLine, SurfaceOf, Turn, block, key};
 use super::types::{Kind, kind};
@@ -28,6 +29,13 @@ pub(super) struct Deck {
     /// Types of elements that are neither solids nor facets.
     pub other_types: Vec<String>,
     pub remarks: Vec<String>,
+}
+
+impl Deck {
+    /// Material of this name.
+    pub fn material(&self, name: &str) -> Option<&Material> {
+        self.materials.iter().find(|m| key(&m.name) == key(name))
+    }
 }
 
 /// Keywords that are ignored without a remark.
@@ -95,16 +103,7 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
         mode: Mode::Skip,
         keyword: Keyword::default(),
         place: String::new(),
-        aside: Vec::new(),
-        aside_parameters: Vec::new(),
-        unknown_parameters: Vec::new(),
-        without_keyword: Vec::new(),
-        without_begin: Vec::new(),
-        given_again: Vec::new(),
-        of_temperature: Vec::new(),
-        aside_types: Vec::new(),
-        moved_nodes: Vec::new(),
-        surplus: Vec::new(),
+        aside: LeftAside::default(),
     };
     while let Some((place, line)) = lines.next() {
         let result = match line {
@@ -115,7 +114,7 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
                 vocabulary::understand(keyword).and_then(|found| reader.keyword(found, lines))
             }
             Line::Data(_) if reader.keyword.name.is_empty() => {
-                reader.without_keyword.push(lines.files.shown(place));
+                reader.aside.without_keyword.push(lines.files.shown(place));
                 Ok(())
             }
             Line::Data(text) => {
@@ -142,26 +141,7 @@ struct Reader {
     keyword: Keyword,
     /// Place of the last data line.
     place: String,
-    /// Keywords that are not read.
-    aside: Vec<String>,
-    /// Parameters of keywords that are read, with their places.
-    aside_parameters: Vec<String>,
-    /// Parameters that their keywords do not have, with their places.
-    unknown_parameters: Vec<String>,
-    /// Places of lines that follow no keyword.
-    without_keyword: Vec<String>,
-    /// Keywords that end what has not begun.
-    without_begin: Vec<String>,
-    /// Properties that materials have more than once.
-    given_again: Vec<String>,
-    /// Nodes that are defined again elsewhere, with their places.
-    moved_nodes: Vec<String>,
-    /// Elements with more nodes than their type has, with their places.
-    surplus: Vec<String>,
-    /// Materials with values for several temperatures.
-    of_temperature: Vec<String>,
-    /// Types of elements that have no shape.
-    aside_types: Vec<String>,
+    aside: LeftAside,
 }
 
 fn name_once(list: &mut Vec<String>, name: &str) {
@@ -205,9 +185,9 @@ impl Reader {
             let place = lines.files.shown(keyword.place);
             format!("{parameter} of {} ({place})", keyword.shown)
         };
-        self.aside_parameters.extend(found.aside.iter().map(shown));
+        self.aside.parameters.extend(found.aside.iter().map(shown));
         let unknown = found.unknown.iter().map(shown);
-        self.unknown_parameters.extend(unknown);
+        self.aside.unknown_parameters.extend(unknown);
         if found.is_generator {
             let keyword = keyword.shown.clone();
             return Err(MeshError::NotWrittenOut { keyword });
@@ -231,7 +211,7 @@ impl Reader {
             name => {
                 let is_silent = vocabulary::words(SILENT).any(|word| word == name);
                 if !is_silent && !name.is_empty() {
-                    name_once(&mut self.aside, &keyword.shown);
+                    name_once(&mut self.aside.keywords, &keyword.shown);
                 }
                 return Ok(());
             }
@@ -259,7 +239,7 @@ impl Reader {
         let kind = kind(&kind_name, set.as_deref())?;
         let capitals = kind_name.to_uppercase();
         if kind == Kind::Aside {
-            name_once(&mut self.aside_types, &capitals);
+            name_once(&mut self.aside.types, &capitals);
         }
         if matches!(kind, Kind::Aside | Kind::Line(_)) {
             name_once(&mut self.deck.other_types, &capitals);
@@ -368,13 +348,13 @@ impl Reader {
 
     fn density(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
         if keyword.has("POREFLUID") {
-            name_once(&mut self.aside, "*DENSITY, PORE FLUID");
+            name_once(&mut self.aside.keywords, "*DENSITY, PORE FLUID");
             return Ok(Mode::Skip);
         }
         Ok(self.property(keyword, false, |m| m.density.is_some()))
     }
 
-    /// Data lines of a property. Of several the last counts.
+    /// Data lines of a property. The last of several counts.
     fn property(
         &mut self,
         keyword: &Keyword,
@@ -383,7 +363,9 @@ impl Reader {
     ) -> Mode {
         if let Some(material) = self.deck.materials.last().filter(|m| is_given(m)) {
             let (name, keyword) = (&material.name, &keyword.shown);
-            self.given_again.push(format!("{keyword} of `{name}`"));
+            self.aside
+                .given_again
+                .push(format!("{keyword} of `{name}`"));
         }
         Mode::Property {
             elastic,
@@ -394,7 +376,7 @@ impl Reader {
     /// Records a line of a property that is not the first.
     fn other_temperatures(&mut self) {
         if let Some(material) = self.deck.materials.last() {
-            name_once(&mut self.of_temperature, &material.name);
+            name_once(&mut self.aside.of_temperature, &material.name);
         }
     }
 
@@ -421,7 +403,7 @@ impl Reader {
             ("ENDINSTANCE", Open::Instance, _) => self.open = Open::Root,
             ("PART" | "ASSEMBLY", ..) => return Err(misplaced("the end of what stands before it")),
             ("INSTANCE", ..) => return Err(misplaced("*ASSEMBLY around it")),
-            _ => self.without_begin.push(keyword.shown.clone()),
+            _ => self.aside.without_begin.push(keyword.shown.clone()),
         }
         Ok(Mode::Skip)
     }
@@ -504,7 +486,9 @@ impl Reader {
             block(&mut scope.nsets, set, place, None).labels.push(node);
         }
         if moved {
-            self.moved_nodes.push(format!("{node} ({})", self.place));
+            self.aside
+                .moved_nodes
+                .push(format!("{node} ({})", self.place));
         }
         Ok(())
     }
@@ -533,7 +517,7 @@ impl Reader {
         {
             let (place, kind) = (&self.place, &elements.kind_name);
             let (element, found) = (elements.pending[0], elements.pending.len() - 1);
-            self.surplus.push(format!(
+            self.aside.surplus.push(format!(
                 "{element} ({place}: {found} nodes, {kind} has {nodes})"
             ));
             elements.pending.truncate(nodes + 1);
@@ -740,74 +724,17 @@ impl Reader {
         if let Some((begin, end)) = open {
             return Err(MeshError::NotEnded { begin, end });
         }
-        let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
-        let mut all = self.aside.iter();
-        let mut hint = String::new();
-        if all.any(|keyword| of_the_scene.contains(&keyword.as_str())) {
-            hint += " What holds, touches and loads the bodies stands in the scene.";
-        }
-        if self.aside.iter().any(|keyword| keyword == "*TIE") {
-            hint += " What *TIE joins is joined in the scene by a contact with the law `bonded`.";
-        }
-        for (what, list, hint) in [
-            (
-                "These lines follow no keyword and were not read",
-                &self.without_keyword,
-                "",
-            ),
-            (
-                "Elements of these types were left aside",
-                &self.aside_types,
-                "",
-            ),
-            ("These keywords were not read", &self.aside, hint.as_str()),
-            ("These parameters were not read", &self.aside_parameters, ""),
-            (
-                "These parameters were not read, because their keywords do not have them",
-                &self.unknown_parameters,
-                " Correct those that are misspelt.",
-            ),
-            (
-                "These keywords end what has not begun, and were not read",
-                &self.without_begin,
-                "",
-            ),
-            (
-                "These properties are given more than once, and the last counts",
-                &self.given_again,
-                "",
-            ),
-            (
-                "Materials with values for several temperatures are taken at the first of each",
-                &self.of_temperature,
-                "",
-            ),
-            (
-                "These nodes are defined again at another place, and their last place counts",
-                &self.moved_nodes,
-                "",
-            ),
-            (
-                "These elements have more nodes than their type, and only the first ones count",
-                &self.surplus,
-                " Correct the type if it is wrong.",
-            ),
-        ] {
-            if !list.is_empty() {
-                let names = crate::text::list(list);
-                self.deck.remarks.push(format!("{what}: {names}.{hint}"));
-            }
-        }
+        self.deck.remarks.extend(self.aside.sentences());
         Ok(())
     }
 
-    /// Joins parts with what stands outside of them where the deck has no assembly: CalculiX skips
+    /// Joins parts with the lines outside of them if the deck has no instances: CalculiX skips
     /// `*PART`. Each part stays a set of elements.
     ///
     /// # Errors
     /// Two of them have an element of one number.
     fn join_parts(&mut self) -> Result<(), MeshError> {
-        if self.has_assembly || self.deck.root.is_empty() {
+        if !self.deck.instances.is_empty() || self.deck.root.is_empty() {
             return Ok(());
         }
         for part in std::mem::take(&mut self.deck.parts) {

@@ -239,10 +239,7 @@ impl<'a> Model<'a> {
             found.is_none()
         });
         if let Some(first) = missing.next() {
-            let more = match missing.count() {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
+            let more = and_more(missing.count());
             let (keyword, one) = (what.keyword(), what.one());
             self.missing
                 .push(format!("`{set}` ({place}, {keyword}: {one} {first}{more})"));
@@ -303,7 +300,7 @@ impl<'a> Model<'a> {
     /// perhaps of an instance. A label that is not there is recorded.
     ///
     /// # Errors
-    /// There is no such set.
+    /// No set has this name.
     pub fn target(
         &mut self,
         what: What,
@@ -329,5 +326,13 @@ impl<'a> Model<'a> {
                 .push(format!("`{name}` ({place}, *SURFACE: {one} {label})"));
         }
         Ok(Rc::new(found.into_iter().collect()))
+    }
+}
+
+/// How many more items there are than a message names.
+pub(super) fn and_more(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        more => format!(" and {more} more"),
     }
 }

@@ -313,6 +313,23 @@ fn keywords_lines_and_comments_follow_the_rules() {
 }
 
 #[test]
+fn numbers_are_those_of_fortran() {
+    let deck = bricks("*NODE\n21, 1.5+1, -2.5-1, 1.D+1\n22, 1.5E+1, +2, -.5\n");
+    let content = read(&deck).unwrap();
+    assert_eq!(
+        content.nodes[12..],
+        [[15.0, -0.25, 10.0], [15.0, 2.0, -0.5]]
+    );
+    for wrong in ["1-", "1+2+3", "--1", "1e", "+"] {
+        let found = message(&bricks(&format!("*NODE\n21, {wrong}\n")));
+        has(
+            &found,
+            &format!("line 18, *NODE: `{wrong}` is not a number"),
+        );
+    }
+}
+
+#[test]
 fn labels_may_be_sparse_and_large() {
     let deck = NODES.replace("\n1, 0", "\n9000000000000, 0")
         + &BRICKS.replace("1, 1, 2", "8000000000001, 9000000000000, 2");
@@ -582,7 +599,7 @@ fn what_is_wrong_is_named_with_its_line() {
         *ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 5 => line 18, *ELEMENT: element 2 occurs twice
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 99
         => line 17, *ELEMENT: element 9 names node 99, which the file does not have
-        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 3 => line 17, *ELEMENT: element 9 names node 3 twice, and what is left is no tetrahedron
+        *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 3 => line 17, *ELEMENT: element 9 names node 3 twice, which gives no other shape
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3,\n*STEP
         => line 17, *ELEMENT: element 9 has 3 nodes, and type C3D4 has 4
         *ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5.5 => `5.5` is not the number of a node or an element
@@ -831,7 +848,7 @@ fn what_calculix_reads_is_read_with_a_remark() {
         *SURFACE, NAME=a\n1, S1\n7, S1 => `a` (line 17, *SURFACE: element 7).
         *SURFACE, NAME=a, TYPE=NODE\n1\n70 => `a` (line 17, *SURFACE: node 70).
         *NSET, NSET=a, INSTANCE=Part-1-1\n1, 2
-        => There are no instances, and these sets name one: `Part-1-1` (line 17, *NSET).
+        => The deck has no instances, but these sets name one: `Part-1-1` (line 17, *NSET).
         *SOLID SECTION, ELSET=Bricks, MATERIAL=Iron
         => Sections name these materials, which are not in the deck: `Iron` (line 17). Give the bodies young_pa
         *NODE\n3, 1, 1, 0\n4, 0, 2, 0
@@ -841,7 +858,7 @@ fn what_calculix_reads_is_read_with_a_remark() {
         *ELEMENT, TYPE=U1, ELSET=own\n9, 1, 2\n*ELEMENT, TYPE=D, ELSET=cooling\n50, 1, 0, 2
         => Elements of these types were left aside: U1, D.
         *END PART\n*END INSTANCE\n*END ASSEMBLY
-        => These keywords end what has not begun, and were not read: *END PART, *END INSTANCE, *END ASSEMBLY.
+        => These keywords end a part, an instance or an assembly that has not begun: *END PART, *END INSTANCE, *END ASSEMBLY.
         *PART, NAME=a\n*NSET, NSET=b\n1 => *PART has no *END PART.
         *MATERIAL, NAME=a\n*ELASTIC\n1, 0.3\n*DENSITY\n5\n*ELASTIC\n2, 0.3
         => These properties are given more than once, and the last counts: *ELASTIC of `a`.
@@ -878,7 +895,7 @@ fn a_keyword_line_goes_on_only_in_parameters() {
     assert_eq!(content.remarks, [""; 0]);
 }
 
-/// CalculiX skips `*PART`: what stands outside of parts belongs to their nodes and elements.
+/// CalculiX skips `*PART`: sets outside of parts name the nodes and elements of the parts.
 #[test]
 fn parts_without_an_assembly_are_one_with_what_stands_outside() {
     let part = format!("*PART, NAME=Bracket\n{NODES}{BRICKS}*END PART\n");
@@ -890,6 +907,12 @@ fn parts_without_an_assembly_are_one_with_what_stands_outside() {
     assert_eq!(nodes(&content, "Low"), [1, 2]);
     assert_eq!(tags(&content, "Top"), [1, 2]);
     assert_eq!(content.materials[0].elements, [0, 1]);
+    let sets = "*ASSEMBLY, NAME=a\n*NSET, NSET=Low\n1, 2\n*END ASSEMBLY\n";
+    let content = read(&format!(
+        "*PART, NAME=Bracket\n{NODES}{BRICKS}*END PART\n{sets}"
+    ))
+    .unwrap();
+    assert_eq!(nodes(&content, "Low"), [1, 2]);
     let nodes_outside = format!("{NODES}*PART, NAME=Bracket\n{BRICKS}*END PART\n");
     let content = read(&nodes_outside).unwrap();
     assert_eq!(names(&content), ["Bracket", "Bricks"]);
@@ -970,7 +993,7 @@ fn a_deck_of_shells_without_sets_is_a_surface() {
     let beam = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, TYPE=B31\n1, 1, 2\n*ELEMENT, TYPE=D\n2, 1, 0, 2\n";
     has(
         &message(beam),
-        "those of type B31, D are no solids & read are C3D4",
+        "elements of types B31, D are neither solids nor surfaces & read are C3D4",
     );
 }
 

@@ -56,8 +56,8 @@ impl Cell {
     }
 }
 
-/// Kind of a cell by VTK's number of its type.
-fn cell(kind: f64) -> Option<Cell> {
+/// Kind of a cell by VTK's number of its type and its number of nodes.
+fn cell(kind: f64, nodes: usize) -> Option<Cell> {
     let solid = |nodes| ElementType::with_nodes(nodes).map(Cell::Solid);
     match kind as i64 {
         10 => solid(4),
@@ -68,6 +68,7 @@ fn cell(kind: f64) -> Option<Cell> {
         25 => solid(20),
         26 => solid(15),
         27 => solid(13),
+        7 if matches!(nodes, 3 | 4) => Some(Cell::Facet(nodes)),
         5 => Some(Cell::Facet(3)),
         8 | 9 => Some(Cell::Facet(4)),
         22 => Some(Cell::Facet(6)),
@@ -184,7 +185,7 @@ impl Grid {
     }
 
     fn cell(&mut self, tag: u64, kind: f64, nodes: Vec<u32>) -> Result<(), MeshError> {
-        let Some(cell) = cell(kind) else {
+        let Some(cell) = cell(kind, nodes.len()) else {
             return Err(MeshError::CellType { cell: tag, kind });
         };
         let expected = match cell {

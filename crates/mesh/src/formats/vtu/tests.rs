@@ -385,7 +385,7 @@ fn a_file_that_breaks_off_is_an_error_at_any_byte() {
     }
 }
 
-/// Triangles alone are a surface, and a hexahedron with repeated points is a wedge.
+/// A file of triangles is a surface, and a hexahedron with repeated points is a wedge.
 #[test]
 fn surfaces_alone_and_collapsed_cells_are_read() {
     let file = |points: &str, nodes: &str, kind: u8| {
@@ -401,6 +401,8 @@ fn surfaces_alone_and_collapsed_cells_are_read() {
     };
     let content = parse(file("0 0 0 1 0 0 0 1 0", "0 1 2", 5).as_bytes()).unwrap();
     assert_eq!(content.groups["all"].dimension, 2);
+    let content = parse(file("0 0 0 1 0 0 1 1 0 0 1 0", "0 1 2 3", 7).as_bytes()).unwrap();
+    assert_eq!(content.facets.of(0), [0, 1, 2, 3]);
     let prism = "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1";
     let content = parse(file(prism, "0 1 2 2 3 4 5 5", 12).as_bytes()).unwrap();
     assert_eq!(content.elements.of(0), [0, 1, 2, 3, 4, 5]);
