@@ -110,6 +110,9 @@ fn the_conversion_of_nastran_that_the_error_names_keeps_middle_nodes() {
     has(&mesh.remarks.join(" "), "no physical groups");
 }
 
+/// Name, corners and edges of a solid.
+type Solid<'a> = (&'a str, Vec<[f64; 3]>, &'a [[usize; 2]]);
+
 /// Bulk data with elements of three shapes: corners, then the middles of edges in Nastran's order,
 /// in which the upright edges of hexahedra and wedges precede the edges of the top.
 fn nastran() -> String {
@@ -145,7 +148,7 @@ fn nastran() -> String {
         [6, 7],
         [4, 7],
     ];
-    let elements: [(&str, Vec<[f64; 3]>, &[[usize; 2]]); 3] = [
+    let elements: [Solid<'_>; 3] = [
         ("CTETRA", tetrahedron.to_vec(), &of_tetrahedron),
         (
             "CPENTA",
