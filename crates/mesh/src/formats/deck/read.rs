@@ -1,6 +1,8 @@
 //! Conversion of lines to a [`Deck`]: parts, instances, sets, surfaces and materials, with their
 //! names.
 
+use std::collections::HashSet;
+
 use dovetail_numerics::space::{sub, unit};
 
 use super::left_aside::LeftAside;
@@ -104,6 +106,8 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
         keyword: Keyword::default(),
         place: String::new(),
         aside: LeftAside::default(),
+        names: HashSet::new(),
+        nodes_of_instances: 0,
     };
     while let Some((place, line)) = lines.next() {
         let result = match line {
@@ -142,6 +146,10 @@ struct Reader {
     /// Place of the last data line.
     place: String,
     aside: LeftAside,
+    /// Keys of the names of parts, instances and materials.
+    names: HashSet<(&'static str, String)>,
+    /// Nodes of all instances before the last.
+    nodes_of_instances: usize,
 }
 
 fn name_once(list: &mut Vec<String>, name: &str) {
@@ -150,20 +158,16 @@ fn name_once(list: &mut Vec<String>, name: &str) {
     }
 }
 
-/// A name that none of its kind has yet.
-fn new_name<'a>(
-    name: &str,
-    what: &'static str,
-    mut taken: impl Iterator<Item = &'a String>,
-) -> Result<String, MeshError> {
-    let name = name.to_owned();
-    if taken.any(|other| key(other) == key(&name)) {
-        return Err(MeshError::ScopeTwice { what, name });
-    }
-    Ok(name)
-}
-
 impl Reader {
+    /// A name that none of its kind has yet.
+    fn new_name(&mut self, name: &str, what: &'static str) -> Result<String, MeshError> {
+        let name = name.to_owned();
+        if !self.names.insert((what, key(&name))) {
+            return Err(MeshError::ScopeTwice { what, name });
+        }
+        Ok(name)
+    }
+
     fn at_keyword(&self, lines: &Lines<'_>, error: MeshError) -> MeshError {
         let keyword = &self.keyword;
         lines.files.at(keyword.place, &keyword.shown, error)
@@ -319,8 +323,7 @@ impl Reader {
     }
 
     fn material(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        let taken = self.deck.materials.iter().map(|m| &m.name);
-        let name = new_name(keyword.required("NAME")?, "materials", taken)?;
+        let name = self.new_name(keyword.required("NAME")?, "materials")?;
         self.deck.materials.push(Material {
             name,
             ..Material::default()
@@ -386,8 +389,7 @@ impl Reader {
         let misplaced = |needs: &'static str| MeshError::Misplaced { needs };
         match (keyword.name.as_str(), self.open, self.in_assembly) {
             ("PART", Open::Root, None) => {
-                let taken = self.deck.parts.iter().map(|part| &part.name);
-                let name = new_name(keyword.required("NAME")?, "parts", taken)?;
+                let name = self.new_name(keyword.required("NAME")?, "parts")?;
                 self.deck.parts.push(Scope {
                     name,
                     ..Scope::default()
@@ -410,15 +412,14 @@ impl Reader {
 
     fn instance(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
         let (name, part) = (keyword.required("NAME")?, keyword.required("PART")?);
-        let taken = self.deck.instances.iter().map(|instance| &instance.name);
-        let name = new_name(name, "instances", taken)?;
+        let name = self.new_name(name, "instances")?;
         let parts = self.deck.parts.iter();
         let Some(part) = parts.clone().find(|p| key(&p.name) == key(part)) else {
             let known = parts.map(|p| &p.name);
             return Err(MeshError::no_such_name("part", part, known));
         };
-        let others = self.deck.instances.iter().map(|i| i.nodes.len());
-        let nodes = others.sum::<usize>() + part.nodes.len();
+        self.nodes_of_instances += self.deck.instances.last().map_or(0, |i| i.nodes.len());
+        let nodes = self.nodes_of_instances + part.nodes.len();
         MeshError::check_number("nodes", nodes as u64)?;
         let part = Scope {
             name,

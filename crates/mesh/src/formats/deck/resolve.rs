@@ -66,6 +66,8 @@ type SetKey = (What, usize, String);
 /// All scopes, the root first.
 pub(super) struct Model<'a> {
     scopes: Vec<Placed<'a>>,
+    /// Numbers of the scopes by the keys of their names.
+    instances: HashMap<String, usize>,
     /// Nodes of each element of all scopes.
     pub elements: Connectivity,
     /// Sets that are resolved; `None` while one is being resolved.
@@ -92,6 +94,7 @@ impl<'a> Model<'a> {
         };
         let mut model = Self {
             scopes: Vec::new(),
+            instances: HashMap::new(),
             elements: Connectivity::default(),
             sets: HashMap::new(),
             files,
@@ -101,6 +104,10 @@ impl<'a> Model<'a> {
         };
         let mut first_node = 0;
         for scope in std::iter::once(&deck.root).chain(instances) {
+            if !scope.name.is_empty() {
+                let number = model.scopes.len();
+                model.instances.entry(key(&scope.name)).or_insert(number);
+            }
             model.scopes.push(Placed {
                 scope,
                 first_node,
@@ -150,8 +157,7 @@ impl<'a> Model<'a> {
 
     /// Number of the instance `name`.
     fn instance(&self, name: &str) -> Option<usize> {
-        let is = |p: &Placed<'_>| !p.scope.name.is_empty() && key(&p.scope.name) == key(name);
-        self.scopes.iter().position(is)
+        self.instances.get(&key(name)).copied()
     }
 
     /// Scope and key of the set `name`, also of `instance.set`, as seen from a scope.
