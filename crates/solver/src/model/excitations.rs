@@ -108,19 +108,24 @@ fn field_forces(
     let (body, facets) = surface(mesh, bodies, on, [1.0; 3], used_by)?;
     let builder = &bodies[body];
     let facets = Facets::new(facets, |node| builder.nodes_m()[node as usize]);
-    let (forces, mut map) = mapping::map(field, &facets);
     let size_m = diagonal(builder.nodes_m());
+    let points = field.points_m.len();
+    let far = |(count, distance_m)| ModelError::FieldFar {
+        used_by: used_by.to_owned(),
+        group: on.to_owned(),
+        field: name.clone(),
+        count,
+        points,
+        distance_m,
+        size_m,
+    };
+    if let Some(found) = mapping::far_off(&field.points_m, &facets, size_m) {
+        return Err(far(found));
+    }
+    let (forces, mut map) = mapping::map(field, &facets);
     let count = map.farther_than(size_m);
     if count > 0 {
-        return Err(ModelError::FieldFar {
-            used_by: used_by.to_owned(),
-            group: on.to_owned(),
-            field: name,
-            count,
-            points: map.points,
-            distance_m: map.largest_distance_m,
-            size_m,
-        });
+        return Err(far((count, map.largest_distance_m)));
     }
     map.field = name;
     map.surface = on.to_owned();

@@ -157,6 +157,28 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
     (forces.parts(), map)
 }
 
+/// Number of points that are farther from the box around a surface than `limit_m`, and the distance
+/// of the farthest of them from the surface, m; `None` if all are nearer. The feet of far points are
+/// not searched, because that is slow.
+pub(super) fn far_off(
+    points_m: &[[f64; 3]],
+    facets: &Facets,
+    limit_m: f64,
+) -> Option<(usize, f64)> {
+    let mut ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for x in facets.coords_m.iter().flatten() {
+        ends[0] = [0, 1, 2].map(|k| ends[0][k].min(x[k]));
+        ends[1] = [0, 1, 2].map(|k| ends[1][k].max(x[k]));
+    }
+    let from_box =
+        |p: &[f64; 3]| norm([0, 1, 2].map(|k| p[k] - p[k].clamp(ends[0][k], ends[1][k])));
+    let distances = points_m.iter().map(|p| (from_box(p), *p));
+    let far: Vec<(f64, [f64; 3])> = distances.filter(|(d, _)| *d > limit_m).collect();
+    let (_, farthest) = far.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (_, foot) = FacetTree::new(&facets.coords_m).nearest(*farthest)?;
+    Some((far.len(), distance(foot.position_m, *farthest)))
+}
+
 /// Point of the surface that is nearest to a given point.
 struct Foot {
     facet: usize,
@@ -662,6 +684,9 @@ mod tests {
         assert!((8..=16).contains(&map.empty_facets), "{map:?}");
         points[3][2] = 0.6;
         points[7][2] = -7.0;
+        assert_eq!(far_off(&points, &facets, 8.0), None);
+        assert_eq!(far_off(&points, &facets, 1.0), Some((1, 7.0)));
+        assert_eq!(far_off(&points, &facets, 0.5).map(|far| far.0), Some(2));
         let (_, map) = super::map(&of_pressures(points, |_| [1.0, 0.0]), &facets);
         assert_eq!((map.far_points, map.farther_than(1.0)), (2, 1));
         assert!((map.largest_distance_m - 7.0).abs() < 1e-12);
