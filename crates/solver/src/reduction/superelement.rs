@@ -622,6 +622,22 @@ fn mean_diagonal(a: &Mat<f64>) -> f64 {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
+    let written = write_all(folder, element);
+    if written.is_err() {
+        // A folder that is not complete cannot be read. Some of the files may not exist.
+        for name in FILES {
+            let _ = std::fs::remove_file(part(folder, name));
+        }
+    }
+    written
+}
+
+/// Path of a file of a folder until all of them are written.
+fn part(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.reduce.part"))
+}
+
+fn write_all(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
     let model = &element.model;
     let positions = Mat::from_fn(element.positions_m.len(), 3, |i, j| {
         element.positions_m[i][j]
@@ -660,7 +676,7 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     files.push((POSITIONS, positions.as_ref()));
     let hash = name_of_model(&files);
     let comment = format!("{MODEL} {hash}");
-    let part = |name: &str| folder.join(format!("{name}.reduce.part"));
+    let part = |name: &str| part(folder, name);
     let failed = |path: PathBuf| |source| SuperelementError::Write { path, source };
     for (name, values) in &files {
         let path = part(name);
