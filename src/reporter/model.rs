@@ -200,8 +200,8 @@ const FAR_APART: f64 = 0.05;
 /// Adds a note on matrices of another program: their rows, and the number of rigid motions that
 /// strain nothing, six of a body without supports.
 fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>) {
-    let others = placed.others();
-    let on_mesh = placed.places.len() - others;
+    let (others, empty) = (placed.others(), placed.empty());
+    let on_mesh = placed.places.len() - others - empty;
     let beside = match others {
         0 => String::new(),
         others => format!(", and {others} unknowns that no node of the mesh has"),
@@ -220,10 +220,30 @@ fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>)
         0 => format!("no {one} free{rest}"),
         count => format!("{} free{rest}", counted(count, one, several)),
     };
+    let empty = match empty {
+        0 => String::new(),
+        count => format!(
+            "; {} neither stiffness nor mass and {} left out",
+            counted(count, "row has", "rows have"),
+            if count == 1 { "is" } else { "are" }
+        ),
+    };
     lines.push(Line::Note(format!(
-        "{}: matrices, {on_mesh} displacements of nodes of the mesh{beside}; {free}",
+        "{}: matrices, {on_mesh} displacements of nodes of the mesh{beside}; {free}{empty}",
         body.name
     )));
+    let negative = placed.given.negative_stiffness();
+    if negative > 0 {
+        lines.push(Line::warning(
+            Weight::Doubt,
+            format!(
+                "body `{}`: its stiffness is indefinite, {} negative: without its contacts the body is unstable at rest; \
+                 write the matrix again, unless a prestress or a rotation makes it so",
+                body.name,
+                counted(negative, "eigenvalue is", "eigenvalues are")
+            ),
+        ));
+    }
 }
 
 fn spring_note(spring: &SpringSpec) -> String {

@@ -11,10 +11,10 @@ use dovetail_solver::model::{
     Assembly, Body, BodyMesh, BodySpec, MaterialSpec, MatrixSource, bind,
 };
 use dovetail_testkit::folder::root;
-use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, has, on_scene, told};
+use crate::shared_program::{cases, has, on_scene, said_in_one_line, told};
 use crate::shared_runs::{Row, number, rows};
 
 /// The joint of two decks at rest: a force pulls the blade outwards.
@@ -240,4 +240,169 @@ fn keys_of_matrices_that_do_not_fit_are_refused() {
         &said,
         "`body.blade.stiffness_file` is given without `body.blade.units` & m-kg-s",
     );
+}
+
+/// Nodes and directions of a chain of six nodes, of which each has a spring and a mass along three
+/// axes to the next one; its rotations have rows without entries, as Nastran writes them for solids.
+const ROWS: usize = 36;
+
+/// Entries of the stiffness, N/mm, and of the mass, t.
+fn chain() -> [Vec<(usize, usize, f64)>; 2] {
+    let mut both = [Vec::new(), Vec::new()];
+    for link in 0..5 {
+        let along = link as f64;
+        let stiffness = [
+            1000.0 + 37.0 * along,
+            310.5 + 11.0 * along,
+            77.25 + 3.0 * along,
+        ];
+        let mass = 1e-3 * (1.0 + 0.13 * along) / 6.0;
+        for (axis, k) in stiffness.into_iter().enumerate() {
+            let ends = [6 * link + axis, 6 * link + 6 + axis];
+            for (a, i) in ends.into_iter().enumerate() {
+                for (b, j) in ends.into_iter().enumerate() {
+                    both[0].push((i, j, if a == b { k } else { -k }));
+                    both[1].push((i, j, if a == b { 2.0 * mass } else { mass }));
+                }
+            }
+        }
+    }
+    both
+}
+
+/// Folder with a scene of the chain, whose entries `change` may change.
+fn with_chain(name: &str, change: impl Fn(&mut [Vec<(usize, usize, f64)>; 2])) -> Folder {
+    let folder = Folder::new(name);
+    let mut both = chain();
+    change(&mut both);
+    for (entries, file) in both.iter().zip(["k.mtx", "m.mtx"]) {
+        let mut matrix = CooMatrix::new(ROWS, ROWS);
+        entries.iter().for_each(|(i, j, v)| matrix.push(*i, *j, *v));
+        folder.write(file, write_matrix_market(&CscMatrix::from(&matrix)));
+    }
+    let mut table = "node,direction\n".to_owned();
+    let mut deck = "*NODE\n".to_owned();
+    for node in 1..=6 {
+        writeln!(deck, "{node},{}.,{}.,0.", 10 * node, node % 2).unwrap();
+        for direction in 1..=6 {
+            writeln!(table, "{node},{direction}").unwrap();
+        }
+    }
+    deck += "*NSET,NSET=ROOT\n1\n*NSET,NSET=TIP\n6\n*ELEMENT,TYPE=S3,ELSET=SKIN\n";
+    (1..5).for_each(|n| writeln!(deck, "{n},{n},{},{}", n + 1, n + 2).unwrap());
+    folder.write("rows.csv", table);
+    folder.write("chain.inp", deck);
+    let scene = "
+        name = \"chain\"
+        [[body]]
+        name = \"chain\"
+        mesh_file = \"chain.inp\"
+        units = \"mm-t-s\"
+        volume = \"all\"
+        stiffness_file = \"k.mtx\"
+        mass_file = \"m.mtx\"
+        rows_file = \"rows.csv\"
+        fixed = [\"ROOT\"]
+        [damping]
+        ratio = 0.01
+        [[excitation]]
+        on = \"TIP\"
+        direction = [1.0, 0.0, 0.0]
+        force_n = 1.0
+        [[observe]]
+        name = \"tip\"
+        points = \"TIP\"
+        direction = [1.0, 0.0, 0.0]
+        [response]
+        frequency_hz = [10.0, 20.0]
+        points = 2
+        harmonics = 1
+        ";
+    folder.write("scene.toml", scene);
+    folder
+}
+
+/// The frequencies come from `scipy.linalg.eigh` for the rows with entries, with node 1 held.
+#[test]
+fn rows_with_neither_stiffness_nor_mass_are_left_out() {
+    let folder = with_chain("given_matrices_empty_rows", |_| {});
+    let scene = folder.join("scene.toml");
+    let run = on_scene("modes", &scene, &folder.join("out"), &[]);
+    let words = "18 displacements & 18 rows have neither stiffness nor mass and are left out";
+    has(&told(run, 0), words);
+    let modes = rows(&folder.join("out/modes.csv"));
+    let found: Vec<f64> = modes
+        .iter()
+        .map(|row| number(row, "frequency_hz"))
+        .collect();
+    for (found, expected) in found.iter().zip([12.0754, 24.1699, 39.9214, 43.4081]) {
+        assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+    }
+    let load = |row: usize| {
+        let values = (0..ROWS).map(|i| if i == row { "1.0\n" } else { "0.0\n" });
+        let head = format!("%%MatrixMarket matrix array real general\n{ROWS} 1\n");
+        folder.write("load.mtx", head + &values.collect::<String>());
+        on_scene(
+            "static",
+            &scene,
+            &folder.join("out"),
+            &["body.chain.load_file=load.mtx"],
+        )
+    };
+    has(
+        &told(load(33), 2),
+        "value 34 of the steady load & neither stiffness nor mass",
+    );
+}
+
+#[test]
+fn indefinite_matrices_are_named() {
+    let add = |what: usize, entries: &'static [(usize, usize, f64)]| {
+        move |both: &mut [Vec<(usize, usize, f64)>; 2]| both[what].extend(entries)
+    };
+    let three: &[_] = &[(6, 12, 5e-4), (12, 6, 5e-4), (12, 18, 5e-4), (18, 12, 5e-4)];
+    let table = [
+        (
+            "pair",
+            1,
+            &[(8, 14, 1.0), (14, 8, 1.0)][..],
+            "the mass matrix is indefinite: entry (15, 9)",
+        ),
+        (
+            "three",
+            1,
+            three,
+            "the mass matrix is indefinite & eigenvalues are negative",
+        ),
+        (
+            "spring",
+            0,
+            &[(8, 14, -900.0), (14, 8, -900.0)],
+            "the stiffness matrix is indefinite: entry",
+        ),
+    ];
+    for (name, what, entries, words) in table {
+        let folder = with_chain(&format!("given_matrices_{name}"), add(what, entries));
+        let run = on_scene("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
+        has(&told(run, 2), words);
+    }
+    // A spring of negative stiffness that two others hold: every pair of rows is possible.
+    let softer = &[
+        (8, 8, -100.0),
+        (8, 14, 100.0),
+        (14, 8, 100.0),
+        (14, 14, -100.0),
+    ];
+    let folder = with_chain("given_matrices_softer", add(0, softer));
+    let run = on_scene("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
+    let said = run_to_its_end(run);
+    has(
+        &said,
+        "body `chain`: its stiffness is indefinite, 1 eigenvalue is negative",
+    );
+}
+
+/// Output to stderr, on one line, whatever the exit code.
+fn run_to_its_end(mut run: std::process::Command) -> String {
+    said_in_one_line(&run.output().unwrap())
 }

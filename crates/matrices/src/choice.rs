@@ -55,7 +55,7 @@ impl Quantity {
 }
 
 /// Index of the matrix that is meant, see [`Matrices::choose`](crate::Matrices::choose). `other`
-/// says what a variable of a name is that is no matrix.
+/// describes a variable of a name that has another type.
 pub(crate) fn pick(
     matrices: &[Option<&str>],
     quantity: Quantity,

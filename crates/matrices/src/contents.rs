@@ -1,6 +1,6 @@
 //! Matrices that a file has, before one of them is asked for.
 //!
-//! A matrix that cannot be read does no harm to the others: its fault is told when it is chosen.
+//! A matrix that cannot be read does no harm to the others: its fault is reported when it is chosen.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,7 @@ pub(crate) enum Content<'a> {
     Unread(mat::Variable<'a>),
 }
 
-/// Variable that is no matrix of real numbers.
+/// Variable of another type than a matrix of real numbers.
 #[derive(Debug)]
 pub(crate) struct Other {
     pub name: String,
@@ -64,10 +64,10 @@ impl<'a> Found<'a> {
         });
     }
 
-    /// Contents of a file of so many bytes.
+    /// Contents of a file of this length.
     ///
     /// # Errors
-    /// There are no matrices.
+    /// The file lacks matrices.
     pub fn of(self, path: &Path, bytes: usize) -> Result<Matrices<'a>, MatrixError> {
         let Self { list, others } = self;
         if list.is_empty() {

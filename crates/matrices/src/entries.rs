@@ -69,16 +69,16 @@ impl Sizes {
     }
 }
 
-/// Most bytes of memory that an entry or a column takes until the matrix is made.
+/// Most bytes of memory for an entry or a column until the matrix is made.
 pub(crate) const OF_AN_ENTRY: usize = 48;
-/// Most bytes of memory that a whole number of a growing list takes.
+/// Most bytes of memory for a whole number of a growing list.
 pub(crate) const OF_A_NUMBER: usize = 8;
-/// Bytes of memory that a compressed file may become: free ones, and as many for each of its own.
+/// Bytes of memory that a compressed file may become: free ones, and a number for each of its own.
 const FREE_BYTES: usize = 100_000_000;
 const BYTES_OF_A_BYTE: usize = 100;
 
-/// Memory that the matrices of a compressed file may take. A file of which one byte becomes many
-/// entries is no file of finite elements: their rows differ.
+/// Memory for the matrices of a compressed file. A file of which one byte becomes many
+/// entries does not come from finite elements: their rows differ.
 #[derive(Debug)]
 pub(crate) struct Budget {
     file: usize,
@@ -86,7 +86,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Budget for a file of so many bytes.
+    /// Budget for a file of this length.
     pub fn of(bytes: usize) -> Self {
         let more = bytes.saturating_mul(BYTES_OF_A_BYTE);
         Self {
@@ -98,7 +98,7 @@ impl Budget {
     /// Takes bytes for a matrix of a name.
     ///
     /// # Errors
-    /// There are not so many left.
+    /// Too few bytes are left.
     pub fn charge(&mut self, bytes: usize, name: &str) -> Result<(), Fault> {
         let left = self.left.checked_sub(bytes);
         self.left = left.ok_or_else(|| Fault::Inflated {
@@ -111,7 +111,7 @@ impl Budget {
     /// Takes bytes for the rows and columns of a matrix.
     ///
     /// # Errors
-    /// There are not so many left.
+    /// Too few bytes are left.
     pub fn size(&mut self, rows: u64, columns: u64, name: &str) -> Result<[usize; 2], Fault> {
         let size = [rows, columns].map(|n| u32::try_from(n).ok());
         let [Some(rows), Some(columns)] = size else {

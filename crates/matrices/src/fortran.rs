@@ -1,17 +1,16 @@
-//! Fortran formats, by which numbers stand in columns of lines: `(3D24.16)`, `(1X,8I9)`,
+//! Fortran formats of numbers in columns of lines: `(3D24.16)`, `(1X,8I9)`,
 //! `(1P,2(2X,E22.15))`.
 //!
 //! What a format says of input is done here: repeat counts, groups, positions (X, T, TL, TR), ends
 //! of lines (/), scale factors (P), decimals of numbers without a point, blanks in numbers (BN, BZ)
-//! and decimal commas (DC, DP). A format that comes to its end goes on in the next line with its
-//! last group.
+//! and decimal commas (DC, DP). A format goes on in the next line with its last group.
 
 use std::borrow::Cow;
 
 use crate::error::{Fault, Read, WRITE_AGAIN};
 use crate::text::{self, Lines};
 
-/// Most steps of a format, and most of what it counts.
+/// Most steps of a format, and its largest number.
 const MOST: usize = 10_000;
 /// Most groups within one another.
 const MOST_DEPTH: usize = 50;
@@ -48,7 +47,7 @@ pub(crate) struct Format {
 }
 
 impl Format {
-    /// Format of a text such as `(3D24.16)`; `None` where it is none of numbers.
+    /// Format of a text such as `(3D24.16)`; `None` for a text of another kind.
     pub fn new(text: &[u8]) -> Option<Self> {
         let letters = text.iter().filter(|b| !b.is_ascii_whitespace());
         let text: Vec<u8> = letters.map(u8::to_ascii_uppercase).collect();
@@ -63,8 +62,7 @@ impl Format {
         (rest.is_empty() && has_field(&steps[again..])).then_some(Self { steps, again })
     }
 
-    /// Formats that stand one behind the other, each in parentheses. `None` where something else
-    /// stands between them.
+    /// Formats one behind the other, each in parentheses. `None` if other text is between them.
     pub fn several(line: &[u8]) -> Option<Vec<&[u8]>> {
         let mut found = Vec::new();
         let (mut depth, mut from) = (0usize, 0);
@@ -163,7 +161,7 @@ impl Parser<'_> {
         self.repeat(from, count?)
     }
 
-    /// Reads what follows the letter of a number: width, decimals, digits of the exponent.
+    /// Reads the width, the decimals and the digits of the exponent behind the letter of a number.
     fn field(&mut self, letter: u8) -> Option<()> {
         let width = self.whole().filter(|n| *n > 0)?;
         let mut decimals = 0;
@@ -276,7 +274,7 @@ impl<'a, 'b> Numbers<'a, 'b> {
         }
     }
 
-    /// Number of the line that the last field stands in.
+    /// Number of the line of the last field.
     pub fn line_number(&self) -> usize {
         self.lines.number()
     }
@@ -284,7 +282,7 @@ impl<'a, 'b> Numbers<'a, 'b> {
     /// Next field.
     ///
     /// # Errors
-    /// The text has come to its end before `missing`.
+    /// The text ends before `missing`.
     pub fn next(&mut self, missing: &str) -> Read<Field<'b>> {
         let (mut line, mut column) = match self.line {
             Some(place) => place,
@@ -334,7 +332,7 @@ impl Drop for Numbers<'_, '_> {
 }
 
 impl Reading {
-    /// Text of a number without what Fortran overlooks in it.
+    /// Text of a number without the blanks that Fortran overlooks in it.
     fn without_blanks(self, field: &[u8]) -> Cow<'_, [u8]> {
         let trimmed = field.trim_ascii();
         let is_plain = !trimmed.iter().any(u8::is_ascii_whitespace) && !self.has_comma;
@@ -454,7 +452,7 @@ mod tests {
             ("(2E8.2)", " 1.5E+01-2.5E+00", &[15.0, -2.5][..]),
             ("(1P,2D8.1)", " 1.5D+01-2.5D-01", &[15.0, -0.25]),
             ("(1P2(E8.1))", " 1.5E+01-2.5E-01", &[15.0, -0.25]),
-            // The scale divides what has no exponent, also in the next line.
+            // The scale divides numbers without an exponent, also in the next line.
             ("(2PF6.1)", "1234.5\n 150.0", &[12.345, 1.5]),
             ("(-1PF6.1,0PF6.1)", "   1.5   1.5", &[15.0, 1.5]),
             // No point: the last digits are the decimals.

@@ -11,8 +11,8 @@
 //! - A matrix is whole: of a file that has one of each pair of opposite entries both are made. A
 //!   file that has both is taken as it is, whether they are equal or not.
 //! - Entries are finite numbers and not zero; several at one place are added.
-//! - Memory is taken for what stands in the file, not for what its header announces, and for what is
-//!   decompressed up to 100 MB and 100 bytes for each of the file.
+//! - A file needs memory for its contents, not for the numbers in its header. A compressed file needs
+//!   at most 100 MB and 100 bytes for each of its own.
 //! - A matrix that cannot be read does no harm to the others of its file.
 //! - No file is opened here. The path is for messages.
 //!
@@ -80,8 +80,8 @@ pub struct NamedMatrix {
 /// Finds the matrices of a file, whatever its format.
 ///
 /// # Errors
-/// Bytes that are no file of matrices in a known format, and one without a matrix of real numbers. A
-/// fault of one of several matrices is told when it is chosen.
+/// Bytes in an unknown format, and a file without a matrix of real numbers. A fault of one of several
+/// matrices is reported when the matrix is chosen.
 pub fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Matrices<'a>, MatrixError> {
     let format = detect::detect(path, bytes).map_err(|fault| fault.in_file().of(path))?;
     let one = |matrix: NamedMatrix| {

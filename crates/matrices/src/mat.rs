@@ -75,7 +75,7 @@ pub(crate) struct Variable<'a> {
     is_big_endian: bool,
 }
 
-/// What stands before the values of a variable.
+/// Part of a variable before its values.
 struct Head {
     class: u64,
     is_complex: bool,
@@ -84,7 +84,7 @@ struct Head {
 }
 
 impl Head {
-    /// Reads up to the values; `None` for what has no name.
+    /// Reads up to the values; `None` for a variable without a name.
     fn of(stream: &mut Stream) -> Read<Option<Self>> {
         let (_, flags) = stream.short("the flags of a variable")?;
         let flags = flags.first_chunk::<4>();
@@ -115,7 +115,7 @@ impl Head {
         }))
     }
 
-    /// Reason why a variable is no matrix of real numbers.
+    /// Reason why a variable cannot be read as a matrix of real numbers.
     fn other(&self) -> Option<&'static str> {
         match self.class {
             1 => Some("a cell array"),
@@ -132,7 +132,7 @@ impl Head {
 }
 
 impl<'a> Variable<'a> {
-    /// Adds the variable to those of a file.
+    /// Adds the variable to the contents of a file.
     fn list(self, found: &mut Found<'a>) {
         let head = self.stream().and_then(|mut stream| Head::of(&mut stream));
         match head {

@@ -64,7 +64,7 @@ impl Header {
     }
 }
 
-/// Adds a matrix to those of a file, or its first fault.
+/// Adds a matrix or its first fault to the contents of a file.
 fn add(found: &mut Found, header: Header, read: Read<Entries>) {
     if header.is_complex() {
         return found.others.push(Other {
@@ -85,8 +85,7 @@ fn add(found: &mut Found, header: Header, read: Read<Entries>) {
     found.add(name, header.columns, matrix);
 }
 
-/// Entries of a matrix, up to the first value that is no finite number: it spoils the matrix, and
-/// not the ones behind it.
+/// Entries of a matrix up to the first infinite or undefined value, which spoils only this matrix.
 struct Columns {
     entries: Entries,
     failure: Option<Failure>,

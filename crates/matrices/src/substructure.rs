@@ -36,7 +36,7 @@ enum Part {
     Matrix {
         name: String,
         line: usize,
-        /// Values, or the fault of the first that is none.
+        /// Values, or the fault of the first wrong one.
         values: Read<Vec<f64>>,
     },
 }

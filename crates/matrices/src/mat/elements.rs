@@ -55,7 +55,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Place of the next byte: in the file, or in what is decompressed.
+    /// Place of the next byte in the file, or in the decompressed data.
     pub fn at(&self) -> usize {
         self.at
     }
@@ -65,7 +65,7 @@ impl<'a> Stream<'a> {
         self.padding.unwrap_or(0)
     }
 
-    /// Goes on with the elements within the last one, of so many bytes.
+    /// Goes on with the elements within the last one, whose length is given.
     pub fn enter(&mut self, length: usize) {
         (self.left, self.padding) = (length, None);
     }
@@ -210,7 +210,7 @@ impl Form {
 pub(super) struct Number {
     form: Form,
     bits: u64,
-    /// Place, as that of [`Stream::at`].
+    /// Place, as in [`Stream::at`].
     pub at: usize,
 }
 

@@ -52,15 +52,6 @@ pub enum FemError {
         "node {node} of body `{body}` is in contact but does not move by itself: a node of a contact must be free"
     )]
     ContactNodeNotFree { body: String, node: u64 },
-    #[error(
-        "body \"{body}\": {count} degrees of freedom have neither stiffness nor mass in its matrices, the first of them \
-         at node {node_tag}; leave these rows out of the matrices and of their table"
-    )]
-    EmptyRows {
-        body: String,
-        count: usize,
-        node_tag: u64,
-    },
     #[error("body \"{body}\": the static state under rotation could not be solved")]
     Statics { body: String, source: SolveFailure },
     #[error("body \"{body}\": the modes of its aerodynamic influence were not found")]
@@ -93,14 +84,6 @@ impl FemError {
             body: body.name.clone(),
             node_tag: locate(body, free_node).0,
             displacement_m,
-        }
-    }
-
-    pub(super) fn empty_rows(body: &Body, count: usize, first_dof: usize) -> Self {
-        Self::EmptyRows {
-            body: body.name.clone(),
-            count,
-            node_tag: locate(body, first_dof / 3).0,
         }
     }
 

@@ -10,7 +10,6 @@
 use faer::{Mat, MatRef};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
-use super::FemError;
 use super::springs::SpringElement;
 use crate::model::{Body, Place, PlacedMatrices};
 use dovetail_numerics::dense::{product, self_adjoint_eigenvalues};
@@ -19,14 +18,11 @@ use dovetail_numerics::sparse::times;
 
 /// Stiffness and mass of a body on its free degrees of freedom, with its springs, before what is
 /// held is uncoupled.
-///
-/// # Errors
-/// [`FemError::EmptyRows`] where free degrees of freedom have neither stiffness nor mass.
 pub fn matrices(
     body: &Body,
     placed: &PlacedMatrices,
     springs: &[SpringElement],
-) -> Result<(CscMatrix<f64>, CscMatrix<f64>), FemError> {
+) -> (CscMatrix<f64>, CscMatrix<f64>) {
     let size = 3 * body.dofs.free_nodes();
     let (mut stiffness, mass) = summed(body, placed, springs);
     let [of_stiffness, of_mass] = [&stiffness, &mass].map(diagonal);
@@ -34,22 +30,17 @@ pub fn matrices(
     for dof in &body.held_dofs {
         is_held[*dof as usize] = true;
     }
-    // Held degrees of freedom without a stiffness would make the matrix singular.
+    // Degrees of freedom that are held or that nothing moves would make the matrix singular.
     let mean = of_stiffness.iter().sum::<f64>() / size as f64;
     let mut more = CooMatrix::new(size, size);
-    let lacking = || (0..size).filter(|dof| of_stiffness[*dof] <= 0.0);
-    for dof in lacking().filter(|dof| is_held[*dof]) {
+    let lacking = (0..size).filter(|dof| of_stiffness[*dof] <= 0.0);
+    for dof in lacking.filter(|dof| is_held[*dof] || of_mass[*dof] <= 0.0) {
         more.push(dof, dof, mean);
     }
     if more.nnz() > 0 {
         stiffness = &stiffness + &CscMatrix::from(&more);
     }
-    let empty = lacking().filter(|dof| !is_held[*dof] && of_mass[*dof] <= 0.0);
-    let empty: Vec<usize> = empty.collect();
-    match empty.first() {
-        Some(first) => Err(FemError::empty_rows(body, empty.len(), *first)),
-        None => Ok((stiffness, mass)),
-    }
+    (stiffness, mass)
 }
 
 /// Stiffness and mass of [`matrices`], whatever they lack.
@@ -104,7 +95,7 @@ pub fn mass_and_centre(body: &Body, placed: &PlacedMatrices) -> (f64, Option<[f6
     let mass_kg = dot(&all);
     let position = |place: &Place| match *place {
         Place::Displacement { node, .. } => Some(body.nodes_m[node as usize]),
-        Place::Other { .. } => None,
+        Place::Other { .. } | Place::Empty => None,
     };
     let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     let known = placed.places.iter().zip(&all).zip(&force);

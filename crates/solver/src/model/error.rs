@@ -112,7 +112,7 @@ pub enum ModelError {
         tag: u64,
     },
     #[error(
-        "contact `{contact}`: {count} nodes of its flank on body `{body}` (first tags {}) have no row in the matrices of that body: retain them where the matrices are made, or name a surface whose nodes have rows",
+        "contact `{contact}`: {count} nodes of its flank on body `{body}` (first tags {}) have no row with stiffness or mass in the matrices of that body: retain them where the matrices are made, or name a surface whose nodes have rows",
         list(tags)
     )]
     FlankWithoutRows {
@@ -210,7 +210,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "{used_by}: group `{group}` has {count} nodes (first tags {}) that are fixed, or have no row in the matrices of their body: they cannot move; name another group, or hold less by `fixed`",
+        "{used_by}: group `{group}` has {count} nodes (first tags {}) that are fixed, or have no row with stiffness or mass in the matrices of their body: they cannot move; name another group, or hold less by `fixed`",
         list(tags)
     )]
     NodesFixed {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 use serde::Serialize;
 use serde::ser::{SerializeTuple, Serializer};
 
@@ -13,6 +13,7 @@ use dovetail_mesh::Row;
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_numerics::space::cross;
+use dovetail_numerics::sparse::{self, Symbolic};
 
 /// Largest difference of two entries of a symmetric matrix, relative to the largest entry.
 const ASYMMETRY: f64 = 1e-9;
@@ -24,6 +25,9 @@ pub struct GivenMatrices {
     mass: CscMatrix<f64>,
     rows: Vec<Row>,
     load_n: Option<Vec<f64>>,
+    /// True for rows with neither stiffness nor mass.
+    is_empty: Vec<bool>,
+    negative_stiffness: usize,
 }
 
 /// Error of matrices that are not those of a body.
@@ -70,6 +74,26 @@ pub enum MatricesError {
         value: f64,
     },
     #[error(
+        "the {what} matrix is indefinite: entry ({row}, {column}), counted from 1, is {value:.3e}, and the entries {first:.3e} and {second:.3e} of the diagonal in its row and column allow no more than {most:.3e}; a motion of these two rows would have a negative energy"
+    )]
+    TooFarOff {
+        what: &'static str,
+        row: usize,
+        column: usize,
+        value: f64,
+        first: f64,
+        second: f64,
+        most: f64,
+    },
+    #[error(
+        "the mass matrix is indefinite: {negative} of its {rows} eigenvalues are negative, and a motion would have a negative kinetic energy; write it again from the model"
+    )]
+    IndefiniteMass { negative: usize, rows: usize },
+    #[error(
+        "value {row} of the steady load, counted from 1, acts on a row with neither stiffness nor mass: nothing can carry it"
+    )]
+    LoadOnEmptyRow { row: usize },
+    #[error(
         "the steady load has {values} values, and the matrices have {rows} rows: it has one for each"
     )]
     LoadSize { values: usize, rows: usize },
@@ -92,7 +116,7 @@ impl GivenMatrices {
     ///
     /// # Errors
     /// Matrices that are not square, of different sizes, not symmetric (1e-9 of the largest entry)
-    /// or not finite, with negative diagonals; a row that is named twice.
+    /// or not finite, with negative diagonals; an indefinite mass; a row that is named twice.
     ///
     /// # Panics
     /// Where `units` give no unit of force: a length alone does not.
@@ -131,7 +155,14 @@ impl GivenMatrices {
                 });
             }
         }
+        let negative = negative_eigenvalues(&mass);
+        if negative > 0 {
+            let rows = rows.len();
+            return Err(MatricesError::IndefiniteMass { negative, rows });
+        }
         Ok(Self {
+            is_empty: empty_rows(&stiffness, &mass),
+            negative_stiffness: negative_eigenvalues(&stiffness),
             stiffness,
             mass,
             rows,
@@ -143,7 +174,8 @@ impl GivenMatrices {
     /// in newtons.
     ///
     /// # Errors
-    /// A load of another size, or one that is not finite.
+    /// A load of another size, one that is not finite, or one on a row with neither stiffness nor
+    /// mass.
     pub fn with_load(mut self, load_n: Vec<f64>) -> Result<Self, MatricesError> {
         if load_n.len() != self.rows.len() {
             return Err(MatricesError::LoadSize {
@@ -153,6 +185,10 @@ impl GivenMatrices {
         }
         if let Some(at) = load_n.iter().position(|f| !f.is_finite()) {
             return Err(MatricesError::LoadNotFinite { row: at + 1 });
+        }
+        let mut loaded = load_n.iter().zip(&self.is_empty);
+        if let Some(at) = loaded.position(|(f, is_empty)| *f != 0.0 && *is_empty) {
+            return Err(MatricesError::LoadOnEmptyRow { row: at + 1 });
         }
         self.load_n = Some(load_n);
         Ok(self)
@@ -173,9 +209,103 @@ impl GivenMatrices {
         &self.rows
     }
 
+    /// Number of negative eigenvalues of the stiffness, beyond rounding: without its joints the body
+    /// is unstable.
+    pub fn negative_stiffness(&self) -> usize {
+        self.negative_stiffness
+    }
+
     /// Steady load on the rows, N, if there is one.
     pub fn load_n(&self) -> Option<&[f64]> {
         self.load_n.as_deref()
+    }
+}
+
+/// Rows that have entries in neither of two symmetric matrices.
+pub fn empty_rows(stiffness: &CscMatrix<f64>, mass: &CscMatrix<f64>) -> Vec<bool> {
+    let mut is_empty = vec![true; stiffness.ncols()];
+    for (_, j, _) in [stiffness, mass]
+        .into_iter()
+        .flat_map(|matrix| matrix.triplet_iter())
+        .filter(|(.., v)| **v != 0.0)
+    {
+        is_empty[j] = false;
+    }
+    is_empty
+}
+
+/// Smallest share of the diagonal that a negative eigenvalue exceeds: below it may be the rounding
+/// of a free body, or the softening of one that rotates.
+const NEGATIVE: f64 = 1e-5;
+
+/// Number of negative eigenvalues of a symmetric matrix whose rows are scaled to a diagonal of 1.
+/// Those above -1e-5 do not count. A matrix that cannot be factored has none that are known.
+pub fn negative_eigenvalues(matrix: &CscMatrix<f64>) -> usize {
+    // A row with its diagonal only is an eigenvalue by itself.
+    let entries = || matrix.triplet_iter().filter(|(.., v)| **v != 0.0);
+    let mut place = vec![None; matrix.ncols()];
+    let mut coupled = 0;
+    for (_, j, _) in entries().filter(|(i, j, _)| i != j) {
+        place[j].get_or_insert_with(|| {
+            coupled += 1;
+            coupled - 1
+        });
+    }
+    let mut own = CooMatrix::new(coupled, coupled);
+    let mut scales = CscMatrix::identity(coupled);
+    let mut negative = 0;
+    for (i, j, v) in entries() {
+        match (place[i], place[j]) {
+            (Some(i), Some(j)) => {
+                own.push(i, j, *v);
+                if i == j && *v > 0.0 {
+                    scales.values_mut()[i] = *v;
+                }
+            }
+            _ => negative += usize::from(*v < 0.0),
+        }
+    }
+    let own = CscMatrix::from(&own);
+    let counted = Symbolic::analyse(&own)
+        .and_then(|symbolic| sparse::negative_eigenvalues(&own, -NEGATIVE, &scales, &symbolic));
+    negative + counted.unwrap_or(0)
+}
+
+/// Entry of a matrix that is too large for the diagonal of its row and column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TooFarOff {
+    /// Row, from 0.
+    pub row: usize,
+    /// Column, from 0.
+    pub column: usize,
+    /// Value of the entry.
+    pub value: f64,
+    /// Entries of the diagonal in the row and in the column.
+    pub diagonal: [f64; 2],
+}
+
+/// First entry of a symmetric matrix that makes it indefinite by itself: its square exceeds the
+/// product of the entries of the diagonal in its row and column by more than rounding.
+pub fn too_far_off(matrix: &CscMatrix<f64>) -> Option<TooFarOff> {
+    let mut diagonal = vec![0.0; matrix.ncols()];
+    for (i, _, v) in matrix.triplet_iter().filter(|(i, j, _)| i == j) {
+        diagonal[i] = *v;
+    }
+    let entries = matrix.triplet_iter().filter(|(i, j, _)| i != j);
+    let mut entries = entries.map(|(row, column, v)| TooFarOff {
+        row,
+        column,
+        value: *v,
+        diagonal: [diagonal[row], diagonal[column]],
+    });
+    entries.find(|found| found.value.abs() > (1.0 + NEGATIVE) * found.most())
+}
+
+impl TooFarOff {
+    /// Largest entry at this place of a matrix that is not indefinite.
+    pub fn most(&self) -> f64 {
+        let [first, second] = self.diagonal;
+        first.max(0.0).sqrt() * second.max(0.0).sqrt()
     }
 }
 
@@ -253,6 +383,18 @@ fn symmetric(
             largest,
         });
     }
+    if let Some(found) = too_far_off(&matrix) {
+        let (row, column) = numbered((found.row, found.column));
+        return Err(MatricesError::TooFarOff {
+            what,
+            row,
+            column,
+            value: found.value,
+            first: found.diagonal[0],
+            second: found.diagonal[1],
+            most: found.most(),
+        });
+    }
     // The mean of both sides, which differ by rounding at most.
     let mirror = matrix.transpose();
     if matrix != mirror {
@@ -309,6 +451,8 @@ pub enum Place {
         /// Node of the mesh, local number, whose rotation it is.
         rotates: Option<u32>,
     },
+    /// None: the row has neither stiffness nor mass, and is left out.
+    Empty,
 }
 
 /// Matrices are equal that were read once: their entries are not compared.
@@ -333,19 +477,30 @@ impl PlacedMatrices {
         self.places.iter().filter(other).count()
     }
 
+    /// Number of rows that are left out: they have neither stiffness nor mass.
+    pub fn empty(&self) -> usize {
+        let empty = self.places.iter().filter(|p| **p == Place::Empty);
+        empty.count()
+    }
+
     /// Nodes, axes and weights of the displacements in the scene that make up a row. `nodes` is the
     /// number of nodes of the mesh, behind which auxiliary ones are numbered.
     pub fn parts(&self, row: usize, nodes: usize) -> impl Iterator<Item = (usize, usize, f64)> {
-        let (node, axis, axes) = match self.places[row] {
-            Place::Displacement { node, axis } => (node as usize, usize::from(axis), self.axes),
+        let found = match self.places[row] {
+            Place::Displacement { node, axis } => {
+                Some((node as usize, usize::from(axis), self.axes))
+            }
             Place::Other { number, .. } => {
                 let number = number as usize;
-                (nodes + number / 3, number % 3, None)
+                Some((nodes + number / 3, number % 3, None))
             }
+            Place::Empty => None,
         };
-        (0..3).filter_map(move |k| {
-            let weight = axes.map_or(f64::from(k == axis), |axes| axes[k][axis]);
-            (weight != 0.0).then_some((node, k, weight))
+        found.into_iter().flat_map(|(node, axis, axes)| {
+            (0..3).filter_map(move |k| {
+                let weight = axes.map_or(f64::from(k == axis), |axes| axes[k][axis]);
+                (weight != 0.0).then_some((node, k, weight))
+            })
         })
     }
 
@@ -368,7 +523,7 @@ impl PlacedMatrices {
             (Place::Displacement { node, axis: k }, _) => {
                 Some(self.along(usize::from(*k), cross(axis, arm(*node))))
             }
-            (_, Row::Generalised) => Some(0.0),
+            (Place::Empty, _) | (_, Row::Generalised) => Some(0.0),
             (_, Row::Node { direction, .. }) if *direction > 3 => {
                 Some(self.along(usize::from(*direction) - 4, axis))
             }
@@ -420,8 +575,9 @@ pub(super) fn place(
         number: others.next().unwrap_or(u32::MAX),
         rotates,
     };
-    let rows = given.rows().iter();
-    let places = rows.map(|row| match *row {
+    let rows = given.rows().iter().zip(&given.is_empty);
+    let places = rows.map(|(row, is_empty)| match *row {
+        _ if *is_empty => Place::Empty,
         Row::Generalised => other(None),
         Row::Node { node, direction } => match local.get(&node) {
             Some(&node) if direction <= 3 => Place::Displacement {

@@ -60,7 +60,10 @@ pub use dovetail_mesh::Row;
 pub use error::ModelError;
 pub use friction::FrictionMap;
 pub use mapping::FieldMap;
-pub use matrices::{Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrices, asymmetry};
+pub use matrices::{
+    Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrices, TooFarOff, asymmetry,
+    empty_rows, negative_eigenvalues, too_far_off,
+};
 pub use mesh_source::{MeshKind, MeshSource};
 
 /// Input of the finite elements and of the contact, with every name resolved.
