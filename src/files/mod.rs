@@ -53,9 +53,8 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind, Strength};
-use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
+use dovetail_solver::reduction::superelement::{self, NamedExcitation, Superelement};
 use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
-use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
@@ -580,7 +579,7 @@ impl Files {
         let element = Superelement {
             model: problem.reduced.clone(),
             excitations: named_excitations(scene, reduced),
-            contacts: named_contacts(&reduced.pairs),
+            contacts: reduced.pairs.named_contacts(),
             positions_m: rows.iter().map(|p| p.position_m).collect(),
             areas_m2: rows.iter().map(|p| p.area_m2).collect(),
         };
@@ -864,16 +863,6 @@ fn named_excitations(scene: &Scene, reduced: &Reduced) -> Vec<NamedExcitation> {
         amplitude: excitation.amplitude,
         phase_rad: excitation.phase_rad,
         grows_with_squared_frequency: excitation.growth == Growth::Squared,
-    })
-    .collect()
-}
-
-/// Contacts of a reduced model, in the order of its pairs.
-fn named_contacts(pairs: &PairTable) -> Vec<NamedContact> {
-    let same = pairs.rows.chunk_by(|a, b| a.contact == b.contact);
-    same.map(|rows| NamedContact {
-        name: pairs.contacts[rows[0].contact].clone(),
-        pairs: rows.len(),
     })
     .collect()
 }

@@ -39,7 +39,8 @@ pub(super) fn doubt(name: &str, material: Material) -> Option<String> {
             )
         });
         return Some(format!(
-            "body \"{}\": a density of {density_kg_m3} kg/m3 is outside of {} to {} kg/m3{meant}",
+            "body \"{}\": a density of {density_kg_m3} kg/m3 is outside of {} to {} kg/m3{meant}; one that is meant to give \
+             the body another mass is as good",
             name,
             DENSITIES.start(),
             DENSITIES.end()
@@ -60,7 +61,7 @@ pub(super) fn doubt(name: &str, material: Material) -> Option<String> {
     });
     Some(format!(
         "body \"{}\": young_pa = {young_pa} and density_kg_m3 = {density_kg_m3} give waves of {own:.3e} m/s, outside of \
-         {} to {} m/s{meant}",
+         {} to {} m/s{meant}; a density that is meant to give the body another mass is as good",
         name,
         WAVE_SPEEDS.start(),
         WAVE_SPEEDS.end()

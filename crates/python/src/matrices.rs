@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use faer::Mat;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 use numpy::Complex64;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -14,7 +14,7 @@ use crate::arrays::{Given, complexes, has_shape, reals};
 use crate::errors::{of_library, value};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
-use dovetail_solver::model::{Asymmetry, asymmetry};
+use dovetail_solver::model::{Asymmetry, asymmetry, empty_rows, negative_eigenvalues, too_far_off};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::{Load, StuckModes, reduce};
 use dovetail_solver::structure::{
@@ -35,7 +35,13 @@ type Node = [Option<usize>; 3];
 /// ground. Where the three run along the axes of space, `frame` has the directions n, t1, t2 as
 /// rows.
 ///
-/// `preload_n` presses the pair together. `gap_m` is its clearance, below zero for an interference.
+/// `preload_n` is a pair of forces on the node and on its counterpart, which presses them together: a
+/// part of the steady load, and not the normal force at rest. `gap_m` is the clearance of the pair
+/// without any load, below zero for an interference. Both add up: the preload first closes the
+/// clearance against the stiffness of the model, and the rest of it presses; an interference
+/// presses in addition to it. On a node that nothing else holds the preload is the normal force
+/// whatever the clearance. On a stiff one it is less: with stiffness k at the closed pair and no
+/// other load the normal force is `preload_n - k gap_m`, and 0 where that is negative.
 /// With `normal_stiffness_n_m` and `tangential_stiffness_n_m` the contact is elastic (a Jenkins
 /// element), else rigid.
 #[pyclass(frozen, skip_from_py_object, name = "Pair", module = "dovetail")]
@@ -216,30 +222,63 @@ impl Entries {
         })
     }
 
-    /// Checks that the matrix is symmetric.
-    fn is_symmetric(&self, name: &str) -> PyResult<()> {
+    /// Sparse matrix, which is symmetric and has no entry that makes it indefinite by itself.
+    fn checked(&self, name: &str) -> PyResult<CscMatrix<f64>> {
         let mut matrix = CooMatrix::new(self.size, self.size);
         self.entries
             .iter()
             .for_each(|&(i, j, v)| matrix.push(i, j, v));
-        match asymmetry(&CscMatrix::from(&matrix)) {
-            Some(Asymmetry {
-                row,
-                column,
-                by,
-                largest,
-            }) => Err(value(format!(
+        let matrix = CscMatrix::from(&matrix);
+        if let Some(Asymmetry {
+            row,
+            column,
+            by,
+            largest,
+        }) = asymmetry(&matrix)
+        {
+            return Err(value(format!(
                 "{name} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {by:e}, and the largest entry \
                  is {largest:e}; dampers and gyroscopic terms do not belong in it"
+            )));
+        }
+        let negative = matrix.triplet_iter().find(|(i, j, v)| i == j && **v < 0.0);
+        if let Some((row, _, v)) = negative {
+            return Err(value(format!(
+                "{name} is indefinite: entry {row} of its diagonal is {v:e}"
+            )));
+        }
+        match too_far_off(&matrix) {
+            None => Ok(matrix),
+            Some(found) => Err(value(format!(
+                "{name} is indefinite: entry ({}, {}) is {:e}, and the diagonal in its row and column allows no more than {:e}",
+                found.row,
+                found.column,
+                found.value,
+                found.most()
             ))),
-            None => Ok(()),
         }
     }
 }
 
-/// Checks that a matrix is square and symmetric.
-pub fn symmetric(name: &str, given: &Bound<'_, PyAny>) -> PyResult<()> {
-    Entries::of(name, given)?.is_symmetric(name)
+/// Checks that a matrix is square and symmetric. A mass is also not indefinite; the stiffness of a
+/// rotating body may be.
+pub fn symmetric(name: &str, given: &Bound<'_, PyAny>, is_mass: bool) -> PyResult<()> {
+    let matrix = Entries::of(name, given)?.checked(name)?;
+    if is_mass {
+        not_indefinite(name, &matrix)
+    } else {
+        Ok(())
+    }
+}
+
+fn not_indefinite(name: &str, matrix: &CscMatrix<f64>) -> PyResult<()> {
+    match negative_eigenvalues(matrix) {
+        0 => Ok(()),
+        count => Err(value(format!(
+            "{name} is indefinite: {count} of its {} eigenvalues are negative, and a motion would have a negative energy",
+            matrix.ncols()
+        ))),
+    }
 }
 
 fn square(name: &str, shape: &[usize]) -> PyResult<usize> {
@@ -311,24 +350,31 @@ pub fn harmonics_of(
 /// Matrices in the order of the library: interior degrees of freedom first, then the nodes of the
 /// contacts, with one more degree of freedom along each direction that a node lacks.
 struct Ordered {
-    /// Place of each row of the user.
-    place: Vec<usize>,
+    /// Place of each row of the user; `None` for rows that do not move.
+    place: Vec<Option<usize>>,
     /// Nodes of the interface, and which of them are slaves.
     nodes: Vec<(Node, bool)>,
+    /// Number of each of these nodes.
+    numbers: HashMap<Node, usize>,
     interior_nodes: usize,
     dofs: usize,
 }
 
 impl Ordered {
-    fn new(pairs: &[PyPair], size: usize) -> PyResult<Self> {
+    /// Order of the rows of which `is_still` says that they do not move. Rows of pairs keep their
+    /// place.
+    fn new(pairs: &[PyPair], is_still: &[bool]) -> PyResult<Self> {
+        let size = is_still.len();
         let mut nodes: Vec<(Node, bool)> = Vec::new();
+        let mut numbers: HashMap<Node, usize> = HashMap::new();
         let mut owner: HashMap<usize, usize> = HashMap::new();
         let sides = pairs.iter().enumerate().flat_map(|(p, pair)| {
             let master = pair.against.map(|against| (p, against, false));
             std::iter::once((p, pair.dofs, true)).chain(master)
         });
         for (p, dofs, is_slave) in sides {
-            if let Some((_, slave)) = nodes.iter_mut().find(|(known, _)| *known == dofs) {
+            if let Some(known) = numbers.get(&dofs) {
+                let slave = &mut nodes[*known].1;
                 if *slave && is_slave {
                     return Err(value(format!(
                         "pair {p} has the same node as a pair before it: a node follows one contact; exchange dofs and against"
@@ -345,17 +391,21 @@ impl Ordered {
                     )));
                 }
             }
+            numbers.insert(dofs, nodes.len());
             nodes.push((dofs, is_slave));
         }
-        let inside = size - owner.len();
+        let inner = (0..size).filter(|dof| !is_still[*dof] && !owner.contains_key(dof));
+        let mut place = vec![None; size];
+        let mut inside = 0usize;
+        for dof in inner {
+            place[dof] = Some(inside);
+            inside += 1;
+        }
         let interior_nodes = inside.div_ceil(3);
-        let mut place = vec![0; size];
-        let inner = (0..size).filter(|dof| !owner.contains_key(dof));
-        inner.enumerate().for_each(|(at, dof)| place[dof] = at);
         for (node, (dofs, _)) in nodes.iter().enumerate() {
             for (axis, dof) in dofs.iter().enumerate() {
                 if let Some(dof) = dof {
-                    place[*dof] = 3 * (interior_nodes + node) + axis;
+                    place[*dof] = Some(3 * (interior_nodes + node) + axis);
                 }
             }
         }
@@ -363,6 +413,7 @@ impl Ordered {
             dofs: 3 * (interior_nodes + nodes.len()),
             place,
             nodes,
+            numbers,
             interior_nodes,
         })
     }
@@ -370,7 +421,9 @@ impl Ordered {
     fn vector(&self, of_user: &[f64]) -> Vec<f64> {
         let mut vector = vec![0.0; self.dofs];
         for (place, v) in self.place.iter().zip(of_user) {
-            vector[*place] = *v;
+            if let Some(place) = place {
+                vector[*place] = *v;
+            }
         }
         vector
     }
@@ -386,7 +439,9 @@ impl Ordered {
     ) -> CscMatrix<f64> {
         let mut matrix = CooMatrix::new(self.dofs, self.dofs);
         for &(i, j, v) in &entries.entries {
-            let (i, j) = (self.place[i], self.place[j]);
+            let (Some(i), Some(j)) = (self.place[i], self.place[j]) else {
+                continue;
+            };
             if !is_held[i] && !is_held[j] {
                 // The mean of both sides, which differ by rounding at most.
                 matrix.push(i, j, 0.5 * v);
@@ -405,12 +460,17 @@ impl Ordered {
     }
 
     fn node_of(&self, dofs: Node) -> InterfaceNode {
-        let known = self.nodes.iter().position(|(known, _)| *known == dofs);
+        let known = self.numbers.get(&dofs).copied().unwrap_or_default();
         InterfaceNode {
             body: 0,
-            node: self.interior_nodes + known.unwrap_or_default(),
+            node: self.interior_nodes + known,
         }
     }
+}
+
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = std::ffi::CString::new(text).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// Problem of matrices, reduced on its pairs and the modes that `wanted` names.
@@ -430,15 +490,39 @@ pub fn problem_of(
             k.size, m.size
         )));
     }
-    k.is_symmetric("stiffness")?;
-    m.is_symmetric("mass")?;
+    let (of_k, of_m) = (k.checked("stiffness")?, m.checked("mass")?);
+    not_indefinite("mass", &of_m)?;
+    let negative = negative_eigenvalues(&of_k);
+    if negative > 0 {
+        warn(
+            py,
+            &format!(
+                "stiffness is indefinite, with {negative} negative eigenvalues: where the pairs are open the model is unstable at rest"
+            ),
+        )?;
+    }
     if pairs.is_empty() {
         return Err(value("pairs is empty: give at least one dovetail.Pair"));
     }
     let size = k.size;
     let loads = loads(size)?;
-    let ordered = Ordered::new(pairs, size)?;
-    let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads)?;
+    let mut is_still = empty_rows(&of_k, &of_m);
+    drop((of_k, of_m));
+    let empty = is_still.iter().filter(|is_empty| **is_empty).count();
+    if let Some((what, dof)) = loads.on_some_of(&is_still) {
+        return Err(value(format!(
+            "{what} is on degree of freedom {dof}, which has neither stiffness nor mass: it does not move"
+        )));
+    }
+    if empty > 0 {
+        let text = format!("{empty} rows have neither stiffness nor mass and are left out");
+        warn(py, &text)?;
+    }
+    for dof in fixed {
+        is_still[dof_of("fixed", *dof, size)?] = true;
+    }
+    let ordered = Ordered::new(pairs, &is_still)?;
+    let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads);
     let reduction = crate::balance::quietly(py, || reduce(structure, wanted))?;
     let mut reduced = reduction.map_err(|error| of_library(py, error))?.model;
     give_stiffness(&mut reduced.stiffness, pairs);
@@ -492,6 +576,28 @@ pub struct Loads {
 }
 
 impl Loads {
+    /// First load or observation that acts on one of some rows, and the row.
+    fn on_some_of(&self, rows: &[bool]) -> Option<(String, usize)> {
+        let on = |vector: &mut dyn Iterator<Item = bool>| {
+            let mut both = vector.zip(rows);
+            both.position(|(acts, is_one)| acts && *is_one)
+        };
+        let on_values = |vector: &[f64]| on(&mut vector.iter().map(|v| *v != 0.0));
+        let of_load = self.static_load.as_deref().and_then(on_values);
+        let found = of_load.map(|dof| ("static_load".to_owned(), dof));
+        let excited = self.excitation.iter().find_map(|(_, amplitude)| {
+            let dof = on(&mut amplitude.iter().map(|v| v.norm_sqr() > 0.0))?;
+            Some(("excitation".to_owned(), dof))
+        });
+        let observed = || {
+            let mut observed = self.observed.iter();
+            observed.find_map(|(name, weights)| {
+                Some((format!("observe[\"{name}\"]"), on_values(weights)?))
+            })
+        };
+        found.or(excited).or_else(observed)
+    }
+
     /// Parts of each harmonic that are not zero: cosine and sine.
     fn parts(&self) -> impl Iterator<Item = (usize, [Option<Vec<f64>>; 2])> + '_ {
         let some = |part: Vec<f64>| part.iter().any(|v| *v != 0.0).then_some(part);
@@ -509,19 +615,21 @@ fn structure_of(
     pairs: &[PyPair],
     fixed: &[usize],
     loads: &Loads,
-) -> PyResult<Structure> {
+) -> Structure {
     let mut is_held = vec![true; ordered.dofs];
-    for place in &ordered.place {
+    for place in ordered.place.iter().flatten() {
         is_held[*place] = false;
     }
     for dof in fixed {
-        is_held[ordered.place[dof_of("fixed", *dof, k.size)?]] = true;
+        if let Some(place) = ordered.place[*dof] {
+            is_held[place] = true;
+        }
     }
     // A direction that a slave lacks has no mass, and a stiffness that it is given in the end.
     let mut diagonal = vec![0.0; ordered.dofs];
     for &(i, j, v) in &k.entries {
-        if i == j {
-            diagonal[ordered.place[i]] += v;
+        if let (Some(place), true) = (ordered.place[i], i == j) {
+            diagonal[place] += v;
         }
     }
     let mut lacking = Vec::new();
@@ -576,10 +684,12 @@ fn structure_of(
     };
     let mut tags = vec![0; ordered.dofs / 3];
     for (dof, place) in ordered.place.iter().enumerate().rev() {
-        tags[place / 3] = dof as u64;
+        if let Some(place) = place {
+            tags[place / 3] = dof as u64;
+        }
     }
     let held = is_held.iter().enumerate().filter(|(_, held)| **held);
-    Ok(Structure {
+    Structure {
         bodies: vec![BodyMatrices {
             name: "matrices".to_owned(),
             stiffness: ordered.matrix(k, &is_held, 1.0, &lacking),
@@ -609,5 +719,5 @@ fn structure_of(
             .collect(),
         dashpots: Vec::new(),
         influenced: Vec::new(),
-    })
+    }
 }

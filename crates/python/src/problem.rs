@@ -1,5 +1,6 @@
 //! Reduced models with contact laws and excitations.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -30,8 +31,10 @@ use dovetail_solver::dlft::static_state::{LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::memory;
+use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
+use dovetail_solver::reduction::superelement::{NamedContact, NamedExcitation, Superelement};
 use dovetail_solver::reduction::{
     Highest, Load, ObservedPoint, ReducedModel, StuckModes, superelement,
 };
@@ -287,6 +290,27 @@ fn matrix_of(name: &str, given: &Bound<'_, PyAny>, expected: [usize; 2]) -> PyRe
     }))
 }
 
+/// Unit loads of a folder: the parts of each harmonic that are not zero, in newtons.
+fn unit_loads(excitations: &[HarmonicLoad]) -> (Vec<Load>, Vec<NamedExcitation>) {
+    let parts = excitations.iter().flat_map(|load| {
+        let parts = [(&load.cosine, 0.0), (&load.sine, FRAC_PI_2)];
+        parts.map(|(part, phase_rad)| (load, part, phase_rad))
+    });
+    let is_zero = |part: &Load| part.on_x.iter().chain(&part.on_modes).all(|v| *v == 0.0);
+    let parts = parts.filter(|(_, part, _)| !is_zero(part));
+    let named = |(load, part, phase_rad): (&HarmonicLoad, &Load, f64)| {
+        let name = format!("harmonic {}", load.harmonic);
+        let excitation = NamedExcitation {
+            harmonic: load.harmonic,
+            phase_rad,
+            grows_with_squared_frequency: load.growth == Growth::Squared,
+            ..NamedExcitation::cosine(name)
+        };
+        (part.clone(), excitation)
+    };
+    parts.map(named).unzip()
+}
+
 /// Observed displacements: weights by name.
 fn observed_of(given: &Bound<'_, PyDict>, size: usize) -> PyResult<Vec<(String, Vec<f64>)>> {
     let mut observed = Vec::new();
@@ -407,7 +431,7 @@ impl PyProblem {
             )));
         }
         let [k, mass] = [("stiffness", stiffness), ("mass", mass)].map(|(name, given)| {
-            matrices::symmetric(name, given)?;
+            matrices::symmetric(name, given, name == "mass")?;
             matrix_of(name, given, [n, n])
         });
         let load = |name: &str, parts: &(Bound<'_, PyAny>, Bound<'_, PyAny>)| {
@@ -508,6 +532,61 @@ impl PyProblem {
         let pairs = PairTable::of_superelement(&read, law);
         let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
+    }
+
+    /// Writes the reduced model as a folder, which `Problem.from_folder` and the section
+    /// `[reduced_model]` of a scene read.
+    ///
+    /// The folder has the matrices, the steady load with the preloads, the excitation and the
+    /// observed displacements. It has neither contact laws nor damping: who reads it gives them.
+    /// `positions_m` are the places of the pairs in space, (pairs, 3), by default the known ones of a
+    /// run or a folder, else zero. The results do not depend on them.
+    #[pyo3(signature = (folder, *, positions_m=None))]
+    fn to_folder(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        positions_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let problem = self.problem();
+        if problem.reduced.waves.excitation().is_some() {
+            return Err(value(
+                "the reduced model of a disc of sectors has a model for each wave, and a folder has one: use a scene without [cyclic]",
+            ));
+        }
+        let pairs = problem.laws.len();
+        let known = self.subject.pairs.as_ref();
+        let positions_m = match positions_m {
+            Some(given) => {
+                let Given { shape, values } = reals("positions_m", given)?;
+                has_shape("positions_m", &shape, &[pairs, 3])?;
+                let (rows, _) = values.as_chunks::<3>();
+                rows.to_vec()
+            }
+            None => known.map_or_else(
+                || vec![[0.0; 3]; pairs],
+                |known| known.rows.iter().map(|row| row.position_m).collect(),
+            ),
+        };
+        let (unit_loads, excitations) = unit_loads(&problem.excitations);
+        let element = Superelement {
+            model: ReducedModel {
+                unit_loads,
+                ..problem.reduced.clone()
+            },
+            excitations,
+            contacts: known.map_or_else(
+                || {
+                    let name = "pairs".to_owned();
+                    vec![NamedContact { name, pairs }]
+                },
+                PairTable::named_contacts,
+            ),
+            positions_m,
+            areas_m2: known.and_then(|known| known.rows.iter().map(|row| row.area_m2).collect()),
+        };
+        std::fs::create_dir_all(&folder)?;
+        superelement::write(&folder, &element).map_err(|error| of_library(py, error))
     }
 
     fn __repr__(&self) -> String {

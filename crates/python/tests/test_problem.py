@@ -274,7 +274,9 @@ def skew(by=0.1):
         (ValueError, "highest_hz is -1", {"highest_hz": -1.0}),
         (ValueError, "no key \"zeta\"", {"damping": {"zeta": 0.1}}),
         (ValueError, "excludes", {"damping": {"ratio": 0.1, "mass_per_s": 1.0}}),
-        (dovetail.RunError, "nothing holds|not positive", {"stiffness": -STIFFNESS, "pairs": [Pair((0, None, None), friction=0.3)]}),
+        (ValueError, "stiffness is indefinite.*diagonal", {"stiffness": -STIFFNESS, "pairs": [Pair((0, None, None), friction=0.3)]}),
+        (ValueError, r"mass is indefinite: entry \(2, 0\)", {"mass": MASS + 9.0 * np.eye(3)[::-1]}),
+        (ValueError, "mass is indefinite: 1 of its 3", {"mass": 1.6 * np.eye(3) - 0.6 * np.ones((3, 3))}),
     ],
 )
 def test_matrices_that_are_none_are_refused_with_the_reason(error, words, change):
@@ -358,3 +360,72 @@ def test_a_body_that_nothing_holds_has_no_static_state():
     assert not problem.static_state().converged
     with pytest.raises(dovetail.RunError, match="static state.*nothing_holds"):
         problem.response([0.1])
+
+
+@pytest.mark.parametrize("index", [-1, 3])
+def test_an_index_outside_of_a_sparse_matrix_is_named(index):
+    stiffness = sparse.coo_matrix(STIFFNESS)
+    stiffness.row = stiffness.row.copy()
+    stiffness.row[0] = index
+    with pytest.raises(ValueError, match=f"stiffness has an entry with row {index}, and its rows are 0 to 2"):
+        Problem.from_matrices(stiffness, MASS, [PAIR], **LOADS)
+
+
+def test_an_indefinite_stiffness_is_a_warning():
+    # Each pair of rows is possible, and all three together are not.
+    stiffness = 1e3 * (np.eye(3) * 1.6 - 0.6 * np.ones((3, 3)))
+    assert np.linalg.eigvalsh(stiffness)[0] < 0
+    with pytest.warns(UserWarning, match="stiffness is indefinite, with 1 negative"):
+        Problem.from_matrices(stiffness, MASS, [PAIR], **LOADS)
+
+
+def test_a_million_rows_with_neither_stiffness_nor_mass_are_left_out():
+    size = 1_000_000
+    places = [0, 1, size - 1]
+    spread = sparse.csr_matrix((np.ones(3), (places, range(3))), shape=(size, 3))
+    matrices = [spread @ sparse.csr_matrix(m) @ spread.T for m in (STIFFNESS, MASS)]
+    given = LOADS | {"excitation": spread @ np.asarray(LOADS["excitation"]), "observe": {"last": size - 1}}
+    moved = [None if dof is None else places[dof] for dof in (0, 1, 2)]
+    pair = Pair(tuple(moved), friction=0.3, preload_n=1.0)
+    small = Problem.from_matrices(
+        STIFFNESS, MASS, [Pair((0, 1, 2), friction=0.3, preload_n=1.0)],
+        **(LOADS | {"observe": {"last": 2}}),
+    )
+    with pytest.warns(UserWarning, match="999997 rows have neither stiffness nor mass"):
+        large = Problem.from_matrices(*matrices, [pair], **given)
+    assert np.array_equal(large.stiffness_n_m, small.stiffness_n_m)
+    given["observe"] = {"nothing": 7}
+    with pytest.raises(ValueError, match='observe."nothing".* degree of freedom 7'):
+        Problem.from_matrices(*matrices, [pair], **given)
+
+
+def test_a_folder_that_a_problem_writes_is_the_problem(tmp_path):
+    """A chain of masses without a mesh, with two harmonics and phases."""
+    stiffness = np.diag([3.0, 2.0, 1.0]) + 0.0
+    stiffness[[0, 1, 1, 2], [1, 0, 2, 1]] = -1.0
+    options = {"friction": 0.4}
+    pair = Pair((None, 2, None), preload_n=0.5, **options)
+    problem = Problem.from_matrices(
+        stiffness, np.eye(3), [pair], excitation={1: [0.2 + 0.1j, 0, 0], 3: [0, 0.05j, 0]},
+        observe={"first": 0, "last": 2}, damping={"mass_per_s": 0.02},
+    )
+    folder = tmp_path / "chain"
+    problem.to_folder(folder)
+    again = Problem.from_folder(folder, damping={"mass_per_s": 0.02}, **options)
+    assert again.observations == ["first", "last"]
+    assert np.array_equal(again.stiffness_n_m, problem.stiffness_n_m)
+    of = [p.response([0.1, 0.2], harmonics=5, progress=False).amplitude_m for p in (problem, again)]
+    assert of[0] == pytest.approx(of[1], rel=1e-9) and of[0].min() > 0
+    with pytest.raises(ValueError, match=r"positions_m has the shape \(2, 3\)"):
+        problem.to_folder(folder, positions_m=np.zeros((2, 3)))
+
+
+def test_preload_and_clearance_add_up():
+    """A pair on a spring of 100 N/m: the preload closes the clearance first."""
+    for gap_m, expected_n in [(0.0, 5.0), (0.02, 3.0), (-0.01, 6.0), (0.1, 0.0)]:
+        problem = Problem.from_matrices(
+            np.diag([100.0]), np.eye(1), [Pair((0, None, None), friction=0.0, preload_n=5.0, gap_m=gap_m)],
+            excitation=[1e-6], observe={"mass": 0},
+        )
+        state = problem.static_state()
+        assert -state.contact_force_n[0, 0] == pytest.approx(expected_n, abs=1e-9)

@@ -116,3 +116,10 @@ def test_scenes_are_copied_and_pickled(scene):
         again["response.points"] = 2
         assert scene["response.points"] == 5
     assert isinstance(scene.folder, pathlib.Path)
+
+
+def test_a_dictionary_that_contains_itself_is_refused():
+    loop = {"name": "loop"}
+    loop["response"] = [loop]
+    with pytest.raises(ValueError, match="contains itself"):
+        dovetail.Scene(loop)

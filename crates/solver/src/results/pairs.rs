@@ -2,7 +2,7 @@
 
 use crate::contact::PairLaw;
 use crate::model::{ContactPair, Model};
-use crate::reduction::superelement::Superelement;
+use crate::reduction::superelement::{NamedContact, Superelement};
 
 /// Properties of the pairs besides their motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,5 +110,15 @@ impl PairTable {
             nodes: Vec::new(),
             rows: (0..element.positions_m.len()).map(row).collect(),
         }
+    }
+
+    /// Contacts in the order of the pairs, for a folder of a reduced model.
+    pub fn named_contacts(&self) -> Vec<NamedContact> {
+        let same = self.rows.chunk_by(|a, b| a.contact == b.contact);
+        same.map(|rows| NamedContact {
+            name: self.contacts[rows[0].contact].clone(),
+            pairs: rows.len(),
+        })
+        .collect()
     }
 }
