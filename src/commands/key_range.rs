@@ -88,7 +88,13 @@ impl KeyRange {
             match i {
                 0 => self.from,
                 i if i == last => self.to,
-                _ if self.is_logarithmic() => self.from * (self.to / self.from).powf(share),
+                _ if self.is_logarithmic() => {
+                    let ratio = self.to / self.from;
+                    match ratio.is_finite() {
+                        true => self.from * ratio.powf(share),
+                        false => self.from.powf(1.0 - share) * self.to.powf(share),
+                    }
+                }
                 _ => self.from + share * (self.to - self.from),
             }
         };
@@ -134,6 +140,8 @@ mod tests {
             range("contact.0.gap_m=-1e-5:1e-5:3").values(),
             [-1e-5, 0.0, 1e-5]
         );
+        let widest = range("reduced_model.force_n=1e-300:1e300:3").values();
+        assert!((widest[1] - 1.0).abs() < 1e-12, "{widest:?}");
         assert_eq!(range("reduced_model.force_n=0.1:20").values().len(), VALUES);
         assert_eq!(wide.set(0.5), "contact.*.friction=0.5");
         assert_eq!(range("excitation.*.force_n=1:2").words(2.0), "force 2 N");

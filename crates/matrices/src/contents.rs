@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::choice::{self, Quantity};
 use crate::entries::Budget;
 use crate::error::{Failure, Fault, MatrixError, Read};
-use crate::{NamedMatrix, mat, text};
+use crate::{NamedMatrix, text};
 
 /// Matrices of a file. Those of Matlab's files are read when they are asked for.
 #[derive(Debug)]
@@ -34,7 +34,12 @@ pub(crate) struct Listed<'a> {
 pub(crate) enum Content<'a> {
     Read(NamedMatrix),
     Faulty(Failure),
-    Unread(mat::Variable<'a>),
+    Unread(Box<dyn Unread + 'a>),
+}
+
+/// Matrix that can be read from its file.
+pub(crate) trait Unread: std::fmt::Debug {
+    fn read(&self, budget: &mut Budget) -> Read<NamedMatrix>;
 }
 
 /// Variable of another type than a matrix of real numbers.
@@ -175,7 +180,7 @@ impl Content<'_> {
         match self {
             Self::Read(matrix) => Ok(matrix),
             Self::Faulty(failure) => Err(failure),
-            Self::Unread(variable) => variable.read(budget),
+            Self::Unread(matrix) => matrix.read(budget),
         }
     }
 }

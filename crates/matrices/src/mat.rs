@@ -8,7 +8,7 @@
 //! held as a whole.
 
 use crate::NamedMatrix;
-use crate::contents::{Content, Found, Listed, Other};
+use crate::contents::{Content, Found, Listed, Other, Unread};
 use crate::entries::{Budget, Entries, OF_A_NUMBER, OF_AN_ENTRY};
 use crate::error::{Fault, Read, WRITE_AGAIN};
 use crate::text;
@@ -151,7 +151,7 @@ impl<'a> Variable<'a> {
                 None => found.list.push(Listed {
                     name: Some(head.name),
                     columns: usize::try_from(head.size[1]).ok(),
-                    content: Content::Unread(self),
+                    content: Content::Unread(Box::new(self)),
                 }),
             },
         }
@@ -177,9 +177,10 @@ impl<'a> Variable<'a> {
         stream.enter(length);
         Ok(stream)
     }
+}
 
-    /// Reads the matrix.
-    pub fn read(self, budget: &mut Budget) -> Read<NamedMatrix> {
+impl Unread for Variable<'_> {
+    fn read(&self, budget: &mut Budget) -> Read<NamedMatrix> {
         let mut stream = self.stream()?;
         let head = Head::of(&mut stream)?;
         let Some(Head {
