@@ -13,7 +13,7 @@ use std::sync::{Mutex, Once, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::sturm::{SPARE, certified_of_tries};
+use super::iteration::{Found, SPARE, start_entry};
 use super::{EigenError, Modes};
 use crate::sparse::{self, Cholesky};
 
@@ -28,22 +28,19 @@ fn basis(wanted: usize) -> usize {
     (2 * wanted + 4).max(20)
 }
 
-/// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
-///
-/// # Errors
-/// [`EigenError::Arpack`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
-/// growing bases and other start vectors; errors of the factorisation of K - sigma M.
-pub fn lowest_modes(
-    stiffness: &CscMatrix<f64>,
+/// The lowest modes of one ARPACK run.
+pub(super) fn lowest(
     mass: &CscMatrix<f64>,
-    count: usize,
     factor: &Cholesky,
-) -> Result<Modes, EigenError> {
-    let n = stiffness.nrows();
-    certified_of_tries(stiffness, mass, count, factor, |wanted, attempt| {
-        let wanted = wanted.min(n - 2);
-        let vectors = (basis(wanted) << attempt).min(n - 1);
-        lanczos(mass, factor, wanted, vectors, attempt)
+    wanted: usize,
+) -> Result<Found, EigenError> {
+    let n = mass.nrows();
+    let wanted = wanted.min(n - 2);
+    let vectors = basis(wanted).min(n - 1);
+    Ok(Found {
+        modes: lanczos(mass, factor, wanted, vectors)?,
+        columns: vectors,
+        exhausted: false,
     })
 }
 
@@ -53,9 +50,8 @@ fn lanczos(
     factor: &Cholesky,
     wanted: usize,
     vectors: usize,
-    attempt: usize,
 ) -> Result<Modes, EigenError> {
-    let mut run = Run::new(mass.nrows(), wanted, vectors, attempt)?;
+    let mut run = Run::new(mass.nrows(), wanted, vectors)?;
     let _alone = ONE_RUN_AT_A_TIME
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
@@ -112,7 +108,7 @@ struct Run {
 }
 
 impl Run {
-    fn new(n: usize, wanted: usize, vectors: usize, attempt: usize) -> Result<Self, EigenError> {
+    fn new(n: usize, wanted: usize, vectors: usize) -> Result<Self, EigenError> {
         let too_large = |_| EigenError::TooLarge { unknowns: n };
         let mut iparam: [c_int; 11] = [0; 11];
         iparam[0] = 1; // exact shifts
@@ -128,7 +124,7 @@ impl Run {
                 wanted as c_int,
                 vectors as c_int,
             ],
-            residual: (0..n).map(|i| start_entry(i, attempt)).collect(),
+            residual: (0..n).map(|i| start_entry(i, 0)).collect(),
             basis: vec![0.0; n * vectors],
             work_vectors: vec![0.0; 3 * n],
             work_small: vec![0.0; vectors * (vectors + 8)],
@@ -188,7 +184,7 @@ impl Run {
             let y = at(1);
             self.work_vectors[y..y + n].copy_from_slice(&product);
         }
-        // 1: out of restarts. Fewer modes than wanted converged; the caller tries a larger basis.
+        // 1: out of restarts. Fewer modes than wanted converged; the caller iterates in blocks.
         if info != 0 || (self.iparam[4] as usize) < self.wanted {
             return Err(EigenError::Arpack {
                 routine: "dsaupd",
@@ -244,18 +240,11 @@ impl Run {
     }
 }
 
-/// Entry of the start vector: our own, so that every run is the same; another one for each try.
-pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
-    let mixed = ((i + 1) as u64 + ((attempt as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    (mixed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eigen::sturm::certified;
-    use crate::eigen::{cantilever, lowest_modes as lowest};
+    use crate::eigen::sturm::complete;
+    use crate::eigen::{Last, Pencil, assert_like_dense, cantilever, lowest_modes as lowest_of};
 
     #[test]
     fn openblas_where_it_is_the_blas_has_one_thread() {
@@ -274,7 +263,7 @@ mod tests {
     #[test]
     fn runs_are_the_same_to_the_bit_even_side_by_side() {
         let (k, m, _) = cantilever([9, 4, 3], 0.6);
-        let run = || lowest(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
+        let run = || lowest_of(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
         let first = run();
         let (a, b) = rayon::join(run, run);
         for other in [a, b] {
@@ -287,27 +276,39 @@ mod tests {
     fn none_all_and_too_many_modes() {
         let (k, m, factor) = cantilever([3, 2, 2], 0.1);
         for (asked, given) in [(0, 0), (1, 1), (24, 24), (99, 24)] {
-            let modes = lowest(&k, &m, asked, &factor).unwrap();
+            let modes = lowest_of(&k, &m, asked, &factor).unwrap();
             assert_eq!((modes.count(), modes.vectors.ncols()), (given, given));
         }
         assert!(matches!(
-            lowest(&k, &CscMatrix::identity(5), 1, &factor),
+            lowest_of(&k, &CscMatrix::identity(5), 1, &factor),
             Err(EigenError::Sizes { .. })
         ));
     }
 
     #[test]
-    fn a_missing_mode_is_noticed() {
+    fn a_mode_that_an_iteration_misses_is_found() {
         let (k, m, factor) = cantilever([9, 4, 3], 0.6);
-        let all = lanczos(&m, &factor, 10, 24, 0).unwrap();
-        let keep: Vec<usize> = (0..10).filter(|i| *i != 2).collect();
-        let some = Modes {
-            omega2: keep.iter().map(|&i| all.omega2[i]).collect(),
-            vectors: Mat::from_fn(k.nrows(), 9, |i, j| all.vectors[(i, keep[j])]),
+        let pencil = Pencil {
+            stiffness: &k,
+            mass: &m,
+            factor: &factor,
         };
-        assert!(matches!(
-            certified(&k, &m, 6, some, &factor),
-            Err(EigenError::Missing { expected, found, .. }) if expected == found + 1
-        ));
+        let without = |missed: [usize; 2]| {
+            let modes = lanczos(&m, &factor, 10, 24)?;
+            let keep: Vec<usize> = (0..10).filter(|i| !missed.contains(i)).collect();
+            Ok(Found {
+                modes: Modes {
+                    omega2: keep.iter().map(|&i| modes.omega2[i]).collect(),
+                    vectors: Mat::from_fn(k.nrows(), 8, |i, j| modes.vectors[(i, keep[j])]),
+                },
+                columns: 24,
+                exhausted: false,
+            })
+        };
+        let none = Modes::none(k.nrows());
+        for missed in [[0, 1], [2, 5]] {
+            let modes = complete(&pencil, 6, Last::Given, &none, |_| without(missed)).unwrap();
+            assert_like_dense(&k, &m, &modes, 6);
+        }
     }
 }

@@ -9,7 +9,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Mat, MatRef, Par, unzip, zip};
 
-use super::{EigenError, Modes, normalise};
+use super::{EigenError, Last, Modes, fix_signs, normalise};
 use crate::dense::parallel::product;
 use crate::dense::{self_adjoint_eigen, symmetrised};
 
@@ -18,10 +18,11 @@ use crate::dense::{self_adjoint_eigen, symmetrised};
 /// # Errors
 /// [`EigenError::StiffnessNotPositive`], [`EigenError::MassNotPositive`], [`EigenError::Dense`].
 pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes, EigenError> {
-    lowest_modes(stiffness, mass, stiffness.nrows())
+    Ok(pencil(stiffness, mass, stiffness.nrows(), Massless::Refused)?.0)
 }
 
-/// The `count` lowest of the [`modes`]; motions beyond them may have no mass.
+/// The `count` lowest of the [`modes`], or a few more as `last` says; fewer where fewer motions have
+/// mass.
 ///
 /// # Errors
 /// The errors of [`modes`].
@@ -29,8 +30,49 @@ pub(super) fn lowest_modes(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
     count: usize,
+    last: Last,
 ) -> Result<Modes, EigenError> {
-    Ok(pencil(stiffness, mass, count, Massless::Refused)?.0)
+    let most = match last {
+        Last::Given => count,
+        Last::WithEqual => stiffness.nrows(),
+    };
+    let (modes, with_mass) = pencil(stiffness, mass, most, Massless::LeftOut)?;
+    let modes = separate(stiffness, mass, modes.lowest(with_mass))?;
+    let count = count.min(modes.count());
+    Ok(modes.lowest(last.end(&modes.omega2, count)))
+}
+
+/// Modes whose digits rounding of the largest 1 / omega^2 has not taken: those far above the first
+/// ones are found again in the space that they span.
+fn separate(
+    stiffness: MatRef<'_, f64>,
+    mass: MatRef<'_, f64>,
+    modes: Modes,
+) -> Result<Modes, EigenError> {
+    let Some(first) = modes.omega2.first() else {
+        return Ok(modes);
+    };
+    let near = modes.omega2.partition_point(|w2| SEPARATE * w2 <= *first);
+    if near == modes.count() {
+        return Ok(modes);
+    }
+    let far = modes.vectors.get(.., near..);
+    let on_far = |a: MatRef<'_, f64>| {
+        let product = product(far.transpose(), product(a, far).as_ref());
+        symmetrised(product.as_ref())
+    };
+    let (k, m) = (on_far(stiffness), on_far(mass));
+    let (again, with_mass) = pencil(k.as_ref(), m.as_ref(), k.nrows(), Massless::LeftOut)?;
+    let again = separate(k.as_ref(), m.as_ref(), again.lowest(with_mass))?;
+    let mut vectors = Mat::zeros(modes.vectors.nrows(), near + again.count());
+    let (mut kept, mut found) = vectors.as_mut().split_at_col_mut(near);
+    kept.copy_from(modes.vectors.get(.., ..near));
+    found.copy_from(product(far, again.vectors.as_ref()));
+    fix_signs(&mut vectors);
+    Ok(Modes {
+        omega2: [&modes.omega2[..near], &again.omega2].concat(),
+        vectors,
+    })
 }
 
 /// All modes, ascending, and the number of them that have mass. A motion without mass, or with one
@@ -51,8 +93,15 @@ pub fn modes_with_massless(
 #[derive(Clone, Copy, PartialEq)]
 enum Massless {
     Refused,
+    LeftOut,
     Followed,
 }
+
+/// Rounding of an eigenvalue of a matrix, in units of the last place of the largest one and for each
+/// row.
+const MASSLESS: f64 = 16.0;
+/// Ratio of the first omega^2 to another one below which this one is found again.
+const SEPARATE: f64 = 1e-7;
 
 /// A negative 1 / omega^2 down to this, relative to the largest one, is rounding.
 const NEGATIVE: f64 = 1e-10;
@@ -78,10 +127,16 @@ fn pencil(
     let (mut inverses, vectors) = largest_first(whitened)?;
     inverses.truncate(count);
     let mut vectors = vectors.get(.., ..inverses.len()).to_owned();
-    let least = f64::EPSILON * inverses[0];
+    let rounding = match massless {
+        Massless::LeftOut => MASSLESS * n as f64,
+        Massless::Refused | Massless::Followed => 1.0,
+    };
+    let least = rounding * f64::EPSILON * inverses[0];
     let is_mass = |x: &f64| match massless {
         Massless::Refused => *x > least,
-        Massless::Followed => inverses[0] > 0.0 && *x >= -NEGATIVE * inverses[0],
+        Massless::LeftOut | Massless::Followed => {
+            inverses[0] > 0.0 && *x >= -NEGATIVE * inverses[0]
+        }
     };
     if let Some(mode) = inverses.iter().position(|x| !is_mass(x)) {
         return Err(EigenError::MassNotPositive { mode: mode + 1 });

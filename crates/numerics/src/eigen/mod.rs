@@ -2,24 +2,29 @@
 //! definite, and M too except for unknowns without mass.
 //!
 //! [`lowest_modes`] chooses the method: [`dense`] for small problems, otherwise Lanczos iteration
-//! with K factored, one vector at a time ([`arpack`]) or in blocks where the factor is large
-//! ([`blocks`]). `sturm.rs` checks the modes and proves that none is missing. [`coarse_space()`] is
-//! something else: rough modes of a dense matrix, for a preconditioner.
+//! with K factored, one vector at a time ([`modes_by_arpack`]) or in blocks if the factor is large
+//! ([`modes_by_blocks`]). `sturm.rs` judges the modes, proves that none is missing, and finds missing ones.
+//! [`coarse_space()`] is something else: rough modes of a dense matrix, for a preconditioner.
 //!
 //! Start vectors, sizes of blocks and the sizes that choose the method decide the last bits of the
 //! modes. `arpack.rs` has the only `unsafe` code of the libraries, and a lock, because ARPACK keeps
 //! its state in static variables.
 
-pub mod arpack;
-pub mod blocks;
+mod arpack;
+mod blocks;
 mod coarse_space;
 pub mod dense;
+mod iteration;
+mod orthonormal;
 mod sturm;
 
 pub use coarse_space::{CoarseSpace, coarse_space, factor_order, independent};
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
+
+use blocks::Search;
+use sturm::complete;
 
 use crate::memory::TooLittle;
 use crate::sparse::{self, Cholesky, FactorError};
@@ -52,6 +57,14 @@ impl Modes {
         self.omega2.len()
     }
 
+    /// The `count` lowest of these modes.
+    pub fn lowest(&self, count: usize) -> Self {
+        Self {
+            omega2: self.omega2[..count].to_vec(),
+            vectors: self.vectors.get(.., ..count).to_owned(),
+        }
+    }
+
     /// Frequencies `sqrt(omega2) / (2 pi)`, Hz.
     pub fn frequencies_hz(&self) -> Vec<f64> {
         self.omega2
@@ -59,6 +72,23 @@ impl Modes {
             .map(|w2| w2.sqrt() / std::f64::consts::TAU)
             .collect()
     }
+}
+
+/// End of a list of the lowest modes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Last {
+    /// As many modes as are asked for.
+    Given,
+    /// The modes that are equal to the last one follow it.
+    WithEqual,
+}
+
+/// Stiffness and mass, with the factor of the stiffness.
+#[derive(Debug, Clone, Copy)]
+struct Pencil<'a> {
+    stiffness: &'a CscMatrix<f64>,
+    mass: &'a CscMatrix<f64>,
+    factor: &'a Cholesky,
 }
 
 /// Error of modes that were not found.
@@ -91,7 +121,11 @@ pub enum EigenError {
     #[error("mode {mode} has a residual of {residual:.1e} after all tries; ask for fewer modes")]
     Residual { mode: usize, residual: f64 },
     #[error(
-        "a Sturm count finds {expected} modes below {below:.6e} rad2/s2, the iteration {found} after all tries; ask for a few more or fewer modes"
+        "rounding of the stiffness changes the squared frequency of mode {mode} by about {residual:.1e} of it: the springs or supports that hold its motion are too soft beside the other stiffness; make them stiffer, or hold the motion"
+    )]
+    Rounding { mode: usize, residual: f64 },
+    #[error(
+        "a Sturm count finds {expected} modes below {below:.6e} rad2/s2, the iteration {found} after all tries; ask for a few more or fewer modes, and check that the mass is positive"
     )]
     Missing {
         below: f64,
@@ -104,11 +138,12 @@ pub enum EigenError {
     Factor(#[from] FactorError),
 }
 
-/// The `count` lowest modes (all of them where fewer unknowns have mass). An unknown without mass
-/// has no entry in its column of the mass, or zero on the diagonal.
+/// The `count` lowest modes (all of them where fewer motions have mass). An unknown without mass has no
+/// entry in its column of the mass, or zero on the diagonal.
 ///
 /// `factor` is the factorisation of `stiffness`. Small problems are solved densely, others by
-/// shift-invert Lanczos: [`arpack`], or [`blocks`] where the factor is too large for any cache.
+/// shift-invert Lanczos: [`modes_by_arpack`], or [`modes_by_blocks`] if the factor is too large for any
+/// cache.
 /// Residuals are checked and a Sturm count proves that no mode is missing.
 ///
 /// # Errors
@@ -120,11 +155,11 @@ pub fn lowest_modes(
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
     let none = Modes::none(stiffness.nrows());
-    more_modes(stiffness, mass, count, factor, &none)
+    more_modes(stiffness, mass, count, factor, &none, Last::Given)
 }
 
-/// Computes [`lowest_modes`] where the lowest of them are `known`: [`blocks`] starts from these,
-/// the other methods do not use them.
+/// Computes [`lowest_modes`], or a few more as `last` says. The lowest of them are `known`:
+/// [`modes_by_blocks`] starts from these, the other methods do not use them.
 ///
 /// # Errors
 /// See [`EigenError`].
@@ -134,6 +169,7 @@ pub fn more_modes(
     count: usize,
     factor: &Cholesky,
     known: &Modes,
+    last: Last,
 ) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
     if mass.nrows() != n {
@@ -142,7 +178,7 @@ pub fn more_modes(
             mass: mass.nrows(),
         });
     }
-    let with_mass = (0..n).filter(|&i| has_mass(mass, i)).count();
+    let with_mass = unknowns_with_mass(mass);
     let count = count.min(with_mass);
     if count == 0 {
         return Ok(Modes::none(n));
@@ -152,18 +188,66 @@ pub fn more_modes(
             sparse::dense(stiffness).as_ref(),
             sparse::dense(mass).as_ref(),
             count,
+            last,
         );
     }
     if factor.symbolic().factor_entries() > LARGE_FACTOR {
-        return blocks::lowest_modes(stiffness, mass, count, factor, known);
+        return modes_by_blocks(stiffness, mass, count, factor, known, last);
     }
-    match arpack::lowest_modes(stiffness, mass, count, factor) {
-        // Where some modes are far below all others the space of one vector ends early.
-        Err(EigenError::Arpack { .. }) => {
-            blocks::lowest_modes(stiffness, mass, count, factor, known)
-        }
-        outcome => outcome,
-    }
+    modes_by_arpack(stiffness, mass, count, factor, last)
+}
+
+/// Computes [`more_modes`] of a problem that is not small by ARPACK. Modes that ARPACK misses are found
+/// in blocks.
+///
+/// # Errors
+/// [`EigenError::Arpack`], [`EigenError::Residual`], [`EigenError::Missing`] after three rounds without
+/// a further mode; errors of the factorisation of K - sigma M.
+pub fn modes_by_arpack(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+    last: Last,
+) -> Result<Modes, EigenError> {
+    let none = Modes::none(stiffness.nrows());
+    let pencil = Pencil {
+        stiffness,
+        mass,
+        factor,
+    };
+    complete(&pencil, count, last, &none, |wanted| {
+        arpack::lowest(mass, factor, wanted)
+    })
+}
+
+/// Computes [`more_modes`] in blocks. The basis begins with the modes that are `known`, the lowest ones.
+///
+/// # Errors
+/// [`EigenError::Basis`], [`EigenError::Residual`], [`EigenError::Missing`] after three rounds without
+/// a further mode; errors of the factorisation of K - sigma M.
+pub fn modes_by_blocks(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+    known: &Modes,
+    last: Last,
+) -> Result<Modes, EigenError> {
+    let pencil = Pencil {
+        stiffness,
+        mass,
+        factor,
+    };
+    complete(&pencil, count, last, known, |wanted| {
+        let search = Search::first(known, wanted.min(mass.nrows()));
+        blocks::lanczos(mass, factor, &search)
+    })
+}
+
+/// Number of unknowns that have mass.
+pub fn unknowns_with_mass(mass: &CscMatrix<f64>) -> usize {
+    (0..mass.ncols()).filter(|&i| has_mass(mass, i)).count()
 }
 
 fn has_mass(mass: &CscMatrix<f64>, unknown: usize) -> bool {
@@ -232,6 +316,22 @@ fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, coun
 mod tests {
     use super::*;
 
+    /// Both Lanczos methods.
+    fn by_lanczos(
+        k: &CscMatrix<f64>,
+        m: &CscMatrix<f64>,
+        count: usize,
+        last: Last,
+    ) -> [Result<Modes, EigenError>; 2] {
+        let factor = Cholesky::factor(k).unwrap();
+        assert!(k.nrows() > arpack::smallest_size(count));
+        let none = Modes::none(k.nrows());
+        [
+            modes_by_arpack(k, m, count, &factor, last),
+            modes_by_blocks(k, m, count, &factor, &none, last),
+        ]
+    }
+
     /// Springs that all differ, and a square section of equal ones, whose bending modes come in
     /// equal pairs. An odd count cuts one.
     #[test]
@@ -240,14 +340,123 @@ mod tests {
         let irregular = irregular.map(|(shape, count)| (shape, 0.6, count));
         let equal = [7, 12, 21].map(|count| ([9, 4, 4], 0.0, count));
         for (shape, irregularity, count) in irregular.into_iter().chain(equal) {
-            let (k, m, factor) = cantilever(shape, irregularity);
-            assert!(k.nrows() > arpack::smallest_size(count));
-            let none = Modes::none(k.nrows());
-            for modes in [
-                arpack::lowest_modes(&k, &m, count, &factor),
-                blocks::lowest_modes(&k, &m, count, &factor, &none),
-            ] {
+            let (k, m, _) = cantilever(shape, irregularity);
+            for modes in by_lanczos(&k, &m, count, Last::Given) {
                 assert_like_dense(&k, &m, &modes.unwrap(), count);
+            }
+        }
+    }
+
+    /// So many copies of a matrix on the diagonal of one.
+    fn copies(a: &CscMatrix<f64>, count: usize) -> CscMatrix<f64> {
+        let n = a.nrows();
+        let mut all = nalgebra_sparse::CooMatrix::new(count * n, count * n);
+        for copy in 0..count {
+            for (i, j, v) in a.triplet_iter() {
+                all.push(copy * n + i, copy * n + j, *v);
+            }
+        }
+        CscMatrix::from(&all)
+    }
+
+    /// Blades of square section that nothing joins: their bending modes come twice for each blade.
+    #[test]
+    fn all_copies_of_the_modes_of_equal_blades_are_found() {
+        let (k, m, _) = cantilever([5, 3, 3], 0.0);
+        let own = dense::modes(sparse::dense(&k).as_ref(), sparse::dense(&m).as_ref()).unwrap();
+        assert!((own.omega2[1] / own.omega2[0] - 1.0).abs() < 1e-9);
+        for (blades, count, last) in [
+            (12, 5, Last::Given),
+            (12, 30, Last::WithEqual),
+            (24, 60, Last::Given),
+            (24, 1, Last::WithEqual),
+            (100, 12, Last::WithEqual),
+        ] {
+            let (k, m) = (copies(&k, blades), copies(&m, blades));
+            let all = own.omega2.iter().flat_map(|w2| vec![*w2; blades]);
+            let all: Vec<f64> = all.collect();
+            let expected = match last {
+                Last::Given => count,
+                Last::WithEqual => all.partition_point(|w2| *w2 <= all[count - 1] * (1.0 + 1e-9)),
+            };
+            for modes in by_lanczos(&k, &m, count, last) {
+                let modes = modes.unwrap();
+                assert_eq!(modes.count(), expected, "{blades} blades, {count}");
+                for (i, (w2, exact)) in modes.omega2.iter().zip(&all).enumerate() {
+                    assert!((w2 / exact - 1.0).abs() < 1e-9, "{i}: {w2} {exact}");
+                }
+                let weighted = sparse::times(&m, modes.vectors.as_ref());
+                let gram = modes.vectors.transpose() * weighted;
+                let unit = Mat::<f64>::identity(expected, expected);
+                assert!((gram - unit).norm_max() < 1e-9);
+            }
+        }
+    }
+
+    /// A block that nothing holds but soft springs to ground on all its nodes: its three translations lie
+    /// far below the other modes, which the block has by itself. Its springs resist turning.
+    #[test]
+    fn rigid_motions_on_soft_springs_and_elastic_modes_have_their_own_scales() {
+        let lattice = dovetail_testkit::lattice::Lattice::new([9, 5, 4], 4e7, 0.1, 0.6);
+        let number: Vec<_> = (0..lattice.nodes()).map(Some).collect();
+        let (k, m) = lattice.matrices(&number, lattice.nodes());
+        let elastic = |spring: f64| {
+            // Springs in proportion to the mass: each squared frequency grows by `spring`.
+            let k = sparse::sum(&k, spring, &m);
+            dense::modes(sparse::dense(&k).as_ref(), sparse::dense(&m).as_ref()).unwrap()
+        };
+        let stiff = 1e6;
+        let first = elastic(stiff).omega2[3] - stiff;
+        for ratio in [1e-4, 1e-8, 1e-10] {
+            let spring = ratio * first;
+            let held = sparse::sum(&k, spring, &m);
+            for (method, modes) in by_lanczos(&held, &m, 12, Last::Given)
+                .into_iter()
+                .enumerate()
+            {
+                let modes = modes.unwrap();
+                for (i, w2) in modes.omega2.iter().enumerate() {
+                    let (exact, tolerance) = match i < 3 {
+                        true => (spring, 2e-14 / ratio + 1e-9),
+                        false => (elastic(stiff).omega2[i] - stiff + spring, 1e-7),
+                    };
+                    let error = (w2 / exact - 1.0).abs();
+                    assert!(error < tolerance, "{ratio:e} {method} {i}: {error:e}");
+                }
+            }
+        }
+    }
+
+    /// A mass that moves with many unknowns, and no other: it has six motions.
+    #[test]
+    fn a_mass_of_few_motions_has_few_modes() {
+        let (k, _, factor) = cantilever([9, 5, 4], 0.3);
+        let n = k.nrows();
+        let carried = Mat::from_fn(n, 6, |i, j| dovetail_testkit::lattice::scattered(i + n * j));
+        let dense_mass = &carried * carried.transpose();
+        let mut m = nalgebra_sparse::CooMatrix::new(n, n);
+        for j in 0..n {
+            for i in 0..n {
+                m.push(i, j, dense_mass[(i, j)]);
+            }
+        }
+        let m = CscMatrix::from(&m);
+        let mut answers = carried.clone();
+        factor.solve_in_place(answers.as_mut());
+        let exact =
+            crate::dense::self_adjoint_eigenvalues((carried.transpose() * answers).as_ref());
+        let exact: Vec<f64> = exact.unwrap().iter().rev().map(|x| x.recip()).collect();
+        let none = Modes::none(n);
+        for modes in [
+            modes_by_arpack(&k, &m, 12, &factor, Last::Given),
+            modes_by_blocks(&k, &m, 12, &factor, &none, Last::Given),
+            lowest_modes(&k, &m, 12, &factor),
+            lowest_modes(&k, &m, n, &factor),
+        ] {
+            let modes = modes.unwrap();
+            assert_eq!(modes.count(), 6);
+            for (w2, exact) in modes.omega2.iter().zip(&exact) {
+                assert!((w2 / exact - 1.0).abs() < 1e-9, "{w2} {exact}");
             }
         }
     }
@@ -293,8 +502,8 @@ mod tests {
         let exact = dense::modes(condensed.as_ref(), part(&m, &with, &with).as_ref()).unwrap();
         let count = 8;
         let found = [
-            arpack::lowest_modes(&k, &m, count, &factor).unwrap(),
-            blocks::lowest_modes(&k, &m, count, &factor, &Modes::none(n)).unwrap(),
+            modes_by_arpack(&k, &m, count, &factor, Last::Given).unwrap(),
+            modes_by_blocks(&k, &m, count, &factor, &Modes::none(n), Last::Given).unwrap(),
             lowest_modes(&k, &m, count, &factor).unwrap(),
             lowest_modes(&k, &m, with.len() - 20, &factor).unwrap(),
             lowest_modes(&k, &m, n, &factor).unwrap(),

@@ -36,7 +36,7 @@ use super::{
 };
 use crate::structure::{BodyMatrices, BodyVectors, Joint, Structure};
 use dovetail_numerics::dense::parallel::product;
-use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
+use dovetail_numerics::eigen::{Last, Modes, lowest_modes, more_modes, unknowns_with_mass};
 use dovetail_numerics::sparse::{
     Cholesky, FactorError, Symbolic, condense, leading, submatrix, symmetric_product, times,
 };
@@ -101,11 +101,19 @@ pub(super) fn reduce_copies(
     let static_parts = joined.static_parts(structure);
     let mut count = copies * stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
+    // Without equal modes of other bodies, some of a body's own would be left out.
+    let last = match stuck_modes.count {
+        Some(_) => Last::Given,
+        None => Last::WithEqual,
+    };
+    let with_mass = unknowns_with_mass(&joined.m_gg);
     loop {
-        let last_try =
-            stuck_modes.count.is_some() || count >= (copies * MOST_MODES).min(joined.inner());
-        let modes = more_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor, &known)
+        let (k, m) = (&joined.k_gg, &joined.m_gg);
+        let modes = more_modes(k, m, count, &joined.factor, &known, last)
             .map_err(|source| ReductionError::Stuck { source })?;
+        let are_all = modes.count() < count || modes.count() == with_mass;
+        count = count.max(modes.count());
+        let last_try = stuck_modes.count.is_some() || are_all || count >= copies * MOST_MODES;
         let reaches = |highest: Highest| {
             let reach = REACH * highest.rad_s(&modes.omega2);
             modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach)
@@ -115,6 +123,7 @@ pub(super) fn reduce_copies(
         if reached || last_try {
             let (on_modes, amplitude) =
                 joined.on_modes(structure, condensed, &condensed_loads, modes, stuck_modes)?;
+            let amplitude = if are_all { Some(0.0) } else { amplitude };
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
                 let mut reduction = joined.finish(structure, on_modes, amplitude);
                 reduction.model.static_parts = static_parts;
@@ -600,9 +609,6 @@ impl Joined {
         left: truncation::EnergyShares,
         highest_rad_s: f64,
     ) -> Option<f64> {
-        if reduced.stuck_modes == self.inner() {
-            return Some(0.0);
-        }
         let x = truncation::yielding(reduced);
         let answers = self.answers_to_flanks(&x);
         truncation::amplitude(reduced, left, &x, &answers, highest_rad_s)
