@@ -540,6 +540,7 @@ impl Joined {
     ) -> Result<(OnModes, Option<f64>), ReductionError> {
         let ResidualVectors {
             vectors,
+            massless,
             energy_shares,
         } = residual_vectors(on_g.as_ref(), answers.as_ref(), &modes, &self.m_gg).map_err(
             |source| ReductionError::Residual {
@@ -552,7 +553,10 @@ impl Joined {
         // p = (M_xg + Psi^T M_gg) Phi with Psi^T = -K_xg K_gg^-1.
         let mut followed = symmetric_product(&self.m_gg, vectors.as_ref());
         self.factor.solve_in_place(followed.as_mut());
-        let coupling = times(&self.m_xg, vectors.as_ref()) - times(&self.k_xg, followed.as_ref());
+        let mut coupling =
+            times(&self.m_xg, vectors.as_ref()) - times(&self.k_xg, followed.as_ref());
+        let with_mass = omega2.len() - massless;
+        coupling.subcols_mut(with_mass, massless).fill(0.0);
         let on_modes = product(vectors.transpose(), on_g.as_ref());
         let load = |j: usize| Load::new(on_x[j].clone(), on_modes.col_as_slice(j).to_vec());
         let first_observed = 1 + structure.excitations.len();

@@ -126,6 +126,7 @@ pub fn condense(
         }
     })?;
     let modes = side_by_side(&fixed, &residual.vectors);
+    let with_mass = modes.count() - residual.massless;
     // (M_bi + Psi^T M_ii) V with Psi^T = -K_bi K_ii^-1.
     let mut followed = times(&m_ii, modes.vectors.as_ref());
     factor.solve_in_place(followed.as_mut());
@@ -145,7 +146,11 @@ pub fn condense(
         };
     Ok(ReducedBody {
         stiffness: whole(&condensed.stiffness, &|_, _| 0.0, &|i| modes.omega2[i]),
-        mass: whole(&condensed.mass, &|i, j| coupled[(i, j)], &|_| 1.0),
+        mass: whole(
+            &condensed.mass,
+            &|i, j| if j < with_mass { coupled[(i, j)] } else { 0.0 },
+            &|_| 1.0,
+        ),
         omega2: fixed.omega2,
         interior: Interior {
             factor,

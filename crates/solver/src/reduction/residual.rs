@@ -7,6 +7,10 @@
 //! Nakagawa, Wittbrodt, Comput. Struct. 62 (1997) 985-998). They are made orthogonal in K and M, so
 //! that they can follow the modes as further ones; their frequencies lie above those of the modes
 //! and have no other meaning.
+//!
+//! A load on unknowns without mass may have a part R f without inertia, which follows the load at once.
+//! It becomes a further mode with the frequency [`MASSLESS_RAD_S`], at which nothing but its stiffness
+//! counts.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -18,6 +22,9 @@ use dovetail_numerics::sparse::symmetric_product;
 
 /// Fraction of a load's static energy below which its residual counts as rounding.
 const RESIDUAL: f64 = 1e-10;
+/// Frequency of a vector without inertia, rad/s: above all vibrations of solids, whose atoms vibrate at
+/// 1e14 rad/s. One with less inertia than that has none.
+const MASSLESS_RAD_S: f64 = 1e15;
 /// Smallest eigenvalue of the residuals' energies, each scaled to one, that counts as a direction
 /// of its own.
 const INDEPENDENT: f64 = 1e-9;
@@ -28,6 +35,8 @@ pub(super) struct ResidualVectors {
     /// Vectors of unit modal mass, orthogonal to each other and to the modes in K and M, by
     /// ascending frequency.
     pub vectors: Modes,
+    /// Number of the last of them that have no inertia. They move neither other vectors nor contacts.
+    pub massless: usize,
     /// Fraction of the static energy of each load that the modes do not give: f^T R f / f^T K^-1 f.
     pub energy_shares: Vec<f64>,
 }
@@ -84,18 +93,21 @@ pub(super) fn residual_vectors(
             0.0
         }
     };
+    let (vectors, massless) = orthonormal(loads.as_ref(), residual.as_ref(), mass)?;
     Ok(ResidualVectors {
-        vectors: orthonormal(loads.as_ref(), residual.as_ref(), mass)?,
+        vectors,
+        massless,
         energy_shares: left.iter().zip(&whole).map(share).collect(),
     })
 }
 
-/// Span of the residuals of `loads`, each of unit energy.
+/// Span of the residuals of `loads`, each of unit energy, and the number of its last vectors that have
+/// no inertia.
 fn orthonormal(
     loads: MatRef<'_, f64>,
     residual: MatRef<'_, f64>,
     mass: &CscMatrix<f64>,
-) -> Result<Modes, ResidualError> {
+) -> Result<(Modes, usize), ResidualError> {
     let eigen = |a: Mat<f64>| {
         let failed = ResidualError::Dense { vectors: a.nrows() };
         self_adjoint_eigen(a.as_ref())
@@ -112,15 +124,18 @@ fn orthonormal(
     let weighted = symmetric_product(mass, residual.as_ref());
     let (inertia, directions) = eigen(product(residual.transpose(), weighted.as_ref()))?;
     // The largest inertia is the lowest frequency.
+    let least = MASSLESS_RAD_S.powi(-2);
+    let massless = inertia.iter().filter(|inertia| **inertia <= least).count();
     let count = inertia.len();
-    let ascending: Vec<usize> = (0..count).rev().filter(|&j| inertia[j] > 0.0).collect();
-    let directions = Mat::from_fn(count, ascending.len(), |i, j| {
-        directions[(i, ascending[j])] / inertia[ascending[j]].sqrt()
+    let own = |j: usize| inertia[count - 1 - j].max(least);
+    let directions = Mat::from_fn(count, count, |i, j| {
+        directions[(i, count - 1 - j)] / own(j).sqrt()
     });
-    Ok(Modes {
-        omega2: ascending.iter().map(|&j| inertia[j].recip()).collect(),
+    let vectors = Modes {
+        omega2: (0..count).map(|j| own(j).recip()).collect(),
         vectors: product(residual.as_ref(), directions.as_ref()),
-    })
+    };
+    Ok((vectors, massless))
 }
 
 /// Computes f . u for each column.

@@ -22,6 +22,7 @@ mod extremes;
 mod friction_field;
 mod given_matrices;
 mod gross_slip;
+mod massless;
 mod mortar;
 mod peaks;
 mod penalty_contact;
