@@ -24,6 +24,8 @@ use dovetail_solver::results::small::{
 };
 use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
 
+/// Estimated error of the first stuck frequencies by the modes of a body above which a warning is given.
+const LARGE_FREQUENCY_ERROR: f64 = 0.01;
 /// Error of a prestress of held flanks above which a warning is given.
 const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
 
@@ -130,6 +132,8 @@ pub(super) fn of_reduced(reduced: &Reduced) -> Vec<Line> {
     if let Some(bodies) = &reduced.bodies {
         let truncation = &bodies.modes.truncation;
         lines.push(Line::Note(truncation_note(stuck.len(), truncation)));
+        lines.extend(few_stuck_modes(truncation).map(Line::Warning));
+        lines.extend(few_modes_of_bodies(truncation).map(Line::Warning));
         lines.extend(held_flanks(bodies).map(Line::Warning));
     }
     lines
@@ -170,6 +174,37 @@ fn truncation_note(modes: usize, truncation: &Truncation) -> String {
         ),
     };
     format!("{modes} stuck modes: {amplitude}{frequencies}")
+}
+
+/// Warning that the stuck modes kept are too few for the linear curve.
+fn few_stuck_modes(truncation: &Truncation) -> Option<Warning> {
+    let text = match truncation.amplitude {
+        None => "the stuck modes kept do not reach the highest frequency of the linear curve, and amplitudes above the last one lack \
+                 the modes left out: take more response.stuck_modes"
+            .to_owned(),
+        Some(error) if error > LARGE_ERROR => format!(
+            "the stuck modes left out change amplitudes of the linear curve by an estimated {}: take more response.stuck_modes, or \
+             leave the key out",
+            percent(error, 2)
+        ),
+        Some(_) => return None,
+    };
+    Some(doubt(text))
+}
+
+/// Warning that the modes kept of the bodies that are reduced by themselves are too few.
+fn few_modes_of_bodies(truncation: &Truncation) -> Option<Warning> {
+    let errors = truncation.frequencies.iter().copied().enumerate();
+    let (mode, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (error > LARGE_FREQUENCY_ERROR).then(|| {
+        doubt(format!(
+            "the fixed_interface_modes kept of the bodies raise the first {} stuck frequencies by up to an estimated {} (mode {}): keep \
+             more of them, or leave body.*.fixed_interface_modes out: the body is then not reduced by itself",
+            truncation.frequencies.len(),
+            percent(error, 2),
+            mode + 1,
+        ))
+    })
 }
 
 /// Note on the first linear mode, if pairs are open in the static state.

@@ -4,6 +4,7 @@
 //! module's. Tests that need the library alone stand beside it, in crates/solver/tests/library.
 
 mod shared_browser;
+mod shared_decks;
 mod shared_folder;
 mod shared_program;
 mod shared_runs;
@@ -38,6 +39,7 @@ mod memory;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;
+mod natural_modes;
 mod nodal_diameters;
 mod only_what_is_asked;
 mod open_at_rest;

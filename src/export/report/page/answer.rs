@@ -218,6 +218,13 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                     "The modes left out change amplitudes of the linear curve by " (bounded(error, "an estimated")) "."
                 }))
             }
+            @let frequencies = contents.summary.truncation.iter().flat_map(|t| &t.frequencies);
+            @if let Some(error) = frequencies.copied().reduce(f64::max) {
+                (line(error <= CHANGED, &html! {
+                    "The modes kept of the bodies (" code { "fixed_interface_modes" } ") raise the first stuck frequencies by up to "
+                    (bounded(error, "an estimated")) "."
+                }))
+            }
             @match doubtful(contents) {
                 0 => {},
                 1 => (line(false, &html! { "A " a href="#warnings" { "warning" } " of the run says what else may be off." })),
