@@ -6,16 +6,21 @@ use std::path::Path;
 use dovetail::mesh_files;
 use dovetail_matrices::write_matrix_market;
 use dovetail_mesh::units::Units;
+use dovetail_numerics::eigen::dense::modes;
+use dovetail_numerics::sparse::dense;
 use dovetail_solver::fem::{assemble_body, statics};
 use dovetail_solver::model::{
     Assembly, Body, BodyMesh, BodySpec, MaterialSpec, MatrixSource, bind,
 };
 use dovetail_testkit::folder::root;
+use faer::Mat;
+use faer::linalg::solvers::Solve;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
+use crate::shared_decks::{column, steel};
 use crate::shared_folder::Folder;
 use crate::shared_program::{cases, has, on_scene, said_in_one_line, told};
-use crate::shared_runs::{Row, number, rows};
+use crate::shared_runs::{Row, number, rows, summary};
 
 /// The joint of two decks at rest: a force pulls the blade outwards.
 fn at_rest(sources: [&str; 2]) -> String {
@@ -207,6 +212,154 @@ fn a_scene_with_matrices_has_the_answers_of_its_elements() {
             compared(&found[0], statics, column);
         }
         compared(&found[1], modes, "frequency_hz");
+    }
+}
+
+/// Base and column with a contact between them. The column has these keys.
+fn on_base(of_column: &str) -> String {
+    format!(
+        r#"
+        name = "column"
+        [[body]]
+        name = "base"
+        mesh_file = "base.inp"
+        units = "mm-t-s"
+        volume = "BASE"
+        fixed = ["BASE_FOOT"]
+        [[body]]
+        name = "column"
+        mesh_file = "column.inp"
+        units = "mm-t-s"
+        volume = "COLUMN"
+        {of_column}
+        [[contact]]
+        name = "foot"
+        first = "COLUMN_BOTTOM"
+        second = "BASE_TOP"
+        friction = 0.5
+        [[load]]
+        on = "COLUMN_TIP"
+        direction = [0, 0, -1]
+        force_n = 1
+        [damping]
+        stiffness_s = 1e-9
+        [[excitation]]
+        on = "COLUMN_TIP"
+        direction = [0, 1, 0]
+        force_n = 1e-4
+        [[observe]]
+        name = "tip"
+        points = "COLUMN_TIP"
+        direction = [0, 1, 0]
+        [response]
+        frequency_hz = [4000, 12000]
+        points = 9
+        harmonics = 1
+        "#
+    )
+}
+
+/// Craig-Bampton matrices of the column on its flank and its tip, with all its modes, in millimetres and
+/// tonnes: the stiffness is diagonal on the modes, and the mass couples them with the nodes.
+fn write_superelement(folder: &Folder, deck: &str) {
+    let mesh = mesh_files::read(&folder.join(deck), Units::MillimetreTonneSecond).unwrap();
+    let spec = BodySpec {
+        name: "column".into(),
+        mesh: BodyMesh::Shared,
+        volume: "COLUMN".into(),
+        matrices: MatrixSource::Elements(MaterialSpec::OfMesh(None)),
+        fixed: Vec::new(),
+        fixed_along: Default::default(),
+        fixed_interface_modes: None,
+        strength: None,
+    };
+    let alone = Assembly {
+        bodies: vec![spec],
+        ..Assembly::default()
+    };
+    let body = bind(&alone, &mesh, None).unwrap().bodies.remove(0);
+    let matrices = assemble_body(&body, None, &statics::solve_by_cholesky).unwrap();
+    let kept = |node: u64| {
+        let groups = ["COLUMN_FOOT", "COLUMN_TIP"].map(|name| &mesh.groups[name].nodes);
+        let mut nodes = groups.into_iter().flatten();
+        nodes.any(|n| mesh.node_tags[*n as usize] == node)
+    };
+    let tags = body.free_node_tags();
+    let (outer, inner): (Vec<usize>, Vec<usize>) =
+        (0..3 * tags.len()).partition(|dof| kept(tags[dof / 3]));
+    let order = [&inner[..], &outer].concat();
+    let [k, m] = [&matrices.stiffness, &matrices.mass].map(|a| {
+        let a = dense(a);
+        Mat::from_fn(order.len(), order.len(), |i, j| {
+            1e-3 * a[(order[i], order[j])]
+        })
+    });
+    let split = inner.len();
+    let k_ii = k.get(..split, ..split);
+    let own = modes(k_ii, m.get(..split, ..split)).unwrap();
+    let psi = k_ii.partial_piv_lu().solve(k.get(..split, split..));
+    let t = Mat::from_fn(order.len(), order.len(), |i, j| {
+        match (i < split, j < split) {
+            (true, true) => own.vectors[(i, j)],
+            (true, false) => -psi[(i, j - split)],
+            (false, _) => f64::from(u8::from(i == j)),
+        }
+    });
+    for (a, file) in [(k, "k.mtx"), (m, "m.mtx")] {
+        let on_both = t.transpose() * (&a * &t);
+        let mut coo = CooMatrix::new(order.len(), order.len());
+        for (i, j) in (0..order.len()).flat_map(|i| (0..order.len()).map(move |j| (i, j))) {
+            let among = i.min(j) >= split;
+            let mixed = i.max(j) >= split && file == "m.mtx";
+            if i == j || among || mixed {
+                coo.push(i, j, 0.5 * (on_both[(i, j)] + on_both[(j, i)]));
+            }
+        }
+        folder.write(file, write_matrix_market(&CscMatrix::from(&coo)));
+    }
+    let mut table = "node,direction\n".to_owned() + &"-,-\n".repeat(split);
+    for dof in &outer {
+        writeln!(table, "{},{}", tags[dof / 3], ["x", "y", "z"][dof % 3]).unwrap();
+    }
+    folder.write("rows.csv", table);
+}
+
+#[test]
+fn a_superelement_with_modes_has_the_answers_of_fixed_interface_modes() {
+    let folder = Folder::new("given_matrices-modes");
+    folder.write("base.inp", column("BASE", 0.0, 1, 0) + &steel(&["BASE"]));
+    folder.write(
+        "column.inp",
+        column("COLUMN", 1.0, 8, 0) + &steel(&["COLUMN"]),
+    );
+    write_superelement(&folder, "column.inp");
+    let keys = "stiffness_file = \"k.mtx\"\nmass_file = \"m.mtx\"\nrows_file = \"rows.csv\"";
+    let [expected, found] = [
+        ("fixed", "fixed_interface_modes = 1000"),
+        ("superelement", keys),
+    ]
+    .map(|(name, keys)| {
+        let (scene, out) = (
+            folder.write(&format!("{name}.toml"), on_base(keys)),
+            folder.join(format!("out-{name}")),
+        );
+        told(on_scene("modes", &scene, &out, &[]), 0);
+        let modes = rows(&out.join("modes.csv"));
+        let stuck = modes.iter().filter(|row| row["kind"] == "stuck").take(10);
+        let mut numbers: Vec<f64> = stuck.map(|row| number(row, "frequency_hz")).collect();
+        assert_eq!(numbers.len(), 10);
+        told(on_scene("run", &scene, &out, &[]), 0);
+        let summary = summary(&out);
+        for key in ["peak_amplitude_m", "linear_peak_amplitude_m"] {
+            numbers.push(summary["response"][key].as_f64().unwrap());
+        }
+        numbers
+    });
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!(
+            (found / expected - 1.0).abs() < 1e-8,
+            "{found:e} {expected:e}"
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::borrow::Cow;
 
+use dovetail_numerics::sparse::with_places_of;
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -141,6 +142,13 @@ impl BodyMatrices {
     /// Number of degrees of freedom, n.
     pub fn dofs(&self) -> usize {
         self.stiffness.ncols()
+    }
+
+    /// Stiffness with a place for every entry of the mass. Both are then condensed and factored in one
+    /// order. Matrices of another program may have a mass that couples what the stiffness does not, as
+    /// superelements with modes do.
+    pub fn stiffness_with_places(&self) -> Cow<'_, CscMatrix<f64>> {
+        with_places_of(&self.stiffness, &self.mass)
     }
 
     /// Number of degrees of freedom of the interior.

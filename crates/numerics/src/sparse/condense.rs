@@ -41,7 +41,7 @@ pub struct Condensed {
 }
 
 /// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of the analysis of
-/// K_ii, are eliminated. M has no entry where K has none.
+/// K_ii, are eliminated. M has no entry where K has none ([`with_places_of`](super::with_places_of)).
 ///
 /// # Errors
 /// The errors of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where a matrix

@@ -1,6 +1,8 @@
 //! Operations on sparse matrices beyond nalgebra-sparse: submatrices, products with dense blocks on
 //! all threads, K + s M. Results do not depend on the number of threads.
 
+use std::borrow::Cow;
+
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Mat, MatMut, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -91,6 +93,24 @@ pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
     } else {
         k + &(m * s)
     }
+}
+
+/// Matrix `k` with a place for every entry of `m`: zeros are stored where it has none. It is not copied
+/// if it has all places already.
+pub fn with_places_of<'a>(k: &'a CscMatrix<f64>, m: &CscMatrix<f64>) -> Cow<'a, CscMatrix<f64>> {
+    let has_places = |j: usize| {
+        let (of_k, of_m) = (k.col(j), m.col(j));
+        let mut places = of_k.row_indices().iter();
+        let mut rows = of_m.row_indices().iter();
+        rows.all(|row| places.any(|place| place == row))
+    };
+    let same_size = (k.nrows(), k.ncols()) == (m.nrows(), m.ncols());
+    if !same_size || k.pattern() == m.pattern() || (0..k.ncols()).into_par_iter().all(has_places) {
+        return Cow::Borrowed(k);
+    }
+    let mut zeros = m.clone();
+    zeros.values_mut().fill(0.0);
+    Cow::Owned(k + &zeros)
 }
 
 /// Sum `k + s m` where `k` stores every entry of `m`.
@@ -240,6 +260,24 @@ mod tests {
         let other = CscMatrix::identity(k.nrows());
         let expected = dense(&k) + faer::Scale(3.0) * dense(&other);
         assert!((dense(&sum(&k, 3.0, &other)) - expected).norm_max() < 1e-14);
+    }
+
+    #[test]
+    fn a_matrix_gets_the_places_of_another_one() {
+        let (k, m) = matrices();
+        assert!(matches!(with_places_of(&k, &m), Cow::Borrowed(_)));
+        let apart = (0..k.nrows())
+            .find(|i| k.get_entry(*i, 1).is_none())
+            .unwrap();
+        let mut far = nalgebra_sparse::CooMatrix::from(&m);
+        far.push(apart, 1, 3.0);
+        far.push(1, apart, 3.0);
+        let far = CscMatrix::from(&far);
+        let padded = with_places_of(&k, &far);
+        assert_eq!(padded.nnz(), k.nnz() + 2);
+        assert_eq!(dense(&padded), dense(&k));
+        assert!(sum_within(&padded, -2.0, &far).is_some());
+        assert!(matches!(with_places_of(&padded, &far), Cow::Borrowed(_)));
     }
 
     #[test]

@@ -73,9 +73,9 @@ pub fn reduce_analysed<'a>(
     reduce_copies(structure.into(), stuck_modes, 1, analysis)
 }
 
-/// Order and symbolic analysis of the stiffness K_gg of an assembly, which depend on the pattern of
-/// entries alone: they serve whatever stresses the bodies. `None` where a body is reduced by itself,
-/// which leaves little to analyse, and where the reduction will say what is wrong.
+/// Order and symbolic analysis of the stiffness K_gg of an assembly, with places for its mass. They
+/// depend only on the pattern of entries: they serve whatever stresses the bodies. `None` where a body
+/// is reduced by itself, which leaves little to analyse, and where the reduction will say what is wrong.
 pub fn analyse(bodies: &[BodyMatrices], joints: &[Joint]) -> Option<Symbolic> {
     let is_whole = |body: &BodyMatrices| body.fixed_interface_modes.is_none();
     if !bodies.iter().all(is_whole) {
@@ -83,7 +83,8 @@ pub fn analyse(bodies: &[BodyMatrices], joints: &[Joint]) -> Option<Symbolic> {
     }
     let whole: Vec<Coordinates> = bodies.iter().map(|_| Coordinates::Full).collect();
     let transformation = transformation(bodies, joints, &whole).ok()?;
-    let stiffness: Vec<_> = bodies.iter().map(|body| &body.stiffness).collect();
+    let stiffness = bodies.iter().map(BodyMatrices::stiffness_with_places);
+    let stiffness: Vec<_> = stiffness.collect();
     Symbolic::analyse(&on_g(&transformation, &stiffness, Zeros::Kept)).ok()
 }
 
@@ -234,7 +235,7 @@ impl Stuck {
 /// Matrix K_gg or M_gg, from those of the bodies.
 fn on_g(
     transformation: &Transformation,
-    matrices: &[&CscMatrix<f64>],
+    matrices: &[Cow<'_, CscMatrix<f64>>],
     zeros: Zeros,
 ) -> CscMatrix<f64> {
     let whole = transformation.congruent(matrices, zeros);
@@ -304,22 +305,19 @@ fn coordinates(
         .collect()
 }
 
-/// Matrices of the bodies in their coordinates.
+/// Matrices of the bodies in their coordinates, the stiffness with places for the mass.
 fn matrices_of<'a>(
     structure: &'a Structure,
     bodies: &'a [Coordinates],
     which: BodyMatrix,
-) -> Vec<&'a CscMatrix<f64>> {
-    let of_body = |(body, coordinates): (&'a BodyMatrices, &'a Coordinates)| {
-        let [stiffness, mass] = match coordinates {
-            Coordinates::Full => [&body.stiffness, &body.mass],
-            Coordinates::Reduced(body) => [&body.stiffness, &body.mass],
+) -> Vec<Cow<'a, CscMatrix<f64>>> {
+    let of_body =
+        |(body, coordinates): (&'a BodyMatrices, &'a Coordinates)| match (coordinates, which) {
+            (Coordinates::Full, BodyMatrix::Stiffness) => body.stiffness_with_places(),
+            (Coordinates::Full, BodyMatrix::Mass) => Cow::Borrowed(&body.mass),
+            (Coordinates::Reduced(body), BodyMatrix::Stiffness) => Cow::Borrowed(&body.stiffness),
+            (Coordinates::Reduced(body), BodyMatrix::Mass) => Cow::Borrowed(&body.mass),
         };
-        match which {
-            BodyMatrix::Stiffness => stiffness,
-            BodyMatrix::Mass => mass,
-        }
-    };
     structure.bodies.iter().zip(bodies).map(of_body).collect()
 }
 

@@ -103,7 +103,7 @@ pub fn condense(
     check_size(body)?;
     let (split, n) = (body.interior_dofs(), body.dofs());
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
-    let (stiffness, mass) = (&body.stiffness, &body.mass);
+    let (stiffness, mass) = (&*body.stiffness_with_places(), &body.mass);
     let condensed = Symbolic::analyse(&submatrix(stiffness, &inner, &inner))
         .and_then(|symbolic| sparse::condense(stiffness, mass, &symbolic))
         .map_err(|e| interior_error(body, e))?;

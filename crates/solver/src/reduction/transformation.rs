@@ -20,6 +20,7 @@
 //! a support holds it, a master adds nothing, and a slave moves with its X alone, on which no force
 //! acts.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef};
@@ -181,7 +182,7 @@ impl Transformation {
 
     /// Computes T^T A T, with A the block diagonal of the bodies' symmetric matrices, of which both
     /// triangles are stored. Entries that come out as zero are left out where `zeros` says so.
-    pub fn congruent(&self, matrices: &[&CscMatrix<f64>], zeros: Zeros) -> CscMatrix<f64> {
+    pub fn congruent(&self, matrices: &[Cow<'_, CscMatrix<f64>>], zeros: Zeros) -> CscMatrix<f64> {
         let n = self.unknowns();
         let t = self.transposed.transpose();
         let columns: Vec<usize> = (0..n).collect();
@@ -233,7 +234,7 @@ impl Transformation {
     /// `rows`.
     fn add_column(
         &self,
-        matrices: &[&CscMatrix<f64>],
+        matrices: &[Cow<'_, CscMatrix<f64>>],
         column: nalgebra_sparse::csc::CscCol<'_, f64>,
         sums: &mut [f64],
         met: &mut [bool],

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use faer::Mat;
+use faer::linalg::solvers::Solve;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::shared_bodies::{assembly, body, ready};
@@ -10,6 +12,8 @@ use crate::shared_scenes::{FEW_MODES, blocks_assembly};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_mesh::{Connectivity, ElementType, Mesh};
+use dovetail_numerics::eigen::dense::modes;
+use dovetail_numerics::sparse::{dense, submatrix};
 use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::fem::{assemble, assemble_body, given, statics};
 use dovetail_solver::model::gather::gather;
@@ -17,7 +21,9 @@ use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ExcitationKind, GivenMatrices, LoadKind, LoadSpec, Matrices,
     MatricesError, MatrixSource, Model, ModelError, Row, SpringSpec, bind,
 };
-use dovetail_solver::reduction::reduce;
+use dovetail_solver::reduction::{
+    analyse, reduce, reduce_analysed, stuck_displacement, stuck_shapes,
+};
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::block::{block, distort};
 use dovetail_testkit::words::has;
@@ -235,6 +241,96 @@ fn the_inside_of_a_body_may_be_generalised_coordinates() {
     }
     let largest = expected.stiffness.norm_max();
     assert!((&found.stiffness - &expected.stiffness).norm_max() < 1e-9 * largest);
+}
+
+/// Craig-Bampton matrices of other programs: the stiffness is diagonal on the modes, and the mass couples
+/// modes and nodes that the stiffness does not.
+#[test]
+fn superelements_of_nodes_and_modes_have_the_answers_of_their_bodies() {
+    let mesh = ready("blocks_order1.msh");
+    let plain = at_rest();
+    let (model, structure) = of(&plain, &mesh);
+    let expected = reduce(&structure, FEW_MODES).unwrap().model;
+    let mut with = plain.clone();
+    for (spec, body) in with.bodies.iter_mut().zip(&model.bodies) {
+        let (stiffness, mass, rows) = alone(spec, &mesh);
+        let kept: Vec<u64> = body.free_node_tags()[body.dofs.interior_nodes..].to_vec();
+        let corner = &mesh.groups["corner"].nodes;
+        let is_kept = |row: &Row| match *row {
+            Row::Node { node, .. } => {
+                kept.contains(&node) || corner.iter().any(|&n| mesh.node_tags[n as usize] == node)
+            }
+            _ => false,
+        };
+        let (outer, inner): (Vec<usize>, Vec<usize>) =
+            (0..rows.len()).partition(|&at| is_kept(&rows[at]));
+        let part = |a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]| {
+            dense(&submatrix(a, rows, columns))
+        };
+        let k_ii = part(&stiffness, &inner, &inner);
+        let modes = modes(k_ii.as_ref(), part(&mass, &inner, &inner).as_ref()).unwrap();
+        let psi = -k_ii
+            .partial_piv_lu()
+            .solve(part(&stiffness, &inner, &outer));
+        // Columns: modes, then nodes.
+        let t = Mat::from_fn(rows.len(), rows.len(), |i, j| {
+            let place = |list: &[usize]| list.iter().position(|&at| at == i);
+            match (place(&inner), j.checked_sub(inner.len())) {
+                (Some(i), None) => modes.vectors[(i, j)],
+                (Some(i), Some(j)) => psi[(i, j)],
+                (None, Some(j)) => f64::from(u8::from(place(&outer) == Some(j))),
+                (None, None) => 0.0,
+            }
+        });
+        let congruent = |a: &CscMatrix<f64>| t.transpose() * (dense(a) * &t);
+        let (k, m) = (congruent(&stiffness), congruent(&mass));
+        let is_entry = |i: usize, j: usize| i == j || i.min(j) >= inner.len();
+        let entries = |a: &Mat<f64>, is_entry: &dyn Fn(usize, usize) -> bool| {
+            let mut coo = CooMatrix::new(a.nrows(), a.ncols());
+            for (i, j) in (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| (i, j))) {
+                if is_entry(i, j) {
+                    coo.push(i, j, 0.5 * (a[(i, j)] + a[(j, i)]));
+                }
+            }
+            CscMatrix::from(&coo)
+        };
+        let generalised = inner.iter().map(|_| Row::Generalised);
+        let rows = generalised
+            .chain(outer.iter().map(|&at| rows[at]))
+            .collect();
+        let is_mass = |i: usize, j: usize| i == j || i.max(j) >= inner.len();
+        let (k, m) = (entries(&k, &is_entry), entries(&m, &is_mass));
+        spec.matrices = MatrixSource::Given(Arc::new(GivenMatrices::new(k, m, rows, SI).unwrap()));
+    }
+    let (_, structure) = of(&with, &mesh);
+    let analysis = analyse(&structure.bodies, &structure.joints);
+    let (found_omega2, _) = stuck_shapes(&structure, 10, analysis.as_ref()).unwrap();
+    let [still, analysed] =
+        [None, analysis.as_ref()].map(|analysis| stuck_displacement(&structure, analysis).unwrap());
+    for (found, expected) in analysed.iter().flatten().zip(still.iter().flatten()) {
+        assert!((found - expected).abs() < 1e-9 * expected.abs().max(1e-9));
+    }
+    for alone in [false, true] {
+        let mut structure = structure.clone();
+        for body in &mut structure.bodies {
+            body.fixed_interface_modes = alone.then_some(1000);
+        }
+        let analysis = analyse(&structure.bodies, &structure.joints);
+        assert_eq!(analysis.is_none(), alone);
+        let found = reduce_analysed(&structure, FEW_MODES, analysis.as_ref());
+        let found = found.unwrap().model;
+        let omega2 = found.omega2.iter().zip(&found_omega2).zip(&expected.omega2);
+        for ((found, stuck), expected) in omega2 {
+            assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
+            assert!((stuck / expected - 1.0).abs() < 1e-8, "{stuck} {expected}");
+        }
+        for (found, expected) in [
+            (&found.stiffness, &expected.stiffness),
+            (&found.mass, &expected.mass),
+        ] {
+            assert!((found - expected).norm_max() < 1e-8 * expected.norm_max());
+        }
+    }
 }
 
 /// The mesh without its elements: the nodes of its flanks and of the corner, and the facets of the
