@@ -35,7 +35,7 @@ pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     let halves = settings.frequencies_hz.len().clamp(1, 2) as u64;
     let transforms = F64 * samples as u64 * size.width();
     let [shared, each] = match settings.solver {
-        Solver::Powell => [0, size.dense()],
+        Solver::Powell => [size.inexact(), size.dense()],
         Solver::NewtonKrylov if size.unknowns() <= MOST_EXACT_UNKNOWNS as u64 => [0, size.dense()],
         Solver::NewtonKrylov => [size.inexact(), size.krylov()],
     };

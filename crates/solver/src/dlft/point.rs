@@ -303,11 +303,11 @@ enum Strategy {
 }
 
 impl Strategy {
-    /// Returns `true` if no balances are solved on the way.
-    fn is_direct(self) -> bool {
+    /// Returns `true` if no balances are solved on the way, by the methods that `solver` begins with.
+    fn is_direct(self, solver: Solver) -> bool {
         match self {
             Self::FromNeighbour(method) | Self::FromRest(method) => {
-                !matches!(method, Method::Dogleg)
+                solver == Solver::Powell || !matches!(method, Method::Dogleg)
             }
             _ => false,
         }
@@ -392,11 +392,8 @@ impl<'a> FrequencySolver<'a> {
         let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| {
             let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
-            strategy.is_direct() || is_short
+            strategy.is_direct(self.solver) || is_short
         });
-        if strategies.is_empty() {
-            strategies = self.strategies(frequency_hz);
-        }
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
@@ -553,8 +550,10 @@ impl<'a> FrequencySolver<'a> {
         let setting = &self.setting;
         let loads = &setting.system.problem.excitations;
         let factors = loads.iter().map(|load| load.factor(TAU * frequency_hz));
+        let n = setting.system.unknowns();
         let stuck_n = factors.clone().zip(loads).map(|(factor, load)| {
-            let parts = load.cosine.on_x.iter().zip(&load.sine.on_x).step_by(3);
+            let parts = load.cosine.on_x.iter().zip(&load.sine.on_x);
+            let parts = parts.take(n).step_by(3);
             factor * parts.map(|(c, s)| c.hypot(*s)).sum::<f64>()
         });
         if stuck_n.sum::<f64>() <= setting.pressing_n || self.holding.without_contact() {
@@ -567,6 +566,8 @@ impl<'a> FrequencySolver<'a> {
         sliding_n.sum::<f64>() > setting.pressing_n
     }
 
+    /// Solves one frequency by the first of these strategies that leads to a motion. One of them begins
+    /// at the static state, or directly at `last`: these apply whatever the mean.
     fn solve_by(
         &self,
         strategies: &[Strategy],
@@ -583,7 +584,7 @@ impl<'a> FrequencySolver<'a> {
         };
         for &strategy in strategies {
             if best.is_some() && self.budget_exhausted(work)
-                || far.is_some() && !strategy.is_direct()
+                || far.is_some() && !strategy.is_direct(self.solver)
             {
                 break;
             }
@@ -626,7 +627,7 @@ impl<'a> FrequencySolver<'a> {
         if let Some(far) = far {
             return far;
         }
-        let mut best = best.expect("the static state is always a start");
+        let mut best = best.expect("the static state or the neighbour is a start");
         if work.deadline.is_over() {
             best.end.status = NewtonStatus::TimeLimit;
         }

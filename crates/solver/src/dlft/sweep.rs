@@ -14,10 +14,8 @@ use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
 use super::point::{FrequencySolver, Neighbour, Solution, Work};
-use super::retention::{Holding, Mean};
-use super::{
-    Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, Told,
-};
+use super::retention::Holding;
+use super::{Branch, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, Told};
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -143,10 +141,7 @@ pub(super) fn in_run<T>(
     let slip_threshold_m = settings
         .slip_threshold_m
         .unwrap_or_else(|| static_state.slip_threshold_m(&levels[0].eps));
-    let inexact = match settings.solver {
-        Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
-        Solver::Powell => InexactModel::unprepared(&problem.reduced),
-    };
+    let inexact = InexactModel::new(&problem.reduced);
     let mut setting = Setting {
         periods: settings.periods,
         slip_threshold_m,
@@ -291,11 +286,11 @@ impl Run<'_> {
         let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
         let (mut solved, upper) = rayon::join(|| self.half(rising), || self.half(&falling));
         solved.extend(upper.into_iter().rev());
-        let (mut orbits, linear): (Vec<Orbit>, Vec<_>) =
-            solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
-        if orbits.len() == frequencies_hz.len() {
-            self.retry_from_other_side(&mut orbits, &linear, middle);
+        if solved.len() == frequencies_hz.len() {
+            self.retry_from_other_side(&mut solved, middle);
         }
+        let (orbits, linear): (Vec<Orbit>, Vec<_>) =
+            solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
         Response {
             linear,
             linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
@@ -356,6 +351,16 @@ impl Run<'_> {
         let resolved = self.resolve(&self.refinement, place, work, |level, work| {
             level.solve(frequency_hz, last.neighbour.as_ref(), work)
         });
+        self.solved_at((point, frequency_hz), resolved, work)
+    }
+
+    /// Record of a frequency that is solved by itself.
+    fn solved_at(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        resolved: Resolved<'_>,
+        work: &Work,
+    ) -> SolvedFrequency {
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
@@ -378,39 +383,38 @@ impl Run<'_> {
 
     /// Solves each frequency that did not converge once more, from the neighbour on its other side:
     /// the rising half downwards, then the falling half (from `middle`) upwards.
-    fn retry_from_other_side(&self, orbits: &mut [Orbit], linear: &[LinearPoint], middle: usize) {
+    fn retry_from_other_side(&self, all: &mut [SolvedFrequency], middle: usize) {
         let mut work = Work::default();
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
-        let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
+        let upwards = (middle..all.len()).map(|i| (i, i.wrapping_sub(1)));
         for (i, beside) in downwards.chain(upwards) {
             if !self.goes_on() {
                 return;
             }
-            let Some(neighbour) = orbits.get(beside).cloned() else {
+            let Some(neighbour) = all.get(beside) else {
                 continue;
             };
-            let place = (orbits[i].point, orbits[i].frequency_hz);
-            let earlier = self.solved_before(place, true);
-            if let Some(solved) = earlier {
-                orbits[i] = solved.orbit.clone();
-            }
-            if earlier.is_some() || self.solve_again(&mut orbits[i], &neighbour, &mut work) {
-                (self.tell)(Told::Solved(&SolvedFrequency {
-                    orbit: orbits[i].clone(),
-                    linear: linear[i].clone(),
-                    mean: Mean::Free,
-                    next_level: 0,
-                    again: true,
-                    along: None,
-                }));
+            let (failed, neighbour) = (&all[i], &neighbour.orbit);
+            let place = (failed.orbit.point, failed.orbit.frequency_hz);
+            let earlier = self.solved_before(place, true).cloned();
+            let again = earlier.or_else(|| self.solve_again(failed, neighbour, &mut work));
+            if let Some(again) = again {
+                (self.tell)(Told::Solved(&again));
+                all[i] = again;
             }
         }
     }
 
     /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with
-    /// at least as many harmonics as that one. Keeps the better of both motions. Returns `true` if
-    /// it was tried.
-    fn solve_again(&self, orbit: &mut Orbit, neighbour: &Orbit, work: &mut Work) -> bool {
+    /// at least as many harmonics as that one. Returns the better of both motions; `None` if it was
+    /// not tried.
+    fn solve_again(
+        &self,
+        failed: &SolvedFrequency,
+        neighbour: &Orbit,
+        work: &mut Work,
+    ) -> Option<SolvedFrequency> {
+        let orbit = &failed.orbit;
         let may_converge = match orbit.outcome {
             Outcome::Converged
             | Outcome::LeavesSlot
@@ -424,7 +428,7 @@ impl Run<'_> {
             | Outcome::AccuracyNotReached => true,
         };
         if !may_converge || !neighbour.outcome.holds() {
-            return false;
+            return None;
         }
         let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
         let from = if orbit.outcome.has_motion() {
@@ -438,14 +442,17 @@ impl Run<'_> {
         let resolved = self.resolve(&self.refinement, place, work, |level, work| {
             level.solve_from(frequency_hz, &neighbour, work)
         });
-        let mut again = self.orbit_of(&self.refinement, resolved, (point, frequency_hz), work);
-        if is_better(&again, orbit) {
-            std::mem::swap(orbit, &mut again);
-        }
-        orbit.newton_iterations += again.newton_iterations;
-        orbit.krylov_iterations += again.krylov_iterations;
-        orbit.newton_residuals.splice(..0, again.newton_residuals);
-        true
+        let solved = self.solved_at((point, frequency_hz), resolved, work);
+        let mut kept = match is_better(&solved.orbit, orbit) {
+            true => solved.clone(),
+            false => failed.clone(),
+        };
+        kept.again = true;
+        kept.orbit.newton_iterations = orbit.newton_iterations + solved.orbit.newton_iterations;
+        kept.orbit.krylov_iterations = orbit.krylov_iterations + solved.orbit.krylov_iterations;
+        let residuals = [&orbit.newton_residuals[..], &solved.orbit.newton_residuals];
+        kept.orbit.newton_residuals = residuals.concat();
+        Some(kept)
     }
 
     pub(super) fn orbit_of(

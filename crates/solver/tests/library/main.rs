@@ -34,6 +34,7 @@ mod reference_dovetail72;
 mod rigid_slider;
 mod ring_of_masses;
 mod rubbing_beam;
+mod solver_choices;
 mod strain_gauge;
 mod stress;
 mod ties;

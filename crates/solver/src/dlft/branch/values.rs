@@ -23,7 +23,7 @@ use crate::dlft::balance::{Balance, Jacobian, Setting};
 use crate::dlft::gross_slip::free_slips_m;
 use crate::dlft::orbit::{linear_point, observed_amplitudes_m};
 use crate::dlft::retention::{Holding, Mean};
-use crate::dlft::settings::{Resolution, Solver};
+use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{Run, SweepSettings, in_run};
 use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
@@ -329,10 +329,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         let is_as_first = have_same_matrices(&problem.reduced, &values.first.problem.reduced);
         let is_held_as_first =
             is_as_first && problem.excitations == values.first.problem.excitations;
-        let inexact = (!is_as_first).then(|| match lowest.solver {
-            Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
-            Solver::Powell => InexactModel::unprepared(&problem.reduced),
-        });
+        let inexact = (!is_as_first).then(|| InexactModel::new(&problem.reduced));
         let system = ContactSystem::new(problem, *damping);
         let omega = TAU * values.range.frequency_hz;
         let of_first = lowest.setting.inexact;
