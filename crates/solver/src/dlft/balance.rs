@@ -88,6 +88,8 @@ pub struct Balance<'a> {
     pub stiffness: HarmonicStiffness<'a>,
     /// Load F, N, (2H+1) n.
     pub force: Vec<f64>,
+    /// Size of the forces of a vibration that no force excites, N; 0 for others.
+    pub vibration_n: f64,
     /// Spring that retains the mean at the static state along the motions that only friction holds.
     retention: Option<Cow<'a, Retention>>,
     /// Upper limit of the coefficients of friction.
@@ -215,6 +217,7 @@ impl<'a> Balance<'a> {
             setting,
             stiffness,
             force,
+            vibration_n: 0.0,
             retention: None,
             most_friction: f64::INFINITY,
             rounding: None,
@@ -235,6 +238,7 @@ impl<'a> Balance<'a> {
             setting,
             stiffness: motion.stiffness(harmonics),
             force,
+            vibration_n: 0.0,
             retention: None,
             most_friction: f64::INFINITY,
             rounding: None,

@@ -77,10 +77,10 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
 /// state).
 const ROUNDING: f64 = 1e-14;
 
-/// Norms |F| and |F_1..H|. The second is at least so large that `tolerance` of it is above
-/// rounding; where nothing is excited, it is |F|.
+/// Norms |F| and |F_1..H|, with the forces of a vibration that none of these excites. The second is at
+/// least so large that `tolerance` of it is above rounding; where nothing vibrates, it is |F|.
 pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
-    let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
+    let harmonic = norm(&balance.force[balance.unknowns_per_block()..]).hypot(balance.vibration_n);
     let problem = balance.setting.system.problem;
     let whole = problem.steady_force_n().hypot(harmonic);
     if harmonic == 0.0 {

@@ -38,7 +38,8 @@ pub struct Unforced<'a> {
     /// System with its own damping.
     pub system: &'a ContactSystem<'a>,
     /// Stuck mode that is tracked, and what moves with it, with their amplitudes: modes of the model of
-    /// harmonic 1.
+    /// harmonic 1. Empty where a relative displacement is tracked: no mode is left out then, and there
+    /// is no equation of one.
     pub tracked: &'a [(usize, c64)],
     /// Angular frequency of harmonic 1, rad/s.
     pub omega_rad_s: f64,
@@ -89,6 +90,9 @@ impl<'a> Unforced<'a> {
 
     /// Force of the tracked mode on the pairs at harmonic 1, `z p_m q`, N.
     pub fn drive(&self, q: f64) -> Vec<c64> {
+        if self.tracked.is_empty() {
+            return vec![c64::ZERO; self.first_harmonic().unknowns()];
+        }
         let [_, z] = self.factors(1).of_mode(self.mode());
         self.driven(z, self.eliminated(1).of_kept(), q)
     }
@@ -96,6 +100,9 @@ impl<'a> Unforced<'a> {
     /// Derivatives of [`Unforced::drive`] with respect to the angular frequency and to the damping
     /// ratio.
     pub fn drive_slopes(&self, q: f64) -> [Vec<c64>; 2] {
+        if self.tracked.is_empty() {
+            return [0, 1].map(|_| self.drive(q));
+        }
         self.slopes(1).map(|slope| {
             let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
             let [_, dz] = slope.of_mode(self.mode());

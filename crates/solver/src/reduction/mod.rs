@@ -308,13 +308,19 @@ impl ReducedModel {
     }
 
     /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of
-    /// its two tangential diagonal entries for both.
+    /// its two tangential diagonal entries for both. Where nothing elastic opposes a direction, that of
+    /// the other one of the pair stands for it, else the largest of all pairs, and 1 in a model without
+    /// stiffness.
     pub fn diagonal_stiffness(&self) -> Vec<f64> {
         let own = |i: usize| self.stiffness[(i, i)];
+        let both = |p: usize| [own(3 * p), 0.5 * (own(3 * p + 1) + own(3 * p + 2))];
+        let largest = (0..self.pairs()).flat_map(both).fold(0.0, f64::max);
+        let first = |of: [f64; 3]| of.into_iter().find(|k| *k > 0.0).unwrap_or(1.0);
         (0..self.pairs())
             .flat_map(|p| {
-                let tangential = 0.5 * (own(3 * p + 1) + own(3 * p + 2));
-                [own(3 * p), tangential, tangential]
+                let [normal, tangential] = both(p);
+                let along = first([tangential, normal, largest]);
+                [first([normal, tangential, largest]), along, along]
             })
             .collect()
     }

@@ -1,5 +1,6 @@
-//! Equations of a backbone at one amplitude of the tracked mode: the balance of the pairs, and the
-//! equation of the tracked mode for the frequency and the damping ratio.
+//! Equations of a backbone at one amplitude of what is tracked: the balance of the pairs, and the
+//! equation of the tracked mode, or the amplitude and the phase of a tracked displacement, for the
+//! frequency and the damping ratio.
 
 use crate::dlft::balance::{Balance, Jacobian, add_harmonic};
 use crate::dlft::branch::bordered::{Family, columns};
@@ -19,13 +20,25 @@ const EQUATION_WEIGHT: f64 = 100.0;
 /// Left sides below this are rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// Balances where the tracked mode has an amplitude. The further unknowns are the frequency, as a
+/// Part of the vibration whose amplitude at harmonic 1 is given, real and positive.
+pub enum Tracked {
+    /// Stuck mode, and what moves with it ([`Unforced::tracked`]).
+    Mode(Vec<(usize, c64)>),
+    /// Relative displacement, where no stuck mode takes part.
+    Displacement {
+        /// Number of the unknown of the sector.
+        row: usize,
+        /// Inertia forces of the linear mode for a unit of the displacement, N/m.
+        inertia_n_m: f64,
+    },
+}
+
+/// Balances where what is tracked has an amplitude. The further unknowns are the frequency, as a
 /// multiple of that of the linear mode, and the damping ratio.
 pub struct OfAmplitude<'b> {
     pub solver: &'b FrequencySolver<'b>,
-    /// Tracked stuck mode, and what moves with it ([`Unforced::tracked`]).
-    pub tracked: &'b [(usize, c64)],
-    /// Amplitude q of the tracked mode at harmonic 1.
+    pub tracked: &'b Tracked,
+    /// Amplitude q of what is tracked at harmonic 1.
     pub q: f64,
     /// Angular frequency of the linear mode, rad/s.
     pub linear_omega: f64,
@@ -36,7 +49,10 @@ impl<'b> OfAmplitude<'b> {
     pub fn motion(&self, further: &[f64]) -> Unforced<'b> {
         Unforced {
             system: self.solver.setting.system,
-            tracked: self.tracked,
+            tracked: match self.tracked {
+                Tracked::Mode(modes) => modes,
+                Tracked::Displacement { .. } => &[],
+            },
             omega_rad_s: self.linear_omega * further[0],
             damping_ratio: further[1],
         }
@@ -73,7 +89,10 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
         if !is_possible {
             return None;
         }
-        let balance = Balance::unforced(&self.solver.setting, &self.motion(further), self.q);
+        let mut balance = Balance::unforced(&self.solver.setting, &self.motion(further), self.q);
+        if let Tracked::Displacement { inertia_n_m, .. } = self.tracked {
+            balance.vibration_n = inertia_n_m * self.q;
+        }
         Some(match mean {
             Mean::Free => balance,
             Mean::Retained => balance.retained_by(Cow::Borrowed(self.solver.retention()?)),
@@ -93,15 +112,25 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
 
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {
         let x = self.first_harmonic(u);
-        let left = self.motion(further).equation(&x, self.q);
+        let left = match self.tracked {
+            Tracked::Mode(_) => self.motion(further).equation(&x, self.q),
+            Tracked::Displacement { row, .. } => x[*row] / self.q - 1.0,
+        };
         vec![left.re, left.im]
     }
 
     fn derivatives(&self, u: &[f64], further: &[f64]) -> [Vec<Vec<f64>>; 2] {
         let motion = self.motion(further);
-        let row = motion.equation_row(self.q);
-        let n = row.len();
         let mut rows = vec![vec![0.0; u.len()]; 2];
+        let n = self.solver.setting.system.unknowns();
+        let row = match self.tracked {
+            Tracked::Mode(_) => motion.equation_row(self.q),
+            Tracked::Displacement { row, .. } => {
+                rows[0][cosine(1) * n + row] = self.q.recip();
+                rows[1][sine(1) * n + row] = -self.q.recip();
+                return [rows, vec![vec![0.0; 2]; 2]];
+            }
+        };
         // X = C - i S.
         for (i, of_x) in row.iter().enumerate() {
             let [c, s] = [cosine(1), sine(1)].map(|block| block * n + i);
@@ -124,11 +153,15 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
     }
 
     fn length_n(&self, change: &[f64], _: f64) -> f64 {
-        let of = self.solver.setting.system.problem.reduced.of_harmonic(1);
-        let (mode, _) = self.tracked[0];
-        let coupling = norm(of.model.coupling.col_as_slice(mode));
-        let driven = coupling * self.linear_omega.powi(2) * self.q;
-        driven * norm(change)
+        let driven_n_m = match self.tracked {
+            Tracked::Mode(modes) => {
+                let of = self.solver.setting.system.problem.reduced.of_harmonic(1);
+                let coupling = norm(of.model.coupling.col_as_slice(modes[0].0));
+                coupling * self.linear_omega.powi(2)
+            }
+            Tracked::Displacement { inertia_n_m, .. } => *inertia_n_m,
+        };
+        driven_n_m * self.q * norm(change)
     }
 }
 
@@ -163,7 +196,7 @@ mod tests {
             let tracked = reduced.of_harmonic(1).moving_together(0);
             let family = OfAmplitude {
                 solver: &solver,
-                tracked: &tracked,
+                tracked: &Tracked::Mode(tracked),
                 q: 0.7,
                 linear_omega: OMEGA_RAD_S,
             };

@@ -1,10 +1,11 @@
 //! Course of a backbone from one amplitude to the next.
 //!
-//! The parameter is the logarithm of q, the amplitude of the tracked mode. A point starts from the
+//! The parameter is the logarithm of q, the amplitude of the tracked mode, or of a relative
+//! displacement where no stuck mode takes part. A point starts from the
 //! last two, whose vibrations over q, means, frequencies and damping ratios are continued along
 //! lines. A step that fails is halved.
 
-use super::equations::OfAmplitude;
+use super::equations::{OfAmplitude, Tracked};
 use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
 use crate::dlft::accuracy::LEAST_SHORTFALL;
 use crate::dlft::balance::add_harmonic;
@@ -18,6 +19,7 @@ use crate::dlft::{Orbit, Outcome, StaticState};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
+use crate::reduction::HarmonicModel;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
@@ -49,19 +51,18 @@ const NO_FRICTION: f64 = 1e-9;
 
 /// Linear mode that a backbone begins at.
 pub struct LinearMode {
-    /// Stuck mode with the largest share, which is tracked, and what moves with it
-    /// ([`Unforced::tracked`]).
-    tracked: Vec<(usize, c64)>,
-    /// Motion of the pairs for a unit of the tracked mode.
+    /// Stuck mode with the largest share, or without any the relative displacement that moves most.
+    tracked: Tracked,
+    /// Motion of the pairs for a unit of what is tracked.
     x: Vec<c64>,
-    /// Amplitude of the observed displacement for a unit of the tracked mode.
+    /// Amplitude of the observed displacement for a unit of what is tracked.
     observed: f64,
     omega: f64,
     ratio: f64,
 }
 
 impl LinearMode {
-    /// Mode of the linear reference; `None` where nothing of it is observed or tracked.
+    /// Mode of the linear reference; `None` where it does not move the observed displacement.
     pub fn of(
         problem: &Problem,
         damping: Rayleigh,
@@ -84,20 +85,43 @@ impl LinearMode {
         };
         let vanishing = vanishing.without_pairs()?;
         let (mut x, mut q) = state.linear.first_harmonic_motion(problem, range.mode);
-        let larger = |a: &usize, b: &usize| q[*a].norm().total_cmp(&q[*b].norm());
-        let tracked = (0..q.len()).max_by(larger).filter(|m| q[*m] != c64::ZERO)?;
-        let unit = q[tracked];
+        let (tracked, unit) = match largest(&q) {
+            Some(mode) => (Tracked::Mode(of.moving_together(mode)), q[mode]),
+            None => {
+                let row = largest(&x)?;
+                let inertia_n_m = vanishing.omega_rad_s.powi(2) * mass_times(of, &x);
+                let inertia_n_m = inertia_n_m / x[row].norm();
+                (Tracked::Displacement { row, inertia_n_m }, x[row])
+            }
+        };
         x.iter_mut().chain(&mut q).for_each(|v| *v /= unit);
         let point = of.observations().get(range.observation)?;
         let observed = point.amplitude(&of.widened(&x), &q).norm();
         (observed > 0.0).then(|| Self {
-            tracked: of.moving_together(tracked),
+            tracked,
             x,
             observed,
             omega: vanishing.omega_rad_s,
             ratio: vanishing.damping_ratio,
         })
     }
+}
+
+/// Number of the largest of some amplitudes; `None` where all are zero.
+fn largest(amplitudes: &[c64]) -> Option<usize> {
+    let larger = |a: &usize, b: &usize| amplitudes[*a].norm().total_cmp(&amplitudes[*b].norm());
+    let largest = (0..amplitudes.len()).max_by(larger);
+    largest.filter(|i| amplitudes[*i] != c64::ZERO)
+}
+
+/// Norm of M X, of complex amplitudes X of the pairs of one sector.
+fn mass_times(of: HarmonicModel<'_>, x: &[c64]) -> f64 {
+    let widened = of.widened(x);
+    let moved = of.model.mass.row_iter().map(|row| {
+        let products = row.iter().zip(widened.iter()).map(|(m, x)| *m * x);
+        products.sum::<c64>().norm_sqr()
+    });
+    moved.sum::<f64>().sqrt()
 }
 
 /// Solved point from which the next one starts.

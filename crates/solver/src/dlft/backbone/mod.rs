@@ -35,7 +35,8 @@ pub struct BackbonePoint {
     pub damping_ratio: f64,
     /// Damping ratio that the power of friction makes alone. The rest is that of the other damping.
     pub friction_ratio: f64,
-    /// Amplitude q of the tracked stuck mode at harmonic 1, of unit modal mass, m sqrt(kg).
+    /// Amplitude q at harmonic 1 of the tracked stuck mode, of unit modal mass, m sqrt(kg), or where no
+    /// stuck mode takes part, of the relative displacement that moves most in the linear mode, m.
     pub tracked_amplitude: f64,
     /// Modal amplitude of harmonic 1, m sqrt(kg): `a^2 = Y^H M Y` over pairs and stuck modes, of one
     /// sector of a disc.

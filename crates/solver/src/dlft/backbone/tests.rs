@@ -130,6 +130,65 @@ fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
     }
 }
 
+/// The mass of 1 kg itself on a contact pair whose tangential spring is that of the Jenkins element,
+/// with a spring to ground or none: a model without stuck modes.
+fn mass_on_a_pair(ground_n_m: f64) -> Problem {
+    let along = |size: f64| vec![0.0, size, 0.0];
+    let diagonal =
+        |values: [f64; 3]| Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) * values[i]);
+    Problem {
+        reduced: ReducedModel {
+            static_load: Load::new(vec![-PRESSED_N, 0.0, 0.0], vec![]),
+            observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
+            ..ReducedModel::of_pairs(
+                diagonal([0.0, ground_n_m, ground_n_m]),
+                // The motion across has a frequency of its own.
+                diagonal([1.0, 1.0, 0.9]),
+            )
+        },
+        laws: vec![PairLaw {
+            stiffness: Some(PairStiffness::new(9.0, KT)),
+            ..PairLaw::rigid(FRICTION, 0.0)
+        }],
+        excitations: vec![HarmonicLoad::cosine(1, Load::new(along(1.0), vec![]))],
+        modal_ratios: Vec::new(),
+    }
+}
+
+/// Frequency and damping follow the describing function, up to the harmonics that it leaves out.
+#[test]
+fn a_mass_on_a_contact_pair_has_a_backbone_without_a_stuck_mode() {
+    let of_mass = Rayleigh::of_mass(0.002);
+    let slips_m = FRICTION * PRESSED_N / KT;
+    for ground_n_m in [K, 0.0] {
+        let problem = mass_on_a_pair(ground_n_m);
+        let amplitudes_m: Vec<f64> = (0..6).map(|i| slips_m * 0.02 * 2.5_f64.powi(i)).collect();
+        let settings = settings(15, 1024, 1e-10);
+        let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
+        assert_eq!(found.end, BackboneEnd::Reached, "{ground_n_m}");
+        let linear = (ground_n_m + KT).sqrt();
+        assert!((TAU * found.linear_hz / linear - 1.0).abs() < 1e-9);
+        for (point, asked) in found.points.iter().zip(amplitudes_m) {
+            let x = point.orbit.observed_amplitude[0];
+            assert!((x / asked - 1.0).abs() < 1e-2, "{x} {asked}");
+            let (share, work) = described(x);
+            let stiffness = ground_n_m + KT * share;
+            let omega = TAU * point.orbit.frequency_hz;
+            let ratio = work / (TAU * stiffness * x * x) + 0.002 / (2.0 * stiffness.sqrt());
+            let off = [
+                omega.powi(2) / stiffness - 1.0,
+                point.damping_ratio / ratio - 1.0,
+            ];
+            println!("{ground_n_m} {x:.4}: {:.1e} {:.1e}", off[0], off[1]);
+            let allowed = if x < slips_m { 1e-6 } else { 4e-2 };
+            assert!(
+                off.iter().all(|off| off.abs() < allowed),
+                "{ground_n_m} {x}: {off:?}"
+            );
+        }
+    }
+}
+
 /// Half a period of the mass from its largest displacement on, with the damping `-2 c x'`, in closed
 /// form from event to event: the element sticks, then slides. Returns where the mass turns round,
 /// and when.
