@@ -26,8 +26,10 @@ pub struct ResponseSummary {
     /// Largest estimated relative error of an observed amplitude due to the omitted harmonics;
     /// `None` if no harmonic is omitted or nothing converged.
     pub largest_estimated_error: Option<f64>,
-    /// Estimated relative error of the observed amplitude at the peak.
+    /// Estimated relative error of the peak amplitude of the first observation.
     pub peak_estimated_error: Option<f64>,
+    /// Largest estimated relative error of all observed amplitudes at that peak.
+    pub peak_largest_estimated_error: Option<f64>,
     pub unconverged: Vec<UnconvergedPoint>,
     /// Name of the first observation; `None` without observations.
     pub observation: Option<String>,
@@ -274,7 +276,8 @@ pub fn response_summary(
             .count(),
         accuracy_not_reached_points: inaccurate.count(),
         largest_estimated_error: largest_estimated_error(response),
-        peak_estimated_error: at_peak.and_then(|o| o.estimated_error),
+        peak_estimated_error: at_peak.and_then(|o| o.observed_error.first().copied()),
+        peak_largest_estimated_error: at_peak.and_then(|o| o.estimated_error),
         unconverged: unconverged.collect(),
         observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),
