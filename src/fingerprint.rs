@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File};
+use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::sync::OnceLock;
+use std::time::SystemTime;
 
 /// Hash of the file of the program.
 ///
@@ -37,6 +39,24 @@ pub fn fingerprint() -> Option<[u8; 32]> {
             hasher.update(format!("\n{name:?}={value:?}").as_bytes());
         }
         Some(*hasher.finalize().as_bytes())
+    })
+}
+
+/// Key of the program in hashes of what it computes from: its fingerprint, or where the executable
+/// cannot be read a key of this process alone, which nothing that another one computed has.
+pub fn key() -> [u8; 32] {
+    static KEY: OnceLock<[u8; 32]> = OnceLock::new();
+    *KEY.get_or_init(|| key_of(fingerprint()))
+}
+
+fn key_of(fingerprint: Option<[u8; 32]>) -> [u8; 32] {
+    fingerprint.unwrap_or_else(|| {
+        let own = (
+            std::process::id(),
+            SystemTime::now(),
+            RandomState::new().hash_one(0),
+        );
+        *blake3::hash(format!("{own:?}").as_bytes()).as_bytes()
     })
 }
 
@@ -107,5 +127,12 @@ mod tests {
             assert!(found.is_sorted() && !processor().is_empty());
         }
         assert!(fingerprint().is_some());
+    }
+
+    #[test]
+    fn a_program_that_cannot_read_itself_has_a_key_that_no_other_has() {
+        assert_eq!(key_of(Some([7; 32])), [7; 32]);
+        assert_ne!(key_of(None), key_of(None));
+        assert_eq!(Some(key()), fingerprint());
     }
 }

@@ -4,7 +4,7 @@
 //! The file contains a mark, the hash of the inputs of the entry, the content, the length of the
 //! content, and a hash of all of these.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -12,6 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::export::write_whole;
+use dovetail_solver::input;
 
 const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;
@@ -37,7 +38,7 @@ pub(super) fn read<T: DeserializeOwned>(
     path: &Path,
     key: &[u8; HASH],
 ) -> Result<Option<T>, Damage> {
-    let bytes = match fs::read(path) {
+    let bytes = match input::bytes(path) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
         read => read?,
     };

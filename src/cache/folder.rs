@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
 use crate::export::name_of_part;
+use dovetail_solver::input;
 
 /// Name of the subfolder in the folder given by `--cache`; the number is that of the layout.
 const SUBFOLDER: &str = "dovetail-cache-1";
@@ -96,7 +97,7 @@ impl Folder {
     }
 
     fn is_marked(&self) -> bool {
-        fs::read(self.0.join(TAG)).is_ok_and(|tag| tag.starts_with(SIGNATURE.as_bytes()))
+        input::bytes(&self.0.join(TAG)).is_ok_and(|tag| tag.starts_with(SIGNATURE.as_bytes()))
     }
 
     /// Creates the folder with its mark if it does not exist.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{Cache, Kind, Turn};
 use crate::export::journal::Inputs;
 use crate::files::SharedFiles;
-use crate::fingerprint::fingerprint;
+use crate::fingerprint;
 use crate::reporter::Reporter;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
@@ -186,7 +186,7 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
         ..
     } = inputs;
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&fingerprint().unwrap_or_default());
+    hasher.update(&fingerprint::key());
     // Numbers are written so that they read back to the bit.
     let (loads, laws) = (&problem.excitations, &problem.laws);
     let ratios = &problem.modal_ratios;
@@ -205,7 +205,7 @@ fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
 fn hash_along(inputs: &RunUpInputs<'_>) -> Inputs {
     let RunUpInputs { model, scene, .. } = inputs;
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&fingerprint().unwrap_or_default());
+    hasher.update(&fingerprint::key());
     let Scene {
         damping,
         modal_ratios,

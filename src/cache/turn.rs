@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::folder::lock_of;
+use crate::export::lock::is_at;
 
 /// Right of a run to make an entry; the system releases it when the run ends in any way.
 #[derive(Debug)]
@@ -18,21 +19,27 @@ impl Turn {
     /// cannot be locked: two runs may then make the same entry, which only costs time.
     pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
         let path = lock_of(entry);
-        let file = File::options().create(true).append(true).open(&path).ok()?;
-        if file.try_lock().is_err() {
-            waiting();
-            file.lock().ok()?;
+        let mut waiting = Some(waiting);
+        loop {
+            let file = File::options().create(true).append(true).open(&path).ok()?;
+            if file.try_lock().is_err() {
+                if let Some(waiting) = waiting.take() {
+                    waiting();
+                }
+                file.lock().ok()?;
+            }
+            // Who had the turn removes the file: the next one is at the path.
+            if is_at(&path, &file).ok()? {
+                let _locked = file;
+                return Some(Self { path, _locked });
+            }
         }
-        Some(Self {
-            path,
-            _locked: file,
-        })
     }
 }
 
 impl Drop for Turn {
     fn drop(&mut self) {
-        // Who waits has the file open and gets its turn all the same.
+        // Who waits for it sees that it is gone, and locks the next one.
         let _ = std::fs::remove_file(&self.path);
     }
 }

@@ -37,7 +37,8 @@ pub use self::peaks::PeakQuestion;
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::cache::{Cache, RunStore};
 use crate::error::RunError;
-use crate::files::{Files, SharedFiles};
+use crate::export::lock::FolderLock;
+use crate::files::{Files, SharedFiles, makes_mesh};
 use crate::reporter::Reporter;
 use crate::scene::check::pair_law::reduced_model_lines;
 use crate::warning::Weight;
@@ -310,6 +311,10 @@ impl Work<'_> {
         let Some(cache) = self.cache.folder() else {
             return Err(RunError::NoCache);
         };
+        // gmsh writes its mesh there.
+        let _lock = makes_mesh(self.scene)
+            .then(|| FolderLock::take(&self.folder))
+            .transpose()?;
         let (_, meshes) = self.meshed()?;
         self.computes(|session| {
             let reduced = Reduced::of(self.scene, Some(meshes), session)?;

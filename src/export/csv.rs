@@ -14,6 +14,7 @@ use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{
     CycleCounts, CycleStatus, Orbit, Outcome, PairStatus, Response, StaticState,
 };
+use dovetail_solver::input;
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{Model, Observation};
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
@@ -859,7 +860,7 @@ pub fn read_columns<const N: usize>(
     path: &Path,
     names: [&str; N],
 ) -> Result<Option<Vec<[Option<f64>; N]>>, ExportError> {
-    let text = match std::fs::read(path) {
+    let text = match input::bytes(path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(reading(path, source)),

@@ -50,6 +50,15 @@ pub enum ExportError {
     )]
     Busy { folder: PathBuf },
     #[error(
+        "cannot lock the folder {}: {source}. Check the permissions and the free space of the folder and of {} in it, or choose another output folder with --out",
+        folder.display(),
+        super::lock::LOCK
+    )]
+    Lock {
+        folder: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
         "the journal {}: {source}. Check the free space and the permissions of its folder, choose another output folder with --out, or remove it by hand",
         path.display()
     )]
@@ -62,6 +71,11 @@ pub enum ExportError {
         path.display()
     )]
     OtherInputs { path: PathBuf },
+    #[error(
+        "--resume: the program cannot read the file that it was started from, and so cannot tell whether what {} holds is its own. Make that file readable, or run without --resume to begin anew",
+        path.display()
+    )]
+    UnknownProgram { path: PathBuf },
     #[error(
         "cannot remove {}, a file of an earlier run: {source}. Remove it by hand, or choose another output folder with --out",
         path.display()

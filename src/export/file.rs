@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::ExportError;
+use dovetail_solver::input;
 
 /// Suffix of the name of an incomplete file, after [`RANDOM`] random characters.
 const PART: &str = ".part";
@@ -49,7 +50,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ExportError
 
 /// Reads a JSON file; `None` if there is no such file, or if it holds no such value.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Option<T> {
-    serde_json::from_slice(&fs::read(path).ok()?).ok()
+    serde_json::from_slice(&input::bytes(path).ok()?).ok()
 }
 
 /// Writes a whole file or nothing. `write` writes to a neighbour `<name>.<six characters>.part`,

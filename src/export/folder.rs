@@ -84,6 +84,9 @@ impl OutputFolder {
                 });
             }
             let goes_on = is_same(earlier) && earlier.program_blake3 == summary.program_blake3;
+            if beginning == Beginning::Resumed && to_resume {
+                knows_itself(summary, &path.join(JOURNAL))?;
+            }
             if beginning == Beginning::Resumed && to_resume && !goes_on {
                 return Err(ExportError::OtherInputs {
                     path: path.join(JOURNAL),
@@ -220,6 +223,20 @@ impl OutputFolder {
     }
 }
 
+/// Checks that a program that begins with this summary can tell whether the results of a journal are
+/// its own.
+///
+/// # Errors
+/// [`ExportError::UnknownProgram`].
+pub fn knows_itself(summary: &Summary, journal: &Path) -> Result<(), ExportError> {
+    match summary.program_blake3 {
+        Some(_) => Ok(()),
+        None => Err(ExportError::UnknownProgram {
+            path: journal.to_path_buf(),
+        }),
+    }
+}
+
 /// Marks summary.json as that of a failed run, whichever process has the folder. It serves the end
 /// of a process whose threads no longer work. Errors of writing are ignored.
 pub fn mark_failed(path: &Path, why: String) {
@@ -274,6 +291,7 @@ mod tests {
                 file: format!("{scene}.toml"),
                 blake3: Some(format!("hash of {scene}")),
             },
+            program_blake3: Some("hash of the program".to_owned()),
             ..Summary::default()
         }
     }
@@ -472,6 +490,11 @@ mod tests {
             assert!(refused.to_string().contains("other inputs"), "{refused}");
             assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         }
+        let mut unknown = summary("a");
+        unknown.program_blake3 = None;
+        let refused = resume(&unknown, true).unwrap_err();
+        assert!(refused.to_string().contains("its own"), "{refused}");
+        assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         assert!(resume(&summary("a"), true).is_ok());
         // Without a frequency there is nothing that the inputs could differ from.
         assert!(resume(&changed, false).is_ok());

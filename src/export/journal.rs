@@ -6,13 +6,13 @@
 //! dropped.
 
 use std::collections::HashSet;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use super::ExportError;
 use dovetail_solver::dlft::SolvedFrequency;
+use dovetail_solver::input;
 
 /// Name of the journal in the folder of a run, where it remains until the run ends.
 pub const JOURNAL: &str = "response.journal";
@@ -30,7 +30,8 @@ const HASH: usize = 32;
 /// Hash of all inputs of a response.
 pub type Inputs = [u8; HASH];
 
-/// Open journal of a folder. No other process can open it at the same time.
+/// Open journal of a folder, which belongs to the process that has the folder
+/// ([`super::lock::FolderLock`]).
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -41,26 +42,18 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Returns `true` if another process has the journal of a folder open: its run is under way.
-    pub fn is_busy(folder: &Path) -> bool {
-        let file = File::options().write(true).open(folder.join(JOURNAL));
-        file.is_ok_and(|file| is_held(&file))
-    }
-
     /// Opens the journal, or creates an empty one.
     ///
     /// # Errors
-    /// [`ExportError::Busy`] if another process has it open; a file that cannot be read or written,
-    /// or that is not a journal.
+    /// A file that cannot be read or written, or that is not a journal.
     pub fn open(path: &Path) -> Result<Self, ExportError> {
         let failed = failed(path);
         let mut options = File::options();
         let options = options.read(true).write(true).create(true).truncate(false);
-        let file = options.open(path).map_err(&failed)?;
-        if is_held(&file) {
-            let folder = path.parent().unwrap_or(path).to_path_buf();
-            return Err(ExportError::Busy { folder });
+        if path.exists() {
+            input::check(path).map_err(&failed)?;
         }
+        let file = options.open(path).map_err(&failed)?;
         let mut journal = Self {
             path: path.to_path_buf(),
             file,
@@ -151,15 +144,18 @@ impl Journal {
         self.file.sync_data().map_err(failed(&self.path))
     }
 
-    /// Removes the file.
+    /// Removes the file, if it is still there.
     ///
     /// # Errors
     /// A file that cannot be removed.
     pub fn remove(&self) -> Result<(), ExportError> {
-        fs::remove_file(&self.path).map_err(|source| ExportError::RemoveOld {
-            path: self.path.clone(),
-            source,
-        })
+        match fs::remove_file(&self.path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                let path = self.path.clone();
+                Err(ExportError::RemoveOld { path, source })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Reads all records, drops everything after the last intact one, and stays at the end.
@@ -223,25 +219,6 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ExportError {
         path: path.to_path_buf(),
         source,
     }
-}
-
-/// Longest time to wait for a lock.
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
-
-/// Locks a file. Returns `true` if another process holds the lock, and `false` on a file system
-/// without locks.
-///
-/// A child process shares the open files of its parent until it executes another program. A journal
-/// that was closed at this moment stays locked a little longer.
-fn is_held(file: &File) -> bool {
-    let begun = Instant::now();
-    while let Err(TryLockError::WouldBlock) = file.try_lock() {
-        if begun.elapsed() > LONGEST_WAIT {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    false
 }
 
 #[cfg(test)]
@@ -373,27 +350,12 @@ mod tests {
     }
 
     #[test]
-    fn no_two_have_it_at_once() {
+    fn a_pipe_in_its_place_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("journal");
-        let first = Journal::open(&path).unwrap();
+        let path = folder.path().join("peaks.journal");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.unwrap().success());
         let error = Journal::open(&path).unwrap_err();
-        assert!(matches!(error, ExportError::Busy { .. }), "{error}");
-        drop(first);
-        assert!(Journal::open(&path).is_ok());
-    }
-
-    #[test]
-    fn one_that_is_held_for_a_moment_is_waited_for() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join(JOURNAL);
-        let first = Journal::open(&path).unwrap();
-        let holder = std::thread::spawn(move || {
-            std::thread::sleep(Duration::from_millis(100));
-            drop(first);
-        });
-        assert!(Journal::open(&path).is_ok());
-        holder.join().unwrap();
-        assert!(!Journal::is_busy(folder.path()));
+        assert!(error.to_string().contains("a named pipe"), "{error}");
     }
 }

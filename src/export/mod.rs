@@ -3,7 +3,8 @@
 //! Each format has a file here. All bytes that are written here pass `file.rs`, which writes a file
 //! whole or not at all; only the records of [`journal`] are added one by one. A function that
 //! writes gets a path, which [`crate::files`] asks for by name from [`folder::OutputFolder`]:
-//! summary.json then lists the file before it exists. What is drawn is made once ([`curves`],
+//! summary.json then lists the file before it exists. One process at a time
+//! writes into a folder ([`lock`]). What is drawn is made once ([`curves`],
 //! [`fields`], `unrolled`, `colours`) and drawn twice, by [`plots`] and by [`report`].
 //!
 //! One rule holds for all of them. A point that did not converge is named as such and has no
@@ -18,6 +19,7 @@ mod file;
 pub mod flank;
 pub mod folder;
 pub mod journal;
+pub mod lock;
 pub mod manifest;
 pub mod plots;
 pub mod report;

@@ -39,15 +39,16 @@ use crate::export::csv::PeakRow;
 use crate::export::curves::Sweep;
 use crate::export::flank::{FlankSeries, WornFlanks};
 pub use crate::export::folder::Beginning;
-use crate::export::folder::{OtherScene, OutputFolder};
+use crate::export::folder::{OtherScene, OutputFolder, knows_itself};
 use crate::export::journal::{
     CURVE_JOURNAL, Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL,
 };
+use crate::export::lock::FolderLock;
 use crate::export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
 use crate::export::plots::{
     CampbellFamily, EngineOrders, Heading, Operation, write_campbell, write_nodal_diameters,
 };
-use crate::export::{ExportError, create_folder, csv, report, vtu};
+use crate::export::{ExportError, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
@@ -121,6 +122,8 @@ pub struct Files {
     further_plots: Vec<FurtherPlot>,
     /// Engine order of a run-up.
     along: Option<EngineOrder>,
+    /// True if the scene asks for a curve that is followed.
+    follows: bool,
     /// Conditions under the titles of pictures of the static state.
     at_rest: String,
     /// Conditions under the titles of pictures of the response.
@@ -128,6 +131,8 @@ pub struct Files {
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
+    /// Right to write into the folder.
+    _lock: FolderLock,
     /// Journal of the motions that a search has found, of `dovetail peaks` and `dovetail wear`, and
     /// what they are called.
     search: Option<(Journal, &'static str)>,
@@ -159,7 +164,7 @@ impl Files {
         other: OtherScene,
         beginning: Beginning,
     ) -> Result<Self, RunError> {
-        create_folder(&output.folder)?;
+        let lock = FolderLock::take(&output.folder)?;
         let summary = summary::beginning(scene, &output.scene_file);
         let journal = Journal::open(&output.folder.join(JOURNAL))?;
         let to_resume = !journal.is_empty();
@@ -189,11 +194,13 @@ impl Files {
             }),
             further_plots: output.further_plots.clone(),
             along: scene.response.along_engine_order,
+            follows: scene.response.points.is_none(),
             at_rest: at_rest(scene),
             in_motion: in_motion(scene),
             begun: Instant::now(),
             beginning,
             journal,
+            _lock: lock,
             search: None,
             worn: None,
             solving: Vec::new(),
@@ -317,7 +324,7 @@ impl Files {
     /// which is 0 unless an interrupted search is to be resumed.
     ///
     /// # Errors
-    /// A journal that is none, or that another process has open; a file that cannot be written.
+    /// A journal that is none; a file that cannot be written.
     pub fn begin_peaks(&mut self, resume: bool) -> Result<usize, RunError> {
         self.begin_search((PEAKS_JOURNAL, "peaks"), resume)
     }
@@ -348,6 +355,8 @@ impl Files {
         let mut journal = Journal::open(&self.out.file(file)?)?;
         if !resume {
             journal.clear()?;
+        } else if !journal.is_empty() {
+            knows_itself(&self.summary, &self.out.path().join(file))?;
         }
         Ok(self.search.insert((journal, motions)).0.count())
     }
@@ -630,12 +639,7 @@ impl Files {
                 "ended by {why}; {folder} holds what was written until then"
             ));
         };
-        let progress = format!(
-            "{} of {} frequencies of {}",
-            solving.solved.len(),
-            solving.frequencies_hz.len(),
-            solving.table
-        );
+        let progress = solving.progress(self.follows);
         let own = &self.solving[0];
         let (partial, pairs) = (own.partial(), &own.pairs);
         csv::write_contact(&self.out.file("contact.csv")?, pairs, &partial)?;
@@ -868,7 +872,7 @@ fn named_excitations(scene: &Scene, reduced: &Reduced) -> Vec<NamedExcitation> {
 }
 
 /// Returns `true` if gmsh makes the mesh of a scene.
-fn makes_mesh(scene: &Scene) -> bool {
+pub(crate) fn makes_mesh(scene: &Scene) -> bool {
     let mesh = scene.assembly().and_then(|assembly| assembly.mesh.as_ref());
     mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
 }

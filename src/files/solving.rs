@@ -7,6 +7,7 @@ use crate::error::RunError;
 use crate::export::flank::FlankSeries;
 use crate::export::folder::OutputFolder;
 use crate::export::journal::Inputs;
+use crate::words::counted;
 use dovetail_solver::dlft::branch::so_far;
 use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
 use dovetail_solver::results::pairs::PairTable;
@@ -36,6 +37,19 @@ pub(super) struct Solving {
 }
 
 impl Solving {
+    /// Words of what is solved. `follows`: a response over several frequencies is a curve that is
+    /// followed, whose points are not known before.
+    pub fn progress(&self, follows: bool) -> String {
+        let (solved, all) = (self.solved.len(), self.frequencies_hz.len());
+        let mut points = self.solved.values();
+        let is_curve = points.any(|point| point.along.is_some());
+        if is_curve || solved == 0 && follows && all > 1 {
+            let points = counted(solved, "point", "points");
+            return format!("{points} of the curve of {}", self.table);
+        }
+        format!("{solved} of {all} frequencies of {}", self.table)
+    }
+
     /// Solved part of the response, for tables.
     pub fn partial(&self) -> Response {
         let mut solved: Vec<SolvedFrequency> = self.solved.values().cloned().collect();

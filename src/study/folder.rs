@@ -146,7 +146,8 @@ impl CaseRecord {
 /// Returns `true` if an interrupted run of the same case is in the folder, which can be resumed.
 pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> bool {
     let earlier = record.answered_in(folder);
-    earlier.is_some_and(|earlier| earlier.machine_hash == record.machine_hash)
+    !record.machine_hash.is_empty()
+        && earlier.is_some_and(|earlier| earlier.machine_hash == record.machine_hash)
         && folder.join(JOURNAL).exists()
 }
 
@@ -191,6 +192,11 @@ mod tests {
         let mut elsewhere = record.clone();
         elsewhere.machine_hash = "n".into();
         assert!(!was_broken_off(&elsewhere, folder.path()));
+        // A program that cannot read itself does not know what is its own.
+        let mut unknown = record.clone();
+        unknown.machine_hash.clear();
+        prepare(&unknown, folder.path()).unwrap();
+        assert!(!was_broken_off(&unknown, folder.path()));
     }
 
     #[test]

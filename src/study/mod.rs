@@ -39,6 +39,7 @@ use self::cases::words;
 use self::folder::Plan;
 use self::results::{CaseResult, Ended};
 use crate::commands;
+use crate::export::lock::FolderLock;
 use crate::export::report::REPORT;
 use crate::reporter::Reporter;
 use crate::scene::{self, Fault};
@@ -153,10 +154,12 @@ fn answer(plan: &Plan, jobs: Option<usize>, reporter: &Reporter<'_>) -> Result<(
     }
     let results = plan.results()?;
     let analysis = analyse(&plan.study, &results);
+    let lock = FolderLock::take(&plan.out)?;
     let pictures = pictures::write(&plan.out.join("plots"), &analysis)?;
     page::write(plan, &analysis, &pictures)?;
     report::write_summary(&plan.out.join("summary.json"), &analysis)?;
     report::write_table(&plan.out.join("table.csv"), &analysis)?;
+    drop(lock);
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
             let words = format!("{} failed: {message}", result.case.slug);

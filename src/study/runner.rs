@@ -10,9 +10,12 @@ use super::error::StudyError;
 use super::folder::{self, CaseRecord, OutcomeRecord, Plan};
 use super::results::Ended;
 use crate::exit::ExitStatus;
-use crate::export::journal::Journal;
-use crate::export::{ExportError, write_json};
+use crate::export::lock::FolderLock;
+use crate::export::write_json;
 use crate::reporter::Reporter;
+
+/// Lock of the folder of a case: who has it starts the case and records how it ended.
+const CASE_LOCK: &str = ".case.lock";
 
 impl Plan {
     /// Runs the incomplete cases, `jobs` at a time, in their order.
@@ -65,12 +68,12 @@ impl Plan {
 /// Runs one case in its folder, with its log there, and records how it ended.
 ///
 /// # Errors
-/// [`ExportError::Busy`] if another process runs the case; its folder is then left unchanged.
+/// [`ExportError::Busy`](crate::export::ExportError::Busy) if another process runs the case; its
+/// folder is then left unchanged.
 fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyError> {
-    if Journal::is_busy(folder) {
-        let folder = folder.to_path_buf();
-        return Err(ExportError::Busy { folder }.into());
-    }
+    // The run takes the lock of the folder itself.
+    let _of_case = FolderLock::take_named(folder, CASE_LOCK)?;
+    drop(FolderLock::take(folder)?);
     let resumed = folder::was_broken_off(record, folder).then_some("--resume");
     folder::prepare(record, folder)?;
     let program = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));

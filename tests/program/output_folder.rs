@@ -3,11 +3,12 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
 
 use dovetail::export::manifest::{RunState, Summary};
 
 use crate::shared_folder::{Folder, files_below};
-use crate::shared_program::{ended, has, on_patch, said, told};
+use crate::shared_program::{ended, has, on_patch, on_scene, said, said_in_one_line, told};
 use crate::shared_runs::manifest;
 
 /// Names of all files in the folder, without the folders.
@@ -132,4 +133,34 @@ fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
         said.contains("--out") && !said.contains("nowhere"),
         "{said}"
     );
+}
+
+/// Processes that begin at the same time in one folder: one after the other writes, and who waits too
+/// long says so and writes nothing.
+#[test]
+fn of_processes_that_begin_at_once_each_finishes_or_says_that_the_folder_is_in_use() {
+    let out = Folder::new("at-once");
+    for round in 0..6 {
+        let begin = |_| {
+            let mut command = on_scene("static", "scenes/verification/den_hartog.toml", &out, &[]);
+            command.stdout(Stdio::null()).stderr(Stdio::piped());
+            command.spawn().unwrap()
+        };
+        let children: Vec<Child> = (0..2 + round % 2).map(begin).collect();
+        let mut finished = 0;
+        for child in children {
+            let output = child.wait_with_output().unwrap();
+            match output.status.code() {
+                Some(0) => finished += 1,
+                Some(1) => has(
+                    &said_in_one_line(&output),
+                    "a run is going on in the folder",
+                ),
+                code => panic!("{code:?}: {}", said_in_one_line(&output)),
+            }
+        }
+        assert!(finished > 0);
+        assert_eq!(manifest(&out).state, RunState::Finished, "round {round}");
+        assert_eq!(names(&out), listed(&out), "round {round}");
+    }
 }

@@ -3,9 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use dovetail::export::lock::LOCK;
+
 pub use dovetail_testkit::folder::Folder;
 
-/// Files below a folder, in any order.
+/// Files below a folder, in any order, without the locks of runs, which stay.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let (mut folders, mut files) = (vec![folder.to_path_buf()], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -16,7 +18,9 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
             } else {
                 &mut files
             };
-            list.push(path);
+            if !path.ends_with(LOCK) {
+                list.push(path);
+            }
         }
     }
     files
