@@ -21,7 +21,7 @@ use dovetail_solver::fem::FemError;
 use dovetail_solver::model::ModelError;
 use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::superelement::SuperelementError;
-use dovetail_solver::run;
+use dovetail_solver::run::{self, static_place};
 
 /// Reason why a run ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
@@ -169,10 +169,11 @@ fn words(error: &run::Error, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             quantity(moved.displacement_m, "m", 3),
             quantity(moved.size_m, "m", 3)
         ),
-        run::Error::NothingHolds { motions } => write!(
+        run::Error::NothingHolds { motions, point } => write!(
             f,
-            "nothing holds {}: no pair is in contact in the static state",
-            free_words(motions)
+            "nothing holds {}: no pair is in contact {}",
+            free_words(motions),
+            static_place(*point)
         ),
         error => fmt::Display::fmt(error, f),
     }
@@ -220,13 +221,18 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "the stress of the static state changes the stiffness so much that the two do not settle: lower the load or the speed, raise \
          static.load_steps, or take prestress = \"held_flanks\" of [rotation]"
         }
-        run::Error::SlidesTooFar => {
+        run::Error::SlidesTooFar { .. } => {
             "the two sides of a pair are assumed to stay opposite each other. Look in static.csv for the pairs that slide. Check the units of \
          the loads and of young_pa, hold the body that slides (friction, supports, a [[contact]]), or load it less"
         }
         run::Error::MovesTooFar(_) => {
             "displacements are taken to be small: check the units of the loads, of young_pa and of the mesh, the supports, and the \
          force of the excitation. The files of the run hold its figures, which are those of no possible motion"
+        }
+        run::Error::NothingHolds { point: Some(_), .. } => {
+            "a load path is a way along which the bodies stay together: change the loads or the speed_rpm of \
+             that point of [[static.path]], so that they press some pairs together, or hold the body by a \
+             support (key `fixed`) or a [[spring]]"
         }
         run::Error::NothingHolds { .. } => {
             "a support (key `fixed`) or a [[spring]] holds a body without its contacts. Else a \

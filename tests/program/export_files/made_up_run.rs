@@ -308,6 +308,8 @@ fn static_state(model: &Model) -> StaticState {
         residual: 1e-12,
         retention_n: None,
         linear: LinearReference::stuck(&without_pairs()),
+        on_path: Vec::new(),
+        ended_at: None,
     }
 }
 

@@ -124,6 +124,11 @@ pub struct StaticState {
     pub retention_n: Option<f64>,
     /// Linear reference, which small vibrations about this state obey.
     pub linear: LinearReference,
+    /// Relative displacement at each point of the load path that was reached, m, n each.
+    pub on_path: Vec<Vec<f64>>,
+    /// Number of the point of the load path, from 0, at which the way to the state ended; `None` where
+    /// it came to its end.
+    pub ended_at: Option<usize>,
 }
 
 impl StaticState {

@@ -79,8 +79,8 @@ impl LoadPath {
 /// The load is applied along the path from the stuck, unloaded state, the interference of pairs of
 /// negative clearance on its first leg. Friction keeps what the path leaves. Motions that nothing
 /// holds are retained. eps is the stiffness of each pair: it influences only the iterations, not the
-/// state. Where a step of the path does not converge, or nothing holds the bodies in the end
-/// ([`Outcome::NothingHolds`]), all pairs of the linear reference stick.
+/// state. Where a step of the path does not converge, or nothing holds the bodies at one of its points
+/// or in the end ([`Outcome::NothingHolds`]), all pairs of the linear reference stick.
 pub fn static_state(
     problem: &Problem,
     path: impl Into<LoadPath>,
@@ -131,12 +131,13 @@ fn settle(
     let eps = &problem.reduced.diagonal_stiffness();
     let all: Vec<usize> = (0..problem.laws.len()).collect();
     let inexact = InexactModel::of_mean(&problem.reduced).taking_part(&all, None);
+    let holding = Holding::of(problem);
     let load_up = |retention: Option<&Retention>, start: Start<'_>| {
-        StaticSystem::new(problem, &inexact, eps, retention).load_up(start, path, options)
+        let system = StaticSystem::new(problem, &inexact, eps, retention);
+        system.load_up(start, path, &holding, options)
     };
     let mut free = load_up(None, from);
     let mut start = from;
-    let holding = Holding::of(problem);
     let nothing_holds = |state: &StaticState| state.all_open() && !holding.without_contact();
     let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
     let is_apart = matches!(from, Start::Unloaded) && problem.laws.iter().any(|p| p.gap_m > 0.0);
@@ -147,6 +148,9 @@ fn settle(
         if !is_lost(&other) || free.all_open() && !other.all_open() {
             (free, start) = (other, Start::ClearancesClosed);
         }
+    }
+    if free.outcome == Outcome::NothingHolds {
+        return free;
     }
     if nothing_holds(&free) {
         free.outcome = Outcome::NothingHolds;
@@ -374,8 +378,14 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// Applies the load along the path.
-    fn load_up(mut self, start: Start<'_>, path: &LoadPath, options: NewtonOptions) -> StaticState {
+    /// Applies the load along the path. The way ends at a point at which nothing holds the bodies.
+    fn load_up(
+        mut self,
+        start: Start<'_>,
+        path: &LoadPath,
+        holding: &Holding<'_>,
+        options: NewtonOptions,
+    ) -> StaticState {
         let n = self.eps.len();
         let mut forces = vec![[0.0; 3]; n / 3];
         let mut x = match start {
@@ -395,6 +405,7 @@ impl<'a> StaticSystem<'a> {
         };
         let stations = path.stations(&self.problem.reduced);
         let scale = force_scale_n(self.problem, self.eps, &stations);
+        let (mut on_path, mut outcome) = (Vec::new(), None);
         'path: for (leg, ends) in stations.windows(2).enumerate() {
             // Between two steps the state mostly moves as it did in the step before: in proportion to
             // the load where pairs without clearance slide.
@@ -423,8 +434,27 @@ impl<'a> StaticSystem<'a> {
                 let reached = self.pairs(&x).into_iter();
                 forces = reached.map(|pair| pair.force).collect();
             }
+            if leg < path.points.len() {
+                on_path.push(x.clone());
+                let mut pairs = self.pairs(&x).into_iter();
+                let is_open = pairs.all(|pair| pair.state.contact == Contact::Open);
+                if is_open && norm(&self.load) > 0.0 && !holding.without_contact() {
+                    outcome = Some(Outcome::NothingHolds);
+                    break;
+                }
+            }
         }
-        self.state(x, end)
+        let mut state = self.state(x, end);
+        let is_at_end = outcome.is_none() && state.outcome.is_converged();
+        state.ended_at = match is_at_end {
+            true => None,
+            false if outcome.is_some() => on_path.len().checked_sub(1),
+            // The next point was not reached.
+            false => Some(on_path.len()).filter(|point| *point < path.points.len()),
+        };
+        state.outcome = outcome.unwrap_or(state.outcome);
+        state.on_path = on_path;
+        state
     }
 
     /// Begins a load step at `x` with these forces of the pairs, and this share of the interference.
@@ -491,6 +521,8 @@ impl<'a> StaticSystem<'a> {
             newton_iterations: end.iterations,
             residual: end.measure,
             linear: LinearReference::stuck(&self.problem.reduced),
+            on_path: Vec::new(),
+            ended_at: None,
         }
     }
 

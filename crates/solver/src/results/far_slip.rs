@@ -62,11 +62,19 @@ impl ShorterSides {
         farthest
     }
 
-    /// Returns [`Self::farthest`] of the static state, whose outcome becomes
-    /// [`Outcome::SlidesTooFar`] beyond [`TOO_FAR`].
+    /// Returns [`Self::farthest`] of the static state and the points of its load path. The outcome
+    /// becomes [`Outcome::SlidesTooFar`] beyond [`TOO_FAR`], at the first such point.
     pub fn judge_static(&self, state: &mut StaticState) -> f64 {
-        let farthest = self.farthest(&state.x, 0);
-        judge(&mut state.outcome, farthest);
+        let (mut farthest, points) = (0.0_f64, state.on_path.len());
+        for (point, x) in state.on_path.iter().chain([&state.x]).enumerate() {
+            let slide = self.farthest(x, 0);
+            farthest = farthest.max(slide);
+            let is_first = state.outcome.is_converged() && slide > TOO_FAR;
+            if is_first && point < points {
+                state.ended_at = Some(point);
+            }
+            judge(&mut state.outcome, slide);
+        }
         farthest
     }
 
@@ -102,6 +110,8 @@ fn judge(outcome: &mut Outcome, farthest: f64) {
 mod tests {
     use super::super::pairs::PairRow;
     use super::*;
+    use crate::problem::LinearReference;
+    use crate::problem::dovetail72::dovetail72;
 
     /// Two flanks of 2 x 2 pairs, 40 mm by 4 mm and, turned by 45 degrees, 10 mm by 8 mm.
     fn pairs() -> PairTable {
@@ -132,6 +142,39 @@ mod tests {
             contacts: vec!["flat".into(), "turned".into()],
             nodes: vec![],
             rows,
+        }
+    }
+
+    #[test]
+    fn each_point_of_a_load_path_is_judged_as_its_end_is() {
+        let sides = ShorterSides::of(&pairs());
+        let slid = |share: f64| {
+            let mut x = vec![0.0; 3 * 8];
+            x[3 * 5 + 2] = share * 8e-3;
+            x
+        };
+        for (on_path, end, outcome, ended_at) in [
+            ([0.1, 0.1], 0.1, Outcome::Converged, None),
+            ([0.1, 0.3], 0.1, Outcome::SlidesTooFar, Some(1)),
+            ([0.3, 0.4], 0.5, Outcome::SlidesTooFar, Some(0)),
+            ([0.1, 0.1], 0.3, Outcome::SlidesTooFar, None),
+        ] {
+            let mut state = StaticState {
+                outcome: Outcome::Converged,
+                x: slid(end),
+                lambda: vec![0.0; 3 * 8],
+                status: Vec::new(),
+                newton_iterations: 0,
+                residual: 0.0,
+                retention_n: None,
+                linear: LinearReference::stuck(&dovetail72(1.0).reduced),
+                on_path: on_path.map(slid).to_vec(),
+                ended_at: None,
+            };
+            let farthest = sides.judge_static(&mut state);
+            assert_eq!((state.outcome, state.ended_at), (outcome, ended_at));
+            let most = on_path.into_iter().fold(end, f64::max);
+            assert!((farthest / most - 1.0).abs() < 1e-12);
         }
     }
 

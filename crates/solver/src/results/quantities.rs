@@ -776,6 +776,8 @@ mod tests {
             residual: 0.0,
             retention_n: None,
             linear: LinearReference::stuck(&dovetail72(1.0).reduced),
+            on_path: Vec::new(),
+            ended_at: None,
         };
         let fields = static_fields(&state, &[pair(0.5), pair(2.0)]);
         assert_eq!(fields.pressure_pa, [16.0, 0.0]);

@@ -15,6 +15,14 @@ use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
 use dovetail_numerics::memory::TooLittle;
 
+/// Place of a fault of a static state: a point of its load path, counted from 0, or its end.
+pub fn static_place(point: Option<usize>) -> String {
+    match point {
+        None => "in the static state".to_owned(),
+        Some(point) => format!("at point {} of [[static.path]]", point + 1),
+    }
+}
+
 /// Reason why a run ended without its full result.
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
@@ -147,10 +155,14 @@ pub enum Error {
     },
     /// A pair slides too far in the static state for the method.
     #[error(
-        "in the static state a pair slides farther than {} % of the shorter side of its flank",
+        "{} a pair slides farther than {} % of the shorter side of its flank",
+        static_place(*point),
         100.0 * TOO_FAR
     )]
-    SlidesTooFar,
+    SlidesTooFar {
+        /// Number of the point of the load path, from 0; `None` for its end.
+        point: Option<usize>,
+    },
     /// Displacements are too large for a linear computation.
     #[error(
         "{} of body `{}` moves by {:.3e} m, more than the body is long ({:.3e} m)",
@@ -158,8 +170,10 @@ pub enum Error {
     )]
     MovesTooFar(Moved),
     /// No pair carries a normal force in the static state, and without them some body is free.
-    #[error("nothing holds the bodies: no pair is in contact in the static state")]
+    #[error("nothing holds the bodies: no pair is in contact {}", static_place(*point))]
     NothingHolds {
+        /// Number of the point of the load path, from 0; `None` for its end.
+        point: Option<usize>,
         /// Free motions of the bodies; empty where none are known.
         motions: Vec<BodyMotion>,
     },

@@ -44,7 +44,7 @@ pub use bodies::{Bodies, Bound, Meshes};
 pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};
-pub use error::Error;
+pub use error::{Error, static_place};
 pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
@@ -233,6 +233,18 @@ fn statics(
     })
 }
 
+/// Checks that the static state whose stress a reduced model has, if any, is one to vibrate about.
+///
+/// # Errors
+/// Those of [`StaticResult::usable`].
+fn judge_prestress(scene: &Scene, reduced: &Reduced, session: &Session<'_>) -> Result<(), Error> {
+    let mut bodies = reduced.bodies.iter();
+    match bodies.any(|bodies| prestress::is_of_contact(bodies.model())) {
+        true => statics(scene, reduced, false, session)?.usable(),
+        false => Ok(()),
+    }
+}
+
 /// Squared angular frequencies of each body, rad2/s2.
 fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
     modes.iter().map(|modes| modes.omega2.clone()).collect()
@@ -269,6 +281,7 @@ pub fn modes(
 ) -> Result<ModalAnalysis, Error> {
     let scene = &scene.with_sectors_in_phase();
     let reduced = Reduced::of(scene, meshes, session)?;
+    judge_prestress(scene, &reduced, session)?;
     let (mut held_omega2, mut shapes, mut nodal_diameters) = (Vec::new(), Vec::new(), None);
     if let Some(bodies) = &reduced.bodies {
         bodies.recover(session)?;
@@ -318,6 +331,7 @@ pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Co
         let why = "a reduced model is about the pairs of its contacts";
         return Err(Error::AllBonded { why });
     }
+    judge_prestress(scene, &reduced, session)?;
     Ok(Condensed { reduced, force_n })
 }
 

@@ -69,8 +69,11 @@ pub(super) fn usable(state: &StaticState, free: &[BodyMotion]) -> Result<(), Err
     match state.outcome {
         Outcome::NothingHolds => Err(Error::NothingHolds {
             motions: free.to_vec(),
+            point: state.ended_at,
         }),
-        Outcome::SlidesTooFar => Err(Error::SlidesTooFar),
+        Outcome::SlidesTooFar => Err(Error::SlidesTooFar {
+            point: state.ended_at,
+        }),
         outcome if outcome.is_converged() => Ok(()),
         outcome => Err(Error::StaticState {
             outcome,
@@ -89,7 +92,7 @@ pub struct ResponseResult {
     /// Response with another number of harmonics, where the scene asks for one.
     pub compared: Option<Compared>,
     /// Rayleigh damping; along an engine order, that at the speed of the peak of the first observed
-    /// displacement, where the bodies there are known.
+    /// displacement, or where there is none, that about the static state of the run.
     pub damping: Rayleigh,
     /// Largest ratio of the slide of a pair to the shorter side of its flank.
     pub slide: f64,

@@ -70,23 +70,25 @@ pub(super) fn run_up(
         stage.took(begun.elapsed().saturating_sub(ascent.stages.took()));
         response
     };
-    let (at_peak, damping) = match peak(&response, 0).filter(|_| fields) {
-        None => (None, Rayleigh::NONE),
-        Some(top) => {
-            let (reduced, damping) = match ascent.dampings.get(&top.index).copied() {
-                Some(damping) => (ascent.reduced(top.frequency_hz)?, damping),
-                // A run before this one has solved the speed.
-                None => {
-                    let at = ascent.at(top.frequency_hz)?;
-                    (at.reduced, at.damping)
-                }
-            };
-            if let Some(bodies) = &reduced.bodies {
-                ascent.silently(|session| bodies.recover(session))?;
-            }
-            (reduced.bodies, damping)
+    let top = peak(&response, 0);
+    let known = top.as_ref().and_then(|top| ascent.dampings.get(&top.index));
+    let (at_peak, damping) = match (top, known.copied()) {
+        (None, _) => {
+            let own = run.reduced.rayleigh(&scene.damping, &run.statics.state)?;
+            (None, own)
+        }
+        (Some(_), Some(damping)) if !fields => (None, damping),
+        (Some(top), Some(damping)) => (ascent.reduced(top.frequency_hz)?.bodies, damping),
+        // A run before this one has solved the speed.
+        (Some(top), None) => {
+            let at = ascent.at(top.frequency_hz)?;
+            (at.reduced.bodies, at.damping)
         }
     };
+    let at_peak = at_peak.filter(|_| fields);
+    if let Some(bodies) = &at_peak {
+        ascent.silently(|session| bodies.recover(session))?;
+    }
     ascent.stages.tell(session);
     let bodies = run.reduced.bodies.as_ref();
     let slide = ShorterSides::of(&run.reduced.pairs).judge_response(&mut response);
@@ -250,7 +252,7 @@ fn at_speed(speed_rpm: f64, error: Error) -> Error {
 fn outcome(error: &Error) -> Option<Outcome> {
     match error {
         Error::NothingHolds { .. } => Some(Outcome::NothingHolds),
-        Error::SlidesTooFar => Some(Outcome::SlidesTooFar),
+        Error::SlidesTooFar { .. } => Some(Outcome::SlidesTooFar),
         Error::StaticState { outcome, .. } => Some(*outcome),
         _ => None,
     }
@@ -418,10 +420,14 @@ mod tests {
     fn a_speed_without_a_static_state_is_an_outcome_and_other_errors_end_the_run() {
         let motions = Vec::new();
         assert_eq!(
-            outcome(&Error::NothingHolds { motions }),
+            outcome(&Error::NothingHolds {
+                motions,
+                point: None
+            }),
             Some(Outcome::NothingHolds)
         );
-        assert_eq!(outcome(&Error::SlidesTooFar), Some(Outcome::SlidesTooFar));
+        let too_far = Error::SlidesTooFar { point: None };
+        assert_eq!(outcome(&too_far), Some(Outcome::SlidesTooFar));
         let stalled = Error::StaticState {
             outcome: Outcome::Stagnated,
             iterations: 1,

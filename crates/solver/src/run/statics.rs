@@ -63,6 +63,8 @@ pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'
             residual: 0.0,
             retention_n: None,
             linear: LinearReference::stuck(&problem.reduced),
+            on_path: Vec::new(),
+            ended_at: None,
         };
     }
     let stage = session.stage(Stage::StaticState);

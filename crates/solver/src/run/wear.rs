@@ -347,7 +347,7 @@ impl Wearing<'_, '_> {
             session.goes_on()?;
             self.sides.judge_orbit(&mut orbit);
             if !orbit.outcome.has_motion() {
-                return Err(Error::SlidesTooFar);
+                return Err(Error::SlidesTooFar { point: None });
             }
             before = Some((orbit.x[..n].to_vec(), orbit.lambda[..n].to_vec()));
             motions.push(orbit);
