@@ -63,6 +63,16 @@ pub enum RunError {
     )]
     NoPeaks { missing: usize, values: usize },
 
+    /// Neither peaks nor curves depend on a key that they were asked for over.
+    #[error(
+        "what is computed does not depend on `{key}`: its first and its last value have the same model, loads, damping and settings"
+    )]
+    #[diagnostic(help(
+        "give a key that the vibration depends on: a force (excitation.*.force_n), a coefficient of friction, a clearance, a load, a \
+         speed, a damping. The strength and the wear of bodies, engine orders and the mission are read by other commands"
+    ))]
+    KeyNotRead { key: String },
+
     /// `dovetail curve` found no motion at some values.
     #[error("{missing} of {values} values have no motion")]
     #[diagnostic(
@@ -347,10 +357,12 @@ impl RunError {
             | Self::Quality(_)
             | Self::NoMesh { .. }
             | Self::NoCache
+            | Self::KeyNotRead { .. }
             | Self::Export(
                 ExportError::OtherScene { .. }
                 | ExportError::OtherSettings { .. }
-                | ExportError::OtherInputs { .. },
+                | ExportError::OtherInputs { .. }
+                | ExportError::UnknownProgram { .. },
             ) => ExitStatus::BadInput,
             Self::NoPeaks { .. }
             | Self::NoMotions { .. }

@@ -6,6 +6,7 @@
 //! the process.
 
 use std::cell::Cell;
+use std::fmt;
 use std::io;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -27,15 +28,29 @@ const STACK_BYTES: usize = 1 << 20;
 const LONGEST_WORD: Duration = Duration::from_secs(10);
 
 /// The system gave no more memory.
-#[derive(Debug, Error, Diagnostic)]
-#[error("there is no more memory: {:.1} MiB more were asked for", *.asked_bytes as f64 / f64::from(1u32 << 20))]
-#[diagnostic(help(
-    "take fewer threads (--threads 1), fewer response.harmonics or response.samples, fewer pairs, or a coarser mesh; or raise the \
-     limit of memory (`ulimit -v`, the container, the batch system)"
-))]
+#[derive(Debug, Error)]
+#[error("there is no more memory: {:.1} MiB more were asked for{}", *.asked_bytes as f64 / f64::from(1u32 << 20), of_reading(*.reads))]
 pub struct OutOfMemory {
     /// Size of the failed allocation.
     pub asked_bytes: usize,
+    /// True if files were being read: nothing was computed.
+    pub reads: bool,
+}
+
+impl Diagnostic for OutOfMemory {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(if self.reads {
+            "the files of the scene (meshes, matrices, fields) are too large for it: take a coarser mesh, or matrices that \
+             were reduced; or raise the limit of memory (`ulimit -v`, the container, the batch system)"
+        } else {
+            "take fewer threads (--threads 1), fewer response.harmonics or response.samples, fewer pairs, or a coarser mesh; or \
+             raise the limit of memory (`ulimit -v`, the container, the batch system)"
+        }))
+    }
+}
+
+fn of_reading(reads: bool) -> &'static str {
+    if reads { " while files were read" } else { "" }
 }
 
 /// Action before the process ends.
@@ -44,6 +59,8 @@ type LastWord = Box<dyn Fn(OutOfMemory) + Send>;
 static SPEAKER: OnceLock<Thread> = OnceLock::new();
 static LAST_WORD: Mutex<Option<LastWord>> = Mutex::new(None);
 static ENDING: AtomicBool = AtomicBool::new(false);
+/// True until the first stage that computes.
+static READS: AtomicBool = AtomicBool::new(true);
 static ASKED_BYTES: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
@@ -69,6 +86,11 @@ pub fn prepare() -> io::Result<()> {
     Ok(())
 }
 
+/// Tells whether a stage reads files or computes, which the last message depends on.
+pub fn reads_files(reads: bool) {
+    READS.store(reads, Ordering::Relaxed);
+}
+
 /// Sets the action, besides the message, before the process ends for lack of memory.
 pub fn on_exhaustion(last_word: impl Fn(OutOfMemory) + Send + 'static) {
     *LAST_WORD.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(last_word));
@@ -77,6 +99,7 @@ pub fn on_exhaustion(last_word: impl Fn(OutOfMemory) + Send + 'static) {
 fn speak() -> ! {
     let error = OutOfMemory {
         asked_bytes: ASKED_BYTES.load(Ordering::Relaxed),
+        reads: READS.load(Ordering::Relaxed),
     };
     let told = terminal::rendered(&error, io::stderr().is_terminal());
     say(&told);

@@ -188,10 +188,13 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
 /// Memory of a thread, bytes: its stack and the buffers of its products of matrices.
 const THREAD_BYTES: u64 = 4 << 20;
 
-/// Starts the requested number of threads, or one for each core.
+/// Most threads that are started for each core: more of them only wait for each other.
+const MOST_THREADS_PER_CORE: usize = 4;
+
+/// Starts the requested number of threads, as far as they are of use, or one for each core.
 fn start_threads(asked: Option<usize>) -> Result<(), Error> {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = asked.unwrap_or_else(cores);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = asked.map_or(cores, |asked| asked.min(MOST_THREADS_PER_CORE * cores));
     memory::ask_for(threads as u64 * THREAD_BYTES)
         .map_err(|source| Error::MemoryOfThreads { threads, source })?;
     rayon::ThreadPoolBuilder::new()

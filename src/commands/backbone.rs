@@ -1,6 +1,7 @@
 //! Amplitudes and table of `dovetail backbone`.
 
 use super::Work;
+use super::key_range::between_by_ratio;
 use crate::error::RunError;
 use crate::export::csv::BackboneRow;
 use crate::files::BackboneFiles;
@@ -55,7 +56,7 @@ impl AmplitudeRange {
         let at = |i: usize| match i {
             0 => self.from_m,
             i if i == last => self.to_m,
-            _ => self.from_m * (self.to_m / self.from_m).powf(i as f64 / last as f64),
+            _ => between_by_ratio([self.from_m, self.to_m], i as f64 / last as f64),
         };
         (0..=last).map(at).collect()
     }

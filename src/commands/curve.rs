@@ -63,6 +63,7 @@ impl Work<'_> {
         for value in question.range.ends_and_inside() {
             scene_with(&[asked.over.set(value)])?;
         }
+        asked.over.check_is_read(&[], scene_with)?;
         let meshes = self.meshes()?;
         let found = self.computes(|session| run::curve(&question, &scene_at, meshes, session));
         let found = match (found, wrong.into_inner()) {

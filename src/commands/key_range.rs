@@ -1,7 +1,9 @@
 //! Range of a key of the scene, whose values a command goes through.
 
+use crate::error::RunError;
 use crate::scene::keys::is_setting;
 use crate::words::{name_and_unit, rounded, short};
+use dovetail_solver::description::{Scene, Subject};
 
 /// Number of values of a range without its own.
 const VALUES: usize = 20;
@@ -88,17 +90,34 @@ impl KeyRange {
             match i {
                 0 => self.from,
                 i if i == last => self.to,
-                _ if self.is_logarithmic() => {
-                    let ratio = self.to / self.from;
-                    match ratio.is_finite() {
-                        true => self.from * ratio.powf(share),
-                        false => self.from.powf(1.0 - share) * self.to.powf(share),
-                    }
-                }
-                _ => self.from + share * (self.to - self.from),
+                _ if self.is_logarithmic() => between_by_ratio([self.from, self.to], share),
+                _ if (self.to - self.from).is_finite() => self.from + share * (self.to - self.from),
+                _ => (1.0 - share) * self.from + share * self.to,
             }
         };
         (0..self.values).map(at).collect()
+    }
+
+    /// Checks that what is computed depends on the key, with these keys set besides.
+    ///
+    /// # Errors
+    /// [`RunError::KeyNotRead`]; those of `scene_with`.
+    pub(super) fn check_is_read<E: From<RunError>>(
+        &self,
+        also: &[String],
+        scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
+    ) -> Result<(), E> {
+        let at = |value: f64| scene_with(&[also, &[self.set(value)]].concat());
+        if as_read(at(self.from)?) == as_read(at(self.to)?) {
+            let key = self.key.clone();
+            return Err(RunError::KeyNotRead { key }.into());
+        }
+        Ok(())
+    }
+
+    /// The key set to its first value, as `--set` has it.
+    pub(super) fn first(&self) -> String {
+        self.set(self.from)
     }
 
     /// The key set to a value, as `--set` has it.
@@ -117,6 +136,34 @@ impl KeyRange {
         let value = short(rounded(value, DIGITS));
         format!("{name} {value} {unit}").trim_end().to_owned()
     }
+}
+
+/// Value at a share of the way from one positive number to another, evenly in their logarithm.
+pub(super) fn between_by_ratio([from, to]: [f64; 2], share: f64) -> f64 {
+    match to / from {
+        ratio if ratio.is_finite() => from * ratio.powf(share),
+        _ => from.powf(1.0 - share) * to.powf(share),
+    }
+}
+
+/// Scene without what neither peaks nor curves of motions read: names, engine orders, the mission of a
+/// wear, and the strengths and wear coefficients of what vibrates.
+fn as_read(mut scene: Scene) -> Scene {
+    scene.name.clear();
+    scene.engine_orders.clear();
+    scene.mission.clear();
+    match &mut scene.subject {
+        Subject::Assembly(assembly) => {
+            assembly
+                .bodies
+                .iter_mut()
+                .for_each(|body| body.strength = None);
+            let contacts = assembly.contacts.iter_mut();
+            contacts.for_each(|contact| contact.pair_law.wear_m2_n = 0.0);
+        }
+        Subject::ReducedModel(model) => model.law.wear_m2_n = 0.0,
+    }
+    scene
 }
 
 #[cfg(test)]
@@ -140,8 +187,11 @@ mod tests {
             range("contact.0.gap_m=-1e-5:1e-5:3").values(),
             [-1e-5, 0.0, 1e-5]
         );
-        let widest = range("reduced_model.force_n=1e-300:1e300:3").values();
-        assert!((widest[1] - 1.0).abs() < 1e-12, "{widest:?}");
+        // The ratio of the ends, and their difference, need not be numbers.
+        let values = range("contact.*.friction=1e-300:1e300:3").values();
+        assert!((values[1] - 1.0).abs() < 1e-9, "{values:?}");
+        let values = range("contact.0.gap_m=-1e308:1e308:3").values();
+        assert_eq!(values, [-1e308, 0.0, 1e308]);
         assert_eq!(range("reduced_model.force_n=0.1:20").values().len(), VALUES);
         assert_eq!(wide.set(0.5), "contact.*.friction=0.5");
         assert_eq!(range("excitation.*.force_n=1:2").words(2.0), "force 2 N");

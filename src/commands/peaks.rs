@@ -42,6 +42,14 @@ impl Work<'_> {
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "peaks are those over the frequency at one speed";
         run::at_one_speed(self.scene, why).map_err(RunError::from)?;
+        for (range, other) in [
+            (Some(&question.over), question.at_each.as_ref()),
+            (question.at_each.as_ref(), Some(&question.over)),
+        ] {
+            let Some(range) = range else { continue };
+            let also: Vec<String> = other.iter().map(|other| other.first()).collect();
+            range.check_is_read(&also, scene_with)?;
+        }
         self.begins(
             |files| files.begin_peaks(question.resume),
             "peaks were found",

@@ -21,6 +21,7 @@ use std::time::Instant;
 
 use self::line::Line;
 use crate::error::RunError;
+use crate::exhaustion;
 use crate::export::manifest::StageSummary;
 use crate::files::{SharedFiles, Taken};
 use crate::listener::{Listener, News};
@@ -107,6 +108,7 @@ impl<'c> Reporter<'c> {
     /// Begins a stage outside of the library, which ends when the guard is dropped.
     #[must_use = "the stage ends when the guard is dropped"]
     pub fn stage(&self, stage: Stage) -> StageGuard<'_, 'c> {
+        exhaustion::reads_files(matches!(stage, Stage::Mesh | Stage::Matrices));
         self.inner().begin(stage.title());
         StageGuard {
             reporter: self,
@@ -262,7 +264,8 @@ impl Inner<'_> {
 
     fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
         match event {
-            Event::StageBegins { title, .. } => {
+            Event::StageBegins { title, stage } => {
+                exhaustion::reads_files(*stage == Stage::ReducedModel);
                 self.begin(title);
                 return Ok(());
             }

@@ -143,3 +143,17 @@ fn what_cannot_be_gone_through_is_refused_with_a_remedy() {
     // Told when it was found, and once more at the end.
     assert_eq!(said.matches("no peak at").count(), 2, "{said}");
 }
+
+/// The wear of a pair is no part of its vibration.
+#[test]
+fn a_key_that_no_motion_depends_on_is_refused() {
+    let out = Folder::new("peaks_unread");
+    let over = "reduced_model.wear_m2_n=1e-14:1e-13:2";
+    for (command, rest) in [
+        ("peaks", &["--over", over][..]),
+        ("curve", &["--over", over, "--frequency", "450"]),
+    ] {
+        let said = told(dovetail(command, &out, rest), 2);
+        has(&said, "does not depend on `reduced_model.wear_m2_n`");
+    }
+}

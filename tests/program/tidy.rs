@@ -32,7 +32,7 @@ const PROGRAM: &str = "
     files: exit metrics version fingerprint warning words scene_files export error
     listener: warning export
     console: warning words export listener
-    reporter: metrics warning words motions export error files listener
+    reporter: metrics exhaustion warning words motions export error files listener
     cache: fingerprint warning export files reporter
     commands: warning words scene gmsh mesh_files influence_file matrix_files scene_files export error files \
         reporter cache
