@@ -73,7 +73,7 @@ impl Work<'_> {
         };
         let drawn = CurveFiles::of(&asked.over.key, asked.frequency_hz, &found);
         if let Some(files) = &self.files {
-            files.locked().curve(&drawn)?;
+            files.locked().curve(self.scene, &drawn)?;
         }
         self.warn_of_curve(asked, &found);
         let asked_for = &question.range.values;

@@ -51,7 +51,7 @@ impl Work<'_> {
             range.check_is_read(&also, scene_with)?;
         }
         self.begins(
-            |files| files.begin_peaks(question.resume),
+            |files| files.begin_peaks(&question.keys(), question.resume),
             "peaks were found",
         )?;
         let meshes = self.meshes()?;
@@ -80,13 +80,16 @@ impl Work<'_> {
                     .collect();
                 scene_with(&set)
             };
+            if let Some(files) = &self.files {
+                files.locked().begin_line_of_peaks(value);
+            }
             let found = self.peaks_over(&range, &scene_at, meshes.clone())?;
             self.warn(question, value, &found);
             lines.push((value, found));
         }
         if let Some(files) = &self.files {
             let drawn: Vec<PeakLine<'_>> = lines.iter().map(|l| drawn(question, l)).collect();
-            files.locked().peaks(&question.keys(), &drawn)?;
+            files.locked().peaks(self.scene, &question.keys(), &drawn)?;
         }
         let missing = lines.iter().map(|(_, peaks)| peaks.missing.len()).sum();
         let asked = lines.len() * values.len();
@@ -198,6 +201,7 @@ fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) 
         observation: name,
         rows: PeakRow::of(*value, peaks),
         asked: question.over.values(),
+        missing: peaks.missing.iter().map(|(value, _)| *value).collect(),
     }
 }
 

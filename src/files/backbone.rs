@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::csv::BackboneRow;
-use crate::export::plots::{Axis, Scale, Series, write_series};
+use crate::export::plots::{Axis, Heading, Scale, Series, write_series};
 
 /// Backbone of a mode for the files.
 #[derive(Debug)]
@@ -19,9 +19,10 @@ pub struct BackboneFiles<'a> {
 }
 
 /// Draws frequency and damping over the amplitude, the response near the peak and, of a single force,
-/// the amplitude of the peak over it. `file` gives the place of a picture.
+/// the amplitude of the peak over it. `conditions` are those of all motions; `file` gives the place of a picture.
 pub fn draw(
     backbone: &BackboneFiles<'_>,
+    conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
 ) -> Result<(), RunError> {
     let BackboneFiles {
@@ -29,6 +30,13 @@ pub fn draw(
         mode,
         rows,
     } = backbone;
+    let write = |name: &str, title: String, axes: [Axis; 2], series: &[Series]| {
+        let heading = Heading {
+            title: &title,
+            conditions,
+        };
+        write_series(&file(name)?, heading, &axes, series)
+    };
     let axis = |title: String, unit: &'static str, values: &[f64]| Axis {
         title,
         unit,
@@ -44,10 +52,10 @@ pub fn draw(
     let of = |value: fn(&BackboneRow<'_>) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
     let frequencies_hz = of(|row| row.point.orbit.frequency_hz);
     let y = axis("frequency".to_owned(), "Hz", &frequencies_hz);
-    write_series(
-        &file("backbone_frequency")?,
-        &format!("Frequency of mode {mode} over its amplitude"),
-        &[amplitude(), y],
+    write(
+        "backbone_frequency",
+        format!("Frequency of mode {mode} over its amplitude"),
+        [amplitude(), y],
         &[series("frequency", &frequencies_hz)],
     )?;
     let (whole, friction) = (
@@ -55,10 +63,10 @@ pub fn draw(
         of(|row| row.point.friction_ratio),
     );
     let y = axis("damping ratio".to_owned(), "", &whole);
-    write_series(
-        &file("backbone_damping")?,
-        &format!("Damping ratio of mode {mode} over its amplitude"),
-        &[amplitude(), y],
+    write(
+        "backbone_damping",
+        format!("Damping ratio of mode {mode} over its amplitude"),
+        [amplitude(), y],
         &[series("whole", &whole), series("of friction", &friction)],
     )?;
     // Up to the peak on its left, and down on its right.
@@ -75,10 +83,10 @@ pub fn draw(
         let x = axis("frequency".to_owned(), "Hz", &frequencies_hz);
         let y = axis(format!("amplitude of {observation}"), "m", &amplitudes_m);
         let points = response.into_iter().map(|(hz, a)| (hz, Some(a)));
-        write_series(
-            &file("backbone_response")?,
-            &format!("Response of {observation} near its peak, from mode {mode}"),
-            &[x, y],
+        write(
+            "backbone_response",
+            format!("Response of {observation} near its peak, from mode {mode}"),
+            [x, y],
             &[Series::new("from the backbone".to_owned(), points)],
         )?;
     }
@@ -91,10 +99,10 @@ pub fn draw(
     let forces_n: Vec<f64> = forces.iter().map(|point| point.0).collect();
     let x = axis("force".to_owned(), "N", &forces_n);
     let y = axis(format!("peak of {observation}"), "m", &amplitudes_m);
-    write_series(
-        &file("backbone_peak")?,
-        &format!("Peak amplitude of {observation} over the force, from mode {mode}"),
-        &[x, y],
+    write(
+        "backbone_peak",
+        format!("Peak amplitude of {observation} over the force, from mode {mode}"),
+        [x, y],
         &[Series::new("peak".to_owned(), forces.into_iter())],
     )?;
     Ok(())

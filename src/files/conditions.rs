@@ -7,27 +7,53 @@ use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpe
 /// Excitation, speed and friction: `1 N at 6000 rpm, friction 0.3`. A run-up has its engine order in
 /// the place of the speed.
 pub(super) fn in_motion(scene: &Scene) -> String {
+    in_motion_over(scene, &[])
+}
+
+/// Excitation, speed and friction without those that these keys vary.
+pub(super) fn in_motion_over(scene: &Scene, keys: &[&str]) -> String {
+    let is_varied = |section: &str, end: &str| {
+        let varies = |key: &&str| {
+            let of_section = key.starts_with(section) || key.starts_with("reduced_model.");
+            of_section
+                && key
+                    .rsplit('.')
+                    .next()
+                    .is_some_and(|last| last.contains(end))
+        };
+        keys.iter().any(varies)
+    };
+    let excited = |words: String| {
+        let varied = ["force", "pressure", "traction", "base", "factor"];
+        let is_varied = varied.iter().any(|end| is_varied("excitation.", end));
+        (!is_varied).then_some(words)
+    };
+    let rubbed = |words: String| (!is_varied("contact.", "friction")).then_some(words);
     let parts = match &scene.subject {
         Subject::Assembly(assembly) => {
-            let shaken = excitations(assembly).join(", ");
-            if let Some(EngineOrder(order)) = scene.response.along_engine_order {
-                let moving = format!("{shaken} along engine order {order}");
-                return [moving, friction(assembly)].join(", ");
-            }
-            let between = if assembly.rotation.is_some() {
-                " at"
-            } else {
-                ","
+            let shaken = excited(excitations(assembly).join(", "));
+            let speed = match scene.response.along_engine_order {
+                Some(EngineOrder(order)) => Some(format!("along engine order {order}")),
+                None => (!is_varied("rotation.", "speed")).then(|| speed(assembly)),
             };
-            let moving = format!("{shaken}{between} {}", speed(assembly));
-            vec![moving, friction(assembly)]
+            let moving = match (shaken, speed) {
+                (Some(shaken), Some(speed)) if speed.starts_with("along") => {
+                    Some(format!("{shaken} {speed}"))
+                }
+                (Some(shaken), Some(speed)) if assembly.rotation.is_some() => {
+                    Some(format!("{shaken} at {speed}"))
+                }
+                (Some(shaken), Some(speed)) => Some(format!("{shaken}, {speed}")),
+                (shaken, speed) => shaken.or(speed),
+            };
+            [moving, rubbed(friction(assembly))]
         }
-        Subject::ReducedModel(model) => vec![
-            short_quantity(model.force_n, "N"),
-            format!("friction {}", short(model.law.friction)),
+        Subject::ReducedModel(model) => [
+            excited(short_quantity(model.force_n, "N")),
+            rubbed(format!("friction {}", short(model.law.friction))),
         ],
     };
-    parts.join(", ")
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// Conditions of the static state: `6000 rpm, 1 steady load, friction 0.3`. The excitation does not

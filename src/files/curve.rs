@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::csv::CurveRow;
-use crate::export::plots::{Axis, Scale, Series, write_series};
+use crate::export::plots::{Axis, Heading, Scale, Series, write_series};
 use crate::words::{rounded, short, title};
 use dovetail_solver::dlft::branch::sections;
 use dovetail_solver::run::Curve;
@@ -39,9 +39,10 @@ impl<'a> CurveFiles<'a> {
 }
 
 /// Draws the amplitude over the values of the key, unstable motions dashed, and the linear reference.
-/// `file` gives the place of a picture.
+/// `conditions` are those of all motions; `file` gives the place of a picture.
 pub fn draw(
     curve: &CurveFiles<'_>,
+    conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
 ) -> Result<(), RunError> {
     let CurveFiles {
@@ -101,9 +102,13 @@ pub fn draw(
         "Amplitude of {observation} over {over} at {} Hz",
         short(rounded(*frequency_hz, 7))
     );
+    let heading = Heading {
+        title: &shows,
+        conditions,
+    };
     Ok(write_series(
         &file("curve_amplitude")?,
-        &shows,
+        heading,
         &axes,
         &series,
     )?)

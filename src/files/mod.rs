@@ -27,9 +27,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub use self::backbone::BackboneFiles;
-use self::conditions::{at_rest, in_motion};
+use self::conditions::{at_rest, in_motion, in_motion_over};
 pub use self::curve::CurveFiles;
 pub use self::peaks::PeakLine;
+use self::peaks::PeaksFound;
 pub use self::shared::SharedFiles;
 use self::solving::Solving;
 pub use self::summary::Taken;
@@ -59,8 +60,8 @@ use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakStress,
-    Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
+    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakAt,
+    PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
 };
 
 /// Name of the mesh of a script in the folder of the results.
@@ -136,6 +137,8 @@ pub struct Files {
     /// Journal of the motions that a search has found, of `dovetail peaks` and `dovetail wear`, and
     /// what they are called.
     search: Option<(Journal, &'static str)>,
+    /// Peaks that a search has found so far.
+    peaks_found: PeaksFound,
     /// Worn flanks, if fields are written.
     worn: Option<WornFlanks>,
     /// Responses that have begun, the scene's own first.
@@ -202,6 +205,7 @@ impl Files {
             journal,
             _lock: lock,
             search: None,
+            peaks_found: PeaksFound::default(),
             worn: None,
             solving: Vec::new(),
             warnings: Vec::new(),
@@ -320,13 +324,19 @@ impl Files {
         Ok(write_campbell(&path, heading, families, orders, operation)?)
     }
 
-    /// Begins the search for peaks. Returns the number of those that are not looked for again,
+    /// Begins the search for peaks over the values of these keys, the key of each line first. Returns the number of those that are not looked for again,
     /// which is 0 unless an interrupted search is to be resumed.
     ///
     /// # Errors
-    /// A journal that is none; a file that cannot be written.
-    pub fn begin_peaks(&mut self, resume: bool) -> Result<usize, RunError> {
+    /// The file is not a journal, or cannot be written.
+    pub fn begin_peaks(&mut self, keys: &[&str], resume: bool) -> Result<usize, RunError> {
+        self.peaks_found.keys = keys.iter().map(|key| (*key).to_owned()).collect();
         self.begin_search((PEAKS_JOURNAL, "peaks"), resume)
+    }
+
+    /// Begins the line of peaks at a value of the second key, if there is one.
+    pub fn begin_line_of_peaks(&mut self, also: Option<f64>) {
+        self.peaks_found.also = also;
     }
 
     /// Begins to wear the contacts. Returns the number of vibrations that are not solved for again,
@@ -412,14 +422,17 @@ impl Files {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn curve(&mut self, curve: &CurveFiles<'_>) -> Result<(), RunError> {
+    pub fn curve(&mut self, scene: &Scene, curve: &CurveFiles<'_>) -> Result<(), RunError> {
         csv::write_curve(&self.out.file("curve.csv")?, curve.key, &curve.rows)?;
         self.summary.curve = Some(manifest::curve_summary(
             curve.key,
             curve.frequency_hz,
             curve.found,
         ));
-        curve::draw(curve, |file| self.out.file(&format!("plots/{file}.svg")))
+        let conditions = in_motion_over(scene, &[curve.key]);
+        curve::draw(curve, &conditions, |file| {
+            self.out.file(&format!("plots/{file}.svg"))
+        })
     }
 
     /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the
@@ -428,21 +441,51 @@ impl Files {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn peaks(&self, keys: &[&str], lines: &[PeakLine<'_>]) -> Result<(), RunError> {
+    pub fn peaks(
+        &self,
+        scene: &Scene,
+        keys: &[&str],
+        lines: &[PeakLine<'_>],
+    ) -> Result<(), RunError> {
         let rows: Vec<PeakRow<'_>> = lines.iter().flat_map(|line| line.rows.clone()).collect();
         csv::write_peaks(&self.out.file("peaks.csv")?, keys, &rows)?;
-        peaks::draw(keys, lines, |file| {
+        let conditions = in_motion_over(scene, keys);
+        peaks::draw(keys, (lines, &conditions), |file| {
             self.out.file(&format!("plots/{file}.svg"))
         })
+    }
+
+    /// Adds a peak to peaks.csv of a search under way.
+    fn peak_found(
+        &mut self,
+        reduced: &Reduced,
+        observation: usize,
+        peak: &PeakAt,
+    ) -> Result<(), RunError> {
+        if self.peaks_found.keys.is_empty() {
+            return Ok(());
+        }
+        self.peaks_found.add(&reduced.pairs, observation, peak);
+        let found = &self.peaks_found;
+        let keys: Vec<&str> = found.keys.iter().map(String::as_str).collect();
+        Ok(csv::write_peaks(
+            &self.out.file("peaks.csv")?,
+            &keys,
+            &found.rows(),
+        )?)
     }
 
     /// Writes backbone.csv and draws frequency, damping and peak of a mode.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn backbone(&self, backbone: &BackboneFiles<'_>) -> Result<(), RunError> {
+    pub fn backbone(&self, scene: &Scene, backbone: &BackboneFiles<'_>) -> Result<(), RunError> {
         csv::write_backbone(&self.out.file("backbone.csv")?, backbone.rows)?;
-        backbone::draw(backbone, |file| self.out.file(&format!("plots/{file}.svg")))
+        // A backbone has the peaks of all forces.
+        let conditions = in_motion_over(scene, &["excitation.*.force_n"]);
+        backbone::draw(backbone, &conditions, |file| {
+            self.out.file(&format!("plots/{file}.svg"))
+        })
     }
 
     /// Writes what the contacts have become, and draws amplitude, frequency and depth over the cycles.
@@ -627,8 +670,12 @@ impl Files {
             let why = format!("{signal} after {} {motions}", journal.count());
             self.remove_empty_journal()?;
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+            let table = match self.peaks_found.keys.is_empty() {
+                true => String::new(),
+                false => format!("; {folder} has a table of those found, peaks.csv"),
+            };
             return Ok(format!(
-                "ended by {why}. The same command with --resume does not look for them again"
+                "ended by {why}{table}. The same command with --resume does not look for them again"
             ));
         }
         let Some(solving) = self.solving.last() else {
@@ -730,6 +777,11 @@ impl Files {
                 None => Ok(()),
             },
             Event::Worn(course) => self.worn(course),
+            Event::Peak {
+                reduced,
+                observation,
+                peak,
+            } => self.peak_found(reduced, *observation, peak),
             _ => Ok(()),
         }
     }

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use crate::error::RunError;
 use crate::export::ExportError;
 use crate::export::csv::PeakRow;
-use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
+use crate::export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
 use crate::words::{capital, rounded, short, title};
+use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::loss_factor;
+use dovetail_solver::run::PeakAt;
 
 /// Digits of the values along the lower edge of a map.
 const MAP_DIGITS: usize = 3;
@@ -23,6 +25,76 @@ pub struct PeakLine<'a> {
     pub rows: Vec<PeakRow<'a>>,
     /// Values that were asked for.
     pub asked: Vec<f64>,
+    /// Values without a peak.
+    pub missing: Vec<f64>,
+}
+
+/// Peaks of a search under way, for a table that an interrupted search leaves.
+#[derive(Debug, Default)]
+pub struct PeaksFound {
+    /// Keys of the values, the key of each line first if there are two.
+    pub keys: Vec<String>,
+    /// Value of the key of the line under way.
+    pub also: Option<f64>,
+    found: Vec<Found>,
+}
+
+#[derive(Debug)]
+struct Found {
+    also: Option<f64>,
+    observation: usize,
+    pairs: PairTable,
+    peak: PeakAt,
+}
+
+impl PeaksFound {
+    /// Adds a peak. Of two at the same value the higher one stays.
+    pub fn add(&mut self, pairs: &PairTable, observation: usize, peak: &PeakAt) {
+        let found = Found {
+            also: self.also,
+            observation,
+            pairs: pairs.clone(),
+            peak: peak.clone(),
+        };
+        let height = |found: &Found| found.peak.amplitude_m(observation);
+        let is_same =
+            |known: &&mut Found| known.also == found.also && known.peak.value == peak.value;
+        match self.found.iter_mut().find(is_same) {
+            Some(known) if height(known) >= height(&found) => {}
+            Some(known) => *known = found,
+            None => {
+                // Lines follow each other, and values ascend in a line.
+                let is_before =
+                    |known: &Found| known.also != found.also || known.peak.value < found.peak.value;
+                let at = self
+                    .found
+                    .iter()
+                    .rposition(is_before)
+                    .map_or(0, |at| at + 1);
+                self.found.insert(at, found);
+            }
+        }
+    }
+
+    /// Rows of the table.
+    pub fn rows(&self) -> Vec<PeakRow<'_>> {
+        let found = self.found.iter();
+        let rows = found.map(|found| PeakRow {
+            also: found.also,
+            observation: found.observation,
+            pairs: &found.pairs,
+            peak: &found.peak,
+        });
+        rows.collect()
+    }
+}
+
+/// Ends of the error bar of an amplitude, m; `None` if no error is known, or none can be seen.
+fn error_bar(row: &PeakRow<'_>) -> Option<[f64; 2]> {
+    const SEEN: f64 = 5e-3;
+    let error = row.peak.orbit.amplitude_error(row.observation)?;
+    let amplitude_m = row.amplitude_m();
+    (error > SEEN).then(|| [1.0 - error, 1.0 + error].map(|share| share.max(0.0) * amplitude_m))
 }
 
 /// A quantity of a peak: name of its file, title, unit, and value.
@@ -46,10 +118,11 @@ const DRAWN: [Drawn; 3] = [
 ];
 
 /// Draws amplitude, frequency and loss factor over the values of the last key, and a map of the
-/// amplitudes over both where there are two. `file` gives the place of a picture.
+/// amplitudes over both if there are two. Values without a peak are marked, and errors are bars.
+/// `conditions` are those of all peaks; `file` gives the place of a picture.
 pub fn draw(
     keys: &[&str],
-    lines: &[PeakLine<'_>],
+    (lines, conditions): (&[PeakLine<'_>], &str),
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,
 ) -> Result<(), RunError> {
     let titled = |key: &str| title(key.rsplit('.').next().unwrap_or(key));
@@ -59,14 +132,20 @@ pub fn draw(
         let series: Vec<Series> = (lines.iter())
             .map(|line| {
                 let points = line.rows.iter().map(|row| (row.peak.value, value(row)));
-                Series::new(line.label.clone(), points)
+                let bars = line.rows.iter().map(error_bar);
+                Series {
+                    bars: bars.filter(|_| unit == "m").collect(),
+                    failed: line.missing.clone(),
+                    ..Series::new(line.label.clone(), points)
+                }
             })
             .collect();
         let points = || series.iter().flat_map(|s| &s.points);
+        let failed = series.iter().flat_map(|s| s.failed.iter().copied());
         let x = Axis {
             title: over.clone(),
             unit: "",
-            scale: Scale::of(points().map(|p| p.0)),
+            scale: Scale::of(points().map(|p| p.0).chain(failed)),
             marks: Vec::new(),
         };
         let y = Axis {
@@ -76,7 +155,11 @@ pub fn draw(
             marks: Vec::new(),
         };
         let shows = format!("{} of {of} over {over}", capital(quantity));
-        write_series(&file(name)?, &shows, &[x, y], &series)?;
+        let heading = Heading {
+            title: &shows,
+            conditions,
+        };
+        write_series(&file(name)?, heading, &[x, y], &series)?;
     }
     let ([also, _], [first, _, ..]) = (keys, lines) else {
         return Ok(());

@@ -82,7 +82,11 @@ pub fn draw(
             scale: Scale::Linear,
             marks: Vec::new(),
         };
-        write_series(&file(name)?, &shows, &[cycles, y], &series)?;
+        let heading = Heading {
+            title: &shows,
+            conditions,
+        };
+        write_series(&file(name)?, heading, &[cycles, y], &series)?;
     }
     let bodies = course.reduced.bodies.as_ref().map(Bodies::model);
     let (Some(model), Some(last)) = (bodies, course.blocks.last()) else {

@@ -294,7 +294,9 @@ impl Inner<'_> {
                 self.warnings(findings::of_static(reduced, statics));
                 self.write_in_stage(Stage::StaticFiles, event)?;
             }
-            Event::ResponseBegins { .. } | Event::Worn(_) => self.write(event)?,
+            Event::ResponseBegins { .. } | Event::Worn(_) | Event::Peak { .. } => {
+                self.write(event)?;
+            }
             Event::Frequency(_) => {
                 if let Err(error) = self.write(event)
                     && !std::mem::replace(&mut self.not_kept, true)

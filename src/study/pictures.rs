@@ -11,7 +11,7 @@ use super::file::Mode;
 use super::parameter::Parameter;
 use super::quantity::Figure;
 use crate::export::create_folder;
-use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
+use crate::export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
 use crate::words::capital;
 
 /// Largest number of figures in one picture: the number of colours.
@@ -60,7 +60,12 @@ pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, Stu
 
 impl Pictures<'_> {
     fn draw(&self, file: String, shows: String, axes: [Axis; 2], series: &[Series]) -> Drawn {
-        write_series(&self.folder.join(&file), &shows, &axes, series)?;
+        write_series(
+            &self.folder.join(&file),
+            Heading::plain(&shows),
+            &axes,
+            series,
+        )?;
         Ok((shows, file))
     }
 

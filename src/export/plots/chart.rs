@@ -125,6 +125,11 @@ impl<'a, 'b> Chart<'a, 'b> {
         Some((self.along(0, shares.0), self.along(1, shares.1)))
     }
 
+    /// Place at the lower edge below a value of the axis across.
+    pub fn below(&self, x: f64) -> Option<(i32, i32)> {
+        Some((self.along(0, self.axes[0].share(x)?), self.inside[1].end))
+    }
+
     /// Box of this width and height beside a place, at one of these distances, pixels, that covers
     /// nothing: left, right, top and bottom. It is taken then.
     pub fn beside(

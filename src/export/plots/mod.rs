@@ -135,7 +135,15 @@ pub struct Heading<'a> {
     pub conditions: &'a str,
 }
 
-impl Heading<'_> {
+impl<'a> Heading<'a> {
+    /// Title without conditions.
+    pub fn plain(title: &'a str) -> Self {
+        Self {
+            title,
+            conditions: "",
+        }
+    }
+
     /// Height at the top, units.
     fn height(self) -> i32 {
         at_px(if self.conditions.is_empty() { 64 } else { 96 })

@@ -3,12 +3,13 @@
 
 use std::path::Path;
 
-use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
+use plotters::style::{Color, RGBColor};
 
+use super::axis::DrawnAxis;
 use super::chart::{Chart, SIZE, Stroke};
 use super::legend::{Legend, Mark};
-use super::{Axis, Canvas, Drawn, Heading, TEXT_PX, at_px, px, rgb, width_of, write_svg};
+use super::{Axis, Canvas, Drawn, Heading, INK, TEXT_PX, at_px, px, rgb, width_of, write_svg};
 use crate::export::ExportError;
 use crate::export::colours::of_series;
 
@@ -31,6 +32,10 @@ pub struct Series {
     pub dashed: bool,
     /// True for a dot at each point.
     pub dots: bool,
+    /// Ends of the error bar of each point; empty for no bars.
+    pub bars: Vec<Option<[f64; 2]>>,
+    /// First coordinates at which nothing was found, which are marked at the lower edge.
+    pub failed: Vec<f64>,
 }
 
 impl Series {
@@ -42,6 +47,8 @@ impl Series {
             names: Vec::new(),
             dashed: false,
             dots: true,
+            bars: Vec::new(),
+            failed: Vec::new(),
         }
     }
 }
@@ -52,14 +59,14 @@ impl Series {
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_series(
     path: &Path,
-    title: &str,
+    heading: Heading<'_>,
     axes: &[Axis; 2],
     series: &[Series],
 ) -> Result<(), ExportError> {
-    write_svg(path, SIZE, |canvas| draw(canvas, title, axes, series))
+    write_svg(path, SIZE, |canvas| draw(canvas, heading, axes, series))
 }
 
-fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Drawn {
+fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Series]) -> Drawn {
     let colours = series.iter().filter(|one| !one.dashed).count().max(1);
     let colour = |i: usize| {
         let before = series[..i].iter().filter(|one| !one.dashed).count();
@@ -76,15 +83,16 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         };
         legend.add(mark, one.label.clone());
     }
-    let heading = Heading {
-        title,
-        conditions: "",
-    };
-    let points = series.iter().flat_map(|s| &s.points);
-    let shown = points.filter_map(|(x, y)| Some([*x, (*y)?]));
-    let shown = shown.filter(|p| (0..2).all(|k| axes[k].shows(p[k])));
-    let shown: Vec<[f64; 2]> = shown.collect();
-    let axes = [0, 1].map(|k| axes[k].around(shown.iter().map(|p| p[k])));
+    if let Some(i) = series
+        .iter()
+        .position(|one| one.bars.iter().any(Option::is_some))
+    {
+        legend.add(Mark::Line(bar_stroke(colour(i)).style()), "estimated error");
+    }
+    if series.iter().any(|one| !one.failed.is_empty()) {
+        legend.add(Mark::Cross(INK), "nothing found");
+    }
+    let axes = drawn_axes(axes, series);
     let mut chart = Chart::new(canvas, heading, &legend, axes)?;
     let places = series.iter().map(|one| {
         let points = one.points.iter();
@@ -109,6 +117,14 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         for run in runs(places) {
             chart.line(&run, stroke)?;
         }
+        for (at, bar) in one.points.iter().zip(&one.bars) {
+            if let Some(ends) = bar {
+                draw_bar(&chart, at.0, *ends, bar_stroke(stroke.colour))?;
+            }
+        }
+        for at in one.failed.iter().filter_map(|x| chart.below(*x)) {
+            chart.cross(at, stroke.colour)?;
+        }
         for at in places.iter().flatten().filter(|_| one.dots) {
             chart.dot(*at, 6 + extra[i] / 2, stroke.colour)?;
         }
@@ -119,6 +135,45 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
                 chart.text(name, (left, (top + bottom) / 2), NAME_PX, HPos::Left)?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Axes that show all points, the ends of their bars, and where nothing was found.
+fn drawn_axes(axes: &[Axis; 2], series: &[Series]) -> [DrawnAxis; 2] {
+    let points = series.iter().flat_map(|s| &s.points);
+    let points = points.filter_map(|(x, y)| Some([*x, (*y)?]));
+    let bars = series.iter().flat_map(|s| s.points.iter().zip(&s.bars));
+    let bars = bars.filter_map(|((x, _), bar)| Some(bar.as_ref()?.map(|end| [*x, end])));
+    let shown = points.chain(bars.flatten());
+    let shown = shown.filter(|p| (0..2).all(|k| axes[k].shows(p[k])));
+    let shown: Vec<[f64; 2]> = shown.collect();
+    let failed = series.iter().flat_map(|s| s.failed.iter().copied());
+    [
+        axes[0].around(shown.iter().map(|p| p[0]).chain(failed)),
+        axes[1].around(shown.iter().map(|p| p[1])),
+    ]
+}
+
+/// Line of an error bar.
+fn bar_stroke(colour: RGBColor) -> Stroke {
+    Stroke {
+        colour,
+        width: 2,
+        dashed: false,
+    }
+}
+
+/// Draws an error bar with its ends. An end that the axis cannot show is at the lower edge.
+fn draw_bar(chart: &Chart<'_, '_>, x: f64, [low, high]: [f64; 2], stroke: Stroke) -> Drawn {
+    let (Some(top), Some(edge)) = (chart.at((x, high)), chart.below(x)) else {
+        return Ok(());
+    };
+    let bottom = chart.at((x, low)).unwrap_or(edge);
+    chart.line(&[top, bottom], stroke)?;
+    let half = at_px(7);
+    for (x, y) in [top, bottom] {
+        chart.line(&[(x - half, y), (x + half, y)], stroke)?;
     }
     Ok(())
 }
@@ -152,7 +207,7 @@ mod tests {
     fn svg(axes: &[Axis; 2], series: &[Series]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("series.svg");
-        write_series(&path, "t", axes, series).unwrap();
+        write_series(&path, Heading::plain("t"), axes, series).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(!text.contains("NaN") && !text.contains("inf"));
         text
@@ -162,10 +217,30 @@ mod tests {
         Series {
             label: "peak".into(),
             names: points.iter().map(|p| format!("at{}", p.0)).collect(),
-            points: points.to_vec(),
-            dashed: false,
-            dots: true,
+            ..Series::new(String::new(), points.iter().copied())
         }
+    }
+
+    /// The picture shows all values that were asked for, and how far the others can be trusted.
+    #[test]
+    fn what_failed_and_what_is_uncertain_is_seen() {
+        let axes = ["force", "amplitude"].map(Axis::logarithmic);
+        let points = [(1.0, Some(1e-6)), (2.0, Some(2e-6))];
+        let plain = svg(&axes, &[joined(&points)]);
+        assert!(!plain.contains("nothing found") && !plain.contains("estimated error"));
+        let uncertain = Series {
+            bars: vec![None, Some([0.0, 4e-6])],
+            failed: vec![4.0],
+            ..joined(&points)
+        };
+        let text = svg(&axes, &[uncertain]);
+        assert!(text.contains("nothing found") && text.contains("estimated error"));
+        let count = |text: &str, what: &str| text.matches(what).count();
+        // The axis reaches the value that failed; bar, its ends, a cross and two marks of the legend.
+        assert!(
+            count(&text, "<polyline") >= count(&plain, "<polyline") + 6,
+            "{text}"
+        );
     }
 
     /// Number of points of each line of the picture.

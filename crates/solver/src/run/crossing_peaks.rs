@@ -5,7 +5,7 @@ use super::at::{At, rad_s, scene_at};
 use super::bodies::Bound;
 use super::campbell::{Campbell, Crossing};
 use super::error::Error;
-use super::peaks::PeakAt;
+use super::outcome::PeakAt;
 use super::reduced::{Reduced, stuck_modes};
 use super::session::{Session, Stage};
 use crate::description::Scene;

@@ -48,10 +48,10 @@ pub use error::{Error, static_place};
 pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
-    Compared, CurveInputs, OfTraction, PeakInputs, ResponseInputs, ResponseResult, Run, RunUp,
-    RunUpInputs, StaticResult, TractionPeak, TractionRange,
+    Compared, CurveInputs, OfTraction, PeakAt, PeakInputs, ResponseInputs, ResponseResult, Run,
+    RunUp, RunUpInputs, StaticResult, TractionPeak, TractionRange,
 };
-pub use peaks::{PeakAt, PeakRange, Peaks, peaks};
+pub use peaks::{PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use reduced::{Observed, Reduced, stuck_modes};
 pub use response::{at_one_speed, in_phase, off_undamped_modes};

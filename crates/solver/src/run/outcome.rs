@@ -7,7 +7,7 @@ use crate::description::{EngineOrder, Scene};
 use crate::dlft::branch::{Guess, ValueRange};
 use crate::dlft::starting_traction::StartingTraction;
 use crate::dlft::sweep::SweepSettings;
-use crate::dlft::{CycleCounts, Outcome, Response, StaticState};
+use crate::dlft::{CycleCounts, Orbit, Outcome, Response, StaticState};
 use crate::model::Model;
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
@@ -277,5 +277,25 @@ fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<()
             inaccurate,
             points,
         }),
+    }
+}
+
+/// Peak at one value.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct PeakAt {
+    /// Value of the scene.
+    pub value: f64,
+    /// Motion at the peak.
+    pub orbit: Orbit,
+    /// Largest amplitude of the linear reference in the range of frequencies, m; `None` where it
+    /// does not move.
+    pub linear_m: Option<f64>,
+}
+
+impl PeakAt {
+    /// Amplitude of an observed displacement, m.
+    pub fn amplitude_m(&self, observation: usize) -> f64 {
+        self.orbit.observed_amplitude[observation]
     }
 }

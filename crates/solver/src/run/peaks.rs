@@ -8,10 +8,10 @@
 use super::at::At;
 use super::bodies::Meshes;
 use super::error::Error;
-use super::outcome::{PeakInputs, ResponseInputs};
+use super::outcome::{PeakAt, PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::of_smooth_curve_hz;
-use super::session::{Session, Stage, unless_ended};
+use super::session::{Event, Session, Stage, unless_ended};
 use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
@@ -51,26 +51,6 @@ pub struct PeakRange<'a> {
     /// Peak of a scene that differs little from that of the first value; `None`: the whole curve of
     /// the first value is followed.
     pub start: Option<&'a Orbit>,
-}
-
-/// Peak at one value.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct PeakAt {
-    /// Value of the scene.
-    pub value: f64,
-    /// Motion at the peak.
-    pub orbit: Orbit,
-    /// Largest amplitude of the linear reference in the range of frequencies, m; `None` where it
-    /// does not move.
-    pub linear_m: Option<f64>,
-}
-
-impl PeakAt {
-    /// Amplitude of an observed displacement, m.
-    pub fn amplitude_m(&self, observation: usize) -> f64 {
-        self.orbit.observed_amplitude[observation]
-    }
 }
 
 /// Peaks over a value.
@@ -328,7 +308,13 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         let (observation, count) = (self.observation, counting(self.solved, self.session));
         let found = at.and_then(|at| {
             let orbit = at.find(near, observation, self.session, &count)?;
-            Ok(at.row(orbit, observation))
+            let peak = at.row(orbit, observation);
+            self.session.tell(&Event::Peak {
+                reduced: &at.reduced,
+                observation,
+                peak: &peak,
+            })?;
+            Ok(peak)
         });
         self.session.goes_on()?;
         match found {

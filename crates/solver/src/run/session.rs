@@ -14,7 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::bodies::Bound;
 use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
-use super::outcome::{CurveInputs, PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult};
+use super::outcome::{
+    CurveInputs, PeakAt, PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult,
+};
 use super::reduced::Reduced;
 use super::worn::WearCourse;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
@@ -183,6 +185,15 @@ pub enum Event<'a> {
     Response(&'a Run),
     /// One more block of cycles has worn the contacts.
     Worn(WearCourse<'a>),
+    /// A peak over a value of the scene is found.
+    Peak {
+        /// Reduced model of the value.
+        reduced: &'a Reduced,
+        /// Number of the observed displacement.
+        observation: usize,
+        /// Peak, with its value.
+        peak: &'a PeakAt,
+    },
 }
 
 /// End of a stage.
