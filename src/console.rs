@@ -37,6 +37,8 @@ pub struct Console {
     solved: bool,
     /// Warnings that wait for the end.
     waiting: Vec<Warning>,
+    /// Warnings that were printed at once.
+    printed: Vec<Warning>,
 }
 
 /// Amount of output.
@@ -103,6 +105,7 @@ impl Console {
             failed: 0,
             solved: false,
             waiting: Vec::new(),
+            printed: Vec::new(),
         }
     }
 
@@ -119,10 +122,17 @@ impl Console {
         Lines(self.lines.clone())
     }
 
-    /// Prints the warnings that waited for the end, the most important first.
+    /// Prints the warnings that waited for the end, the most important first, and the number of
+    /// those that were printed at once.
     pub fn end(&mut self) {
         for Warning { text, .. } in by_weight(&std::mem::take(&mut self.waiting)) {
             self.line(&format!("warning: {text}"));
+        }
+        let printed = std::mem::take(&mut self.printed);
+        let printed = printed.iter().filter(|w| w.weight < Weight::Remark).count();
+        if printed > 0 && self.solved && self.verbosity != Verbosity::Quiet {
+            let warnings = counted(printed, "warning", "warnings");
+            self.line(&format!("{warnings} above, before the response"));
         }
     }
 }
@@ -338,17 +348,16 @@ impl Console {
         }
     }
 
-    /// Prints a warning at once, also if the verbosity is quiet. Otherwise, a warning about a
-    /// finished response waits for the end, and all warnings that are more than a remark are
-    /// repeated there.
+    /// Prints a warning, also if the verbosity is quiet: at once, or at the end if it is about a
+    /// finished response.
     pub fn warning(&mut self, warning: &Warning) {
-        let waits = self.solved && self.verbosity != Verbosity::Quiet;
-        if !waits {
-            self.line(&format!("warning: {}", warning.text));
-        }
-        let again = warning.weight < Weight::Remark && self.verbosity != Verbosity::Quiet;
-        if waits || again {
+        if self.solved && self.verbosity != Verbosity::Quiet {
             self.waiting.push(warning.clone());
+            return;
+        }
+        if !self.printed.contains(warning) {
+            self.line(&format!("warning: {}", warning.text));
+            self.printed.push(warning.clone());
         }
     }
 }
@@ -416,11 +425,14 @@ mod tests {
         };
         console.warning(&warning(Weight::Remark, "kept"));
         console.warning(&warning(Weight::Wrong, "early"));
-        assert_eq!(waiting(&console), ["early"]);
+        console.warning(&warning(Weight::Wrong, "early"));
+        assert!(waiting(&console).is_empty());
+        assert_eq!(console.printed.len(), 2);
         console.solved = true;
         console.warning(&warning(Weight::Remark, "held"));
         console.warning(&warning(Weight::Doubt, "rough"));
-        assert_eq!(waiting(&console), ["early", "rough", "held"]);
+        assert_eq!(waiting(&console), ["rough", "held"]);
+        assert_eq!(console.printed.len(), 2, "each is printed once");
         console.end();
         assert!(console.waiting.is_empty());
         let mut quiet = Console::new(Verbosity::Quiet);

@@ -13,12 +13,13 @@ use crate::gmsh::GmshError;
 use crate::influence_file::InfluenceFileError;
 use crate::matrix_files::MatrixFilesError;
 use crate::motions::free_words;
+use crate::scene::located::meant;
 use crate::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
 use dovetail_mesh::quality::QualityError;
 use dovetail_solver::fem::FemError;
-use dovetail_solver::model::ModelError;
+use dovetail_solver::model::{ModelError, Subject};
 use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::superelement::SuperelementError;
 use dovetail_solver::run::{self, static_place};
@@ -150,6 +151,16 @@ impl From<run::Error> for RunError {
 #[derive(Debug)]
 pub struct Ended(pub run::Error);
 
+impl Ended {
+    /// Part of the scene that the error is about, if it is one of bodies and meshes that do not fit.
+    pub fn subject(&self) -> Option<Subject<'_>> {
+        match &self.0 {
+            run::Error::Model(error) => error.subject(),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         words(&self.0, f)
@@ -201,6 +212,9 @@ impl Diagnostic for Ended {
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        if let Some(meant) = self.subject().as_ref().and_then(meant) {
+            return Some(Box::new(format!("did you mean `{meant}`?")));
+        }
         Some(Box::new(remedy(&self.0)?))
     }
 }
@@ -249,7 +263,7 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
          steady load must press them together: give [rotation] a speed_rpm above 0, an axis that \
          throws the body outwards, and the body among those that carry the load \
          (rotation.bodies), or add a [[load]] that presses the body against the one that it \
-         touches; the load must close the clearance (gap_m, crown_radius_m); the static_load.mtx of \
+         touches (a pressure_pa above 0 presses, one below 0 pulls); the load must close the clearance (gap_m, crown_radius_m); the static_load.mtx of \
          a reduced model must be negative on N"
         }
         run::Error::NoSuchMode { .. } => {
@@ -318,6 +332,15 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "all have a motion, which is written and drawn, but its estimated error (column \
              estimated_error of response.csv) is above response.accuracy: ask for a larger one, or \
              give the number of harmonics yourself (response.harmonics)"
+        }
+        run::Error::NotConverged {
+            unconverged,
+            not_held,
+            ..
+        } if unconverged == not_held => {
+            "the warnings say at how many frequencies the bodies come apart or slide too far, and what \
+             to change: the excitation is too large for the steady load that presses the flanks \
+             together (check the units of force_n and of the loads)"
         }
         run::Error::NotConverged { .. } => {
             "they are marked in the column `outcome` of response.csv; those without a motion are \

@@ -26,6 +26,24 @@ pub enum Weight {
     Remark,
 }
 
+/// Warning that a result is missing, or is not what was intended.
+pub fn wrong(text: String) -> Warning {
+    let weight = Weight::Wrong;
+    Warning { weight, text }
+}
+
+/// Warning that a figure may be inaccurate.
+pub fn doubt(text: String) -> Warning {
+    let weight = Weight::Doubt;
+    Warning { weight, text }
+}
+
+/// Remark about results that are as requested.
+pub fn remark(text: String) -> Warning {
+    let weight = Weight::Remark;
+    Warning { weight, text }
+}
+
 /// Warnings sorted by importance, each text once; those of the same weight keep their order.
 pub fn by_weight(warnings: &[Warning]) -> Vec<&Warning> {
     let mut sorted: Vec<&Warning> = warnings.iter().collect();

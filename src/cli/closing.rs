@@ -44,7 +44,15 @@ pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosi
             let result = one_line(summary, &peaks);
             format!("{result}; {}\n", report.display())
         }
-        Verbosity::Normal | Verbosity::Verbose => lines(summary, &peaks, &report),
+        Verbosity::Normal | Verbosity::Verbose => {
+            let laws = &run.reduced.problem.laws;
+            let column = match laws.iter().any(|law| law.friction > 0.0) {
+                true => "with friction",
+                false => "with contact",
+            };
+            let column = (!laws.is_empty()).then_some(column);
+            lines(summary, &peaks, column, &report)
+        }
     }
 }
 
@@ -106,7 +114,9 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
         };
     };
     let one = |p: &PeakLines| {
-        let linear = p.linear.as_ref().map_or(String::new(), |l| {
+        // A linear response is its own linear reference.
+        let linear = p.linear.as_ref().filter(|_| p.pairs.is_some());
+        let linear = linear.map_or(String::new(), |l| {
             format!(
                 " (linear {} at {} Hz)",
                 quantity(l.amplitude_m, p.unit, 4),
@@ -132,7 +142,9 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
     )
 }
 
-fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
+/// Lines of a run. `nonlinear` is the heading of the response beside the linear one; `None` if all
+/// contacts are bonded, and the response is linear.
+fn lines(summary: &Summary, peaks: &[PeakLines], nonlinear: Option<&str>, report: &Path) -> String {
     let mut text = String::from("\n");
     let title = |p: &PeakLines| format!("peak of {}", p.name);
     let titles = peaks.iter().map(|p| title(p).chars().count() + 1);
@@ -157,18 +169,21 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
     let column = WIDTHS[1];
     let along = summary.response.as_ref().and_then(|r| r.engine_order);
     if !peaks.is_empty() {
-        text += &format!(
-            "{}{:<column$}{:<column$}ratio\n",
-            heading(""),
-            "with friction",
-            "linear"
-        );
+        let headings = match nonlinear {
+            Some(nonlinear) => format!("{nonlinear:<column$}{:<column$}ratio", "linear"),
+            None => "linear, for all contacts are bonded".to_owned(),
+        };
+        text += &format!("{}{headings}\n", heading(""));
     }
     for p in peaks {
         let cells = |of: &dyn Fn(&Peak, usize) -> String| {
+            let own = of(&p.peak, p.digits);
+            if nonlinear.is_none() {
+                return own;
+            }
             let linear = p.linear.as_ref();
             let linear = linear.map_or("–".to_owned(), |linear| of(linear, LINEAR_DIGITS));
-            format!("{:<column$}{linear:<column$}", of(&p.peak, p.digits))
+            format!("{own:<column$}{linear:<column$}")
         };
         let linear_m = p.linear.as_ref().map_or(0.0, |linear| linear.amplitude_m);
         let largest_m = p.peak.amplitude_m.max(linear_m);
@@ -177,9 +192,11 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         let amplitudes = cells(&amplitude);
         let frequencies = cells(&|p, _| format!("{} Hz", figure(p.frequency_hz, 6)));
         let digits = p.digits.min(3);
-        let ratio = p
-            .ratio()
-            .map_or("–".to_owned(), |ratio| figure(ratio, digits));
+        let ratio = match (nonlinear, p.ratio()) {
+            (None, _) => String::new(),
+            (Some(_), None) => "–".to_owned(),
+            (Some(_), Some(ratio)) => figure(ratio, digits),
+        };
         text += &format!("{}{amplitudes}{ratio}\n", heading(&title(p)));
         if let Some(error) = p.error {
             text += &format!("{}{}\n", heading(""), error_words(error));
@@ -303,7 +320,12 @@ mod tests {
             local: None,
         };
         let peaks = [peak("tip_le"), peak("tip_of_trailing_edge")];
-        let told = lines(&Summary::default(), &peaks, Path::new("out/report.html"));
+        let told = lines(
+            &Summary::default(),
+            &peaks,
+            Some("with friction"),
+            Path::new("out/report.html"),
+        );
         let of = |words: &str| told.lines().find(|line| line.contains(words)).unwrap();
         assert_eq!(
             of("tip_le"),
@@ -315,8 +337,19 @@ mod tests {
             of("open first"),
             "  open first                   out/report.html"
         );
-        let short = lines(&Summary::default(), &[peak("tip")], Path::new("r"));
+        let short = lines(
+            &Summary::default(),
+            &[peak("tip")],
+            Some("with friction"),
+            Path::new("r"),
+        );
         assert!(short.contains("\n  peak of tip   1.087 mm"), "{short}");
+        let linear = lines(&Summary::default(), &[peak("tip")], None, Path::new("r"));
+        assert!(linear.contains("\n  peak of tip   1.087 mm\n"), "{linear}");
+        assert!(
+            !linear.contains("friction") && !linear.contains("ratio"),
+            "{linear}"
+        );
     }
 
     #[test]

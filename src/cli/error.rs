@@ -1,16 +1,18 @@
 //! Error of a command: that of the scene, the run or the study of the command, or of the command
 //! line itself.
 
-use std::path::PathBuf;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
-use miette::Diagnostic;
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
 use crate::cache::EnvironmentError;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
-use crate::scene::SceneError;
+use crate::scene::{Problem, SceneError, located};
 use crate::study::StudyError;
+use dovetail_solver::input;
 use dovetail_solver::memory::TooLittle;
 
 /// Reason why a command ended without its full result.
@@ -23,6 +25,11 @@ pub enum Error {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
+
+    /// Error of a run about a place in the scene.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Located(Box<Located>),
 
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -94,7 +101,45 @@ pub enum Error {
     Print(#[source] std::io::Error),
 }
 
+/// Error of a run, with the place in the scene that it is about.
+#[derive(Debug, Error)]
+#[error("{error}")]
+pub struct Located {
+    error: RunError,
+    place: Problem,
+}
+
+impl Diagnostic for Located {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.error.help()
+    }
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.source_code()
+    }
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.place.labels()
+    }
+}
+
 impl Error {
+    /// The same error with its place in the scene `file`, if it is about one.
+    pub fn located(self, file: &Path, overrides: &[String]) -> Self {
+        let Self::Run(error) = self else {
+            return self;
+        };
+        let place = match &error {
+            RunError::Run(ended) => ended.subject().and_then(|subject| {
+                let text = input::text(file).ok()?;
+                located::place(&text, &file.display().to_string(), overrides, &subject)
+            }),
+            _ => None,
+        };
+        match place {
+            Some(place) => Self::Located(Box::new(Located { error, place })),
+            None => Self::Run(error),
+        }
+    }
+
     /// Exit status of a command that ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
@@ -105,6 +150,7 @@ impl Error {
             | Self::NewName { .. }
             | Self::NewExists { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
+            Self::Located(located) => located.error.exit_status(),
             Self::Study(error) => error.exit_status(),
             Self::Threads { .. }
             | Self::MemoryOfThreads { .. }

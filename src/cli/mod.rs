@@ -77,7 +77,8 @@ pub fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<(), Error> {
     let mut console = Console::new(cli.shared.verbosity());
     if let Some(file) = cli.command.scene() {
-        return about_scene(cli, file, &mut console);
+        let done = about_scene(cli, file, &mut console);
+        return done.map_err(|error| error.located(file, &cli.shared.overrides));
     }
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match &cli.command {

@@ -1,6 +1,7 @@
 //! Provides the mesh of a scene: from a file, or made by gmsh from a script in this run or in an
 //! earlier one.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ use crate::influence_file;
 use crate::matrix_files;
 use crate::mesh_files;
 use crate::reporter::{Reporter, StageGuard};
+use crate::scene::nearest;
 use crate::scene_files::hash_of_file;
 use crate::warning::Weight;
 use dovetail_mesh::units::Units;
@@ -44,7 +46,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
     let is_there = |path: &Path| {
         input::check(path).map_err(|source| MeshError::Io {
             path: path.to_path_buf(),
-            source,
+            source: with_nearest(path, source),
         })
     };
     for body in &assembly.bodies {
@@ -63,7 +65,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
         Some(MeshKind::Geometry { script, .. }) => {
             input::check(script).map_err(|source| GmshError::Script {
                 path: script.clone(),
-                source,
+                source: with_nearest(script, source),
             })?;
             reporter.note(&format!(
                 "{} is a program that gmsh runs, and it can start any command: run it only where you trust it",
@@ -213,12 +215,40 @@ fn shared_mesh(
 /// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have
 /// one each.
 fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
-    let mut mesh = mesh_files::read(path, units)?;
+    let mesh = mesh_files::read(path, units);
+    let mut mesh = mesh.map_err(|error| match error {
+        MeshError::Io { path, source } => MeshError::Io {
+            source: with_nearest(&path, source),
+            path,
+        },
+        error => error,
+    })?;
     quality::check(&mesh)?;
     for remark in &mut mesh.remarks {
         *remark = format!("{}: {remark}", path.display());
     }
     Ok(mesh)
+}
+
+/// Error of a file that does not exist, with the file of its folder that was most likely meant.
+fn with_nearest(path: &Path, source: io::Error) -> io::Error {
+    if source.kind() != io::ErrorKind::NotFound {
+        return source;
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
+    let names = files.into_iter().flatten().flatten();
+    let names: Vec<String> = names
+        .filter_map(|file| file.file_name().into_string().ok())
+        .collect();
+    let name = path.file_name().and_then(|name| name.to_str());
+    let meant = match name.and_then(|name| nearest(name, &names)) {
+        Some(meant) => format!("; did you mean `{meant}`?"),
+        None => "; the path of a file counts from the folder of the scene".to_owned(),
+    };
+    io::Error::new(source.kind(), format!("{source}{meant}"))
 }
 
 /// Error of a mesh that gmsh has just written: on a full disk gmsh writes a part of it without an

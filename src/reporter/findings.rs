@@ -1,8 +1,10 @@
 //! Warnings and remarks about a model, its static state and its response.
 
+use super::excited::{much_damping, without_resonance};
 use super::line::Line;
+use super::mistakes::key_of_sides;
 use crate::motions::retained_words;
-use crate::warning::{LARGE_ERROR, Warning, Weight};
+use crate::warning::{LARGE_ERROR, Warning, doubt, remark, wrong};
 use crate::words::{counted, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::branch::folds;
@@ -12,9 +14,10 @@ use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState}
 use dovetail_solver::model::Model;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::reduction::Truncation;
+use dovetail_solver::results::around_axis::{FreeSides, free_sides};
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::modes::hertz;
-use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::pairs::{PairRow, PairTable};
 use dovetail_solver::results::quantities::{
     jump_hz, linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
 };
@@ -28,21 +31,6 @@ use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
 const LARGE_FREQUENCY_ERROR: f64 = 0.01;
 /// Error of a prestress of held flanks above which a warning is given.
 const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
-
-fn wrong(text: String) -> Warning {
-    let weight = Weight::Wrong;
-    Warning { weight, text }
-}
-
-fn doubt(text: String) -> Warning {
-    let weight = Weight::Doubt;
-    Warning { weight, text }
-}
-
-fn remark(text: String) -> Warning {
-    let weight = Weight::Remark;
-    Warning { weight, text }
-}
 
 /// Warnings about a response.
 pub(super) fn of_response(run: &Run) -> Vec<Warning> {
@@ -63,6 +51,10 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
         None => "response.frequency_hz or response.times_first_linear_mode",
     };
     warnings.extend(of_frequencies(&run.reduced, &found.response, &modes, keys));
+    warnings.extend(much_damping(run, found));
+    if found.run_up.is_none() {
+        warnings.extend(without_resonance(run, found));
+    }
     warnings.extend(few_modes(found.modes_reach));
     warnings.extend(flutter(run, found));
     warnings
@@ -242,7 +234,11 @@ pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warnin
     let place = "in the static state";
     warnings.extend(far_slide(place, statics.slide));
     if state.outcome.is_converged() {
-        warnings.extend(all_open(&reduced.pairs, state));
+        let sides = reduced
+            .bodies
+            .iter()
+            .flat_map(|bodies| free_sides(bodies.model()));
+        warnings.extend(all_open(&reduced.pairs, state, &sides.collect::<Vec<_>>()));
     }
     if let Some(bodies) = &reduced.bodies {
         let sizes = Sizes::of(bodies.model());
@@ -254,28 +250,52 @@ pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warnin
     warnings
 }
 
-/// Remarks on contacts that are open everywhere in the static state.
-fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
+/// Share of the pairs of a flank without clearance that are open if it carries next to nothing.
+const NEARLY_ALL: f64 = 0.9;
+
+/// Remark on contacts that are open in the static state, everywhere or nearly so. Flanks with a
+/// clearance, such as crowned ones, touch in few places, and count only if they touch nowhere.
+fn all_open(pairs: &PairTable, state: &StaticState, sides: &[FreeSides<'_>]) -> Option<Warning> {
     let contacts = pairs.contacts.iter().enumerate();
     let open = contacts.filter_map(|(c, name)| {
-        let own = pairs.rows.iter().zip(&state.status);
-        let own = own.filter(|(row, _)| row.contact == c);
-        let counts: StaticCounts = own.map(|(_, status)| *status).collect();
-        (counts.open > 0 && counts.open == counts.pairs()).then(|| Warning {
-            weight: Weight::Remark,
-            text: format!(
-                "{} of contact `{name}` {} open at rest: small vibrations do not feel it; where it is meant to touch, check the \
-                 steady load, gap_m and where the bodies stand",
-                if counts.open == 1 {
-                    "the pair".to_owned()
-                } else {
-                    format!("all {} pairs", counts.open)
-                },
-                if counts.open == 1 { "is" } else { "are" },
-            ),
+        let own = || {
+            pairs
+                .rows
+                .iter()
+                .zip(&state.status)
+                .filter(|(row, _)| row.contact == c)
+        };
+        let counts: StaticCounts = own().map(|(_, status)| *status).collect();
+        let is_conformal = own().all(|(row, _): (&PairRow, _)| row.gap_m <= 0.0);
+        let (open, all) = (counts.open, counts.pairs());
+        let is_open = open > 0 && open == all;
+        let is_nearly = is_conformal && open as f64 >= NEARLY_ALL * all as f64 && open > 0;
+        (is_open || is_nearly).then(|| match (is_open, all) {
+            (true, 1) => format!("the pair of contact `{name}`"),
+            (true, all) => format!("all {all} pairs of contact `{name}`"),
+            (false, all) => format!("{open} of {all} pairs of contact `{name}`"),
         })
     });
-    open.collect()
+    let open: Vec<String> = open.collect();
+    let (last, others) = open.split_last()?;
+    let (listed, is) = match others {
+        [] if last.starts_with("the pair") => (last.clone(), "is"),
+        [] => (last.clone(), "are"),
+        others => (format!("{} and {last}", others.join(", ")), "are"),
+    };
+    let sides = sides.iter().map(|body| {
+        format!(
+            "; the sides of body `{}` are free, and the load spreads it: if it is a sector of a disc, hold its sides by {}, or \
+             name them in [cyclic]",
+            body.name,
+            key_of_sides(body)
+        )
+    });
+    let sides: String = sides.collect();
+    Some(remark(format!(
+        "{listed} {is} open at rest: small vibrations do not feel them; if they are meant to touch, check the steady load, \
+         the supports, gap_m and where the bodies stand{sides}"
+    )))
 }
 
 /// Warnings about slides, displacements and pressures of a response, without those that the static
@@ -455,8 +475,14 @@ fn of_frequencies(
         )));
     }
     warnings.extend(gaps(response));
+    let is_linear = reduced.problem.laws.is_empty();
     for (i, one) in observed.iter().enumerate() {
-        warnings.extend(hidden_peak((&one.name, i), response, modes_hz, keys));
+        warnings.extend(hidden_peak(
+            (&one.name, i),
+            (response, is_linear),
+            modes_hz,
+            keys,
+        ));
     }
     warnings
 }
@@ -519,7 +545,7 @@ fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
 /// motion.
 fn hidden_peak(
     (name, observation): (&str, usize),
-    response: &Response,
+    (response, is_linear): (&Response, bool),
     modes_hz: &[f64],
     keys: &str,
 ) -> Vec<Warning> {
@@ -543,17 +569,19 @@ fn hidden_peak(
             nearest_modes(modes_hz, linear.frequency_hz)
         )));
     }
-    if let Some([from_hz, to_hz]) = jump_hz(response, observation) {
+    if let (Some([from_hz, to_hz]), false) = (jump_hz(response, observation), is_linear) {
         warnings.push(doubt(format!(
             "the amplitude of {name} jumps between {from_hz:.4} and {to_hz:.4} Hz, where the curve may fold and other motions be possible: \
              leave response.points out, and the curve is followed round its folds"
         )));
     }
     if let Some(rise) = peak_rise(response, observation).filter(|rise| *rise > LEAST_RISE) {
-        let remedy = if response.is_followed() {
-            "a narrower range"
-        } else {
-            "more response.points, or leave them out: the curve is then followed to its peak"
+        let remedy = match (response.is_followed(), is_linear) {
+            (true, _) => "a narrower range",
+            (false, true) => "more response.points, or leave them out: the curve then has its peak",
+            (false, false) => {
+                "more response.points, or leave them out: the curve is then followed to its peak"
+            }
         };
         let higher = if rise < 1.0 {
             format!("{:.1} % higher", 100.0 * rise)

@@ -2,15 +2,17 @@
 //! [`crate::console`] in the program, as files to [`crate::files`].
 //!
 //! A new [`Event`] gets an arm in `Inner::hear` where notes, warnings or files follow from it. Its words stand in `model.rs` (what a mesh has
-//! become, with `maps.rs` and `units.rs`) or `findings.rs` (what a user should mind). What the
+//! become, with `maps.rs`, `units.rs` and `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs`). What the
 //! files make of it is an arm in `Files::hear`.
 //!
 //! Several threads use one reporter. Each call holds a lock until the event is written and printed,
 //! so that nothing in `Inner` may call a method of [`Reporter`].
 
+mod excited;
 mod findings;
 mod line;
 mod maps;
+mod mistakes;
 mod model;
 mod units;
 
@@ -308,6 +310,9 @@ impl Inner<'_> {
                 }
             }
             Event::Response(run) => {
+                if let Some(note) = excited::all_stuck_note(run) {
+                    self.note(&note);
+                }
                 self.warnings(findings::of_response(run));
                 self.write_in_stage(Stage::ResponseFiles, event)?;
             }

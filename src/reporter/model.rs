@@ -1,19 +1,18 @@
 //! Reports the model made from a mesh: counts, masses, the positions of the flanks on each other,
 //! and possible mistakes.
 
-use std::collections::BTreeMap;
-
 use super::line::Line;
-use super::{maps, units};
+use super::mistakes::element_words;
+use super::{maps, mistakes, units};
 use crate::warning::Weight;
 use crate::words::{counted, motion_of_sectors, percent, quantity};
-use dovetail_mesh::{Mesh, Shape};
+use dovetail_mesh::Mesh;
 use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
-    Assembly, Body, ContactLaw, ContactSpec, Cyclic, DashpotSpec, FrictionMap, Matrices, Model,
-    PlacedMatrices, Side, SpringSpec,
+    Assembly, Body, BodySpec, ContactLaw, ContactSpec, Cyclic, DashpotSpec, FlankMatch,
+    FrictionMap, Matrices, Model, PlacedMatrices, Side, SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
@@ -32,8 +31,12 @@ pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line
     let of_sector = |c| [sector_note(c), faces_note(c)].map(Line::Note);
     lines.extend(model.cyclic.iter().flat_map(of_sector));
     maps::tell(model, &mut lines);
-    for (body, properties) in model.bodies.iter().zip(&bound.properties) {
-        tell_of_mass(body, properties, &mut lines);
+    let sizes = units::doubtful_sizes(assembly, bound).into_iter();
+    lines.extend(sizes.map(|text| Line::warning(Weight::Wrong, text)));
+    lines.extend(mistakes::lines(assembly, bound));
+    let bodies = assembly.bodies.iter().zip(&model.bodies);
+    for ((spec, body), properties) in bodies.zip(&bound.properties) {
+        tell_of_mass(spec, body, properties, &mut lines);
     }
     lines
 }
@@ -50,13 +53,10 @@ pub(super) fn pass_note(number: usize, pass: &PrestressPass) -> String {
 }
 
 fn counts_note(model: &Model) -> String {
-    let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
-    for (element, count) in model.element_types() {
-        *shapes.entry(element.shape).or_default() += count;
-    }
-    let shapes = shapes
+    let types = model.element_types();
+    let shapes = types
         .iter()
-        .map(|(shape, n)| format!("{n} {}", shape.plural()));
+        .map(|(element, n)| format!("{n} {}", element_words(*element)));
     let facets = model.bodies.iter().map(|body| body.facets.len()).sum();
     let facets =
         (facets > 0).then(|| counted(facets, "facet without elements", "facets without elements"));
@@ -107,6 +107,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
             contact.name
         )));
     }
+    let mut displaced: Vec<String> = Vec::new();
     for found in &model.matches {
         let spec = assembly.contacts.iter().find(|c| c.name == found.name);
         let Some(ContactSpec {
@@ -143,26 +144,66 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
                  most {far:.1e} m away"
             )));
         }
-        if found.covered.iter().all(|share| *share < WHOLE) {
+        let words = format!(
+            "{name} ({:.1} % of the area of `{first}` and {:.1} % of the area of `{second}`)",
+            shares[0], shares[1]
+        );
+        if is_displaced(found) {
+            displaced.push(words);
+        } else if found.nodes_match && found.covered.iter().all(|share| *share < WHOLE) {
+            lines.push(Line::Note(format!(
+                "contact {words}: only this part of each flank lies opposite the other"
+            )));
+        }
+    }
+    if !displaced.is_empty() {
+        lines.push(Line::warning(
+            Weight::Doubt,
+            format!(
+                "neither flank lies wholly opposite the other at contact {}: check where the bodies stand",
+                displaced.join(", ")
+            ),
+        ));
+    }
+    tell_of_distances(assembly, model, lines);
+}
+
+/// Returns `true` if a body may stand beside its place: both flanks protrude along the slot, or
+/// most of each lies opposite nothing. Across the slot it is normal that both protrude.
+fn is_displaced(found: &FlankMatch) -> bool {
+    let all_below = |shares: [f64; 2], limit: f64| shares.iter().all(|share| *share < limit);
+    let protrude = all_below(found.covered, WHOLE) && all_below(found.covered_along, WHOLE);
+    protrude || all_below(found.covered, MOST)
+}
+
+/// Adds warnings about flanks that are apart or overlap in the mesh, and are taken to touch.
+fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
+    for found in &model.matches {
+        let name = &found.name;
+        let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
+        if assembly.contacts.iter().any(|c| counts(&c)) {
+            continue;
+        }
+        let far_m = FAR_APART * found.facet_m;
+        let (apart, overlap) = (found.largest_separation_m, found.largest_overlap_m);
+        if overlap > far_m {
             lines.push(Line::warning(
-                Weight::Doubt,
+                Weight::Wrong,
                 format!(
-                    "contact \"{name}\": neither flank lies wholly opposite the other, only {:.1} % of the area of \
-                     `{first}` and {:.1} % of that of `{second}`: check where the bodies stand",
-                    shares[0], shares[1]
+                    "contact \"{name}\": the bodies overlap by up to {} in the mesh, and the flanks are taken to touch: \
+                     check where the bodies stand (translation_m, rotation_deg); gap = \"mesh\" counts the overlap as \
+                     interference",
+                    quantity(overlap, "m", 3)
                 ),
             ));
         }
-    }
-    for found in &model.matches {
-        let (name, apart) = (&found.name, found.largest_separation_m);
-        let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
-        if apart > FAR_APART * found.facet_m && !assembly.contacts.iter().any(|c| counts(&c)) {
+        if apart > far_m && apart > overlap {
             lines.push(Line::warning(
                 Weight::Doubt,
                 format!(
-                    "contact \"{name}\": the flanks are up to {apart:.2e} m apart in the mesh and are taken to \
-                     touch; gap = \"mesh\" counts it as clearance"
+                    "contact \"{name}\": the flanks are up to {} apart in the mesh and are taken to touch; gap = \"mesh\" \
+                     counts it as clearance",
+                    quantity(apart, "m", 3)
                 ),
             ));
         }
@@ -190,9 +231,10 @@ fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
 
 /// Displacement of a middle node, as a share of its edge, above which a remark is given.
 const CURVED: f64 = 2e-3;
-/// Smallest share of the area of one of two flanks that has to be opposite the other flank. If both
-/// shares are smaller, a flank may be misplaced.
+/// Share of a flank from which on it counts as wholly opposite the other one.
 const WHOLE: f64 = 0.98;
+/// Share of the area below which less than most of a flank is opposite the other one.
+const MOST: f64 = 0.5;
 /// Distance of flanks, as a share of the length of their facets, above which a warning is given if
 /// they are taken to touch.
 const FAR_APART: f64 = 0.05;
@@ -330,7 +372,7 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
 
 /// Adds a note on mass and centrifugal force, so that a wrong unit is noticed before anything is
 /// computed with it.
-fn tell_of_mass(body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
+fn tell_of_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
     let force = own.centrifugal_force_n.map_or(String::new(), |force| {
         let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();
         format!(", centrifugal force {size_n:.4e} N")
@@ -344,7 +386,7 @@ fn tell_of_mass(body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
     )));
     match &body.matrices {
         Matrices::Elements(material) => {
-            if let Some(doubt) = units::doubt(&body.name, *material) {
+            if let Some(doubt) = units::doubt(spec, *material) {
                 lines.push(Line::warning(Weight::Wrong, doubt));
             }
         }

@@ -138,6 +138,8 @@ pub enum Fault {
         path: String,
         value: String,
         limits: String,
+        /// The share that is meant if the value is in per cent.
+        share: Option<f64>,
     },
     #[error("`{path}`: there is no choice \"{value}\"")]
     UnknownChoice {
@@ -222,11 +224,11 @@ pub enum Fault {
     OverrideNotATable { path: String, segment: String },
     #[error("there is no `{path}` to remove")]
     OverrideNothingToRemove { path: String },
-    /// Fault that only files other than scenes can have.
+    /// Fault of files other than scenes, or one that shows only with the mesh.
     #[error("{message}")]
     Particular {
         message: String,
-        label: &'static str,
+        label: String,
         remedy: String,
     },
 }
@@ -240,11 +242,15 @@ fn bracketed(section: &str, list: bool) -> String {
 }
 
 impl Fault {
-    /// Fault that only files other than scenes can have.
-    pub fn particular(message: String, label: &'static str, remedy: impl Into<String>) -> Self {
+    /// Fault of files other than scenes, or one that shows only with the mesh.
+    pub fn particular(
+        message: String,
+        label: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
         Self::Particular {
             message,
-            label,
+            label: label.into(),
             remedy: remedy.into(),
         }
     }
@@ -297,7 +303,7 @@ impl Fault {
             Self::OverrideNoElement { .. } => "not an element".to_owned(),
             Self::OverrideNotATable { .. } => "one step too deep".to_owned(),
             Self::OverrideNothingToRemove { .. } => "not in the scene".to_owned(),
-            Self::Particular { label, .. } => (*label).to_owned(),
+            Self::Particular { label, .. } => label.clone(),
         }
     }
 
@@ -359,6 +365,12 @@ impl Fault {
             }
             Self::MissingKey { example, .. } => format!("add a line like this: {example}"),
             Self::NoneOf { example, .. } => format!("add one of them, for example: {example}"),
+            Self::OutOfRange {
+                limits,
+                value,
+                share: Some(share),
+                ..
+            } => format!("give a value that is {limits}; {value} % is {share}"),
             Self::OutOfRange { limits, .. } => format!("give a value that is {limits}"),
             Self::UnknownChoice { valid, .. } => {
                 format!("the choices are: \"{}\"", valid.join("\", \""))

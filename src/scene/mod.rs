@@ -17,6 +17,7 @@ pub(crate) mod entries;
 pub(crate) mod error;
 pub(crate) mod keys;
 pub(crate) mod kinds;
+pub(crate) mod located;
 mod overrides;
 mod place;
 pub(crate) mod raw;

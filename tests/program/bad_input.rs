@@ -306,7 +306,7 @@ fn names_do_not_command_the_terminal() {
                 "--set",
                 "body.1.fixed=[\"base\"]",
                 "--set",
-                "contact.left.first=nothing",
+                "contact.left.first=none",
             ],
         ),
         "\\u{1b}[2J",

@@ -184,7 +184,7 @@ fn a_scene_with_matrices_has_the_answers_of_its_elements() {
         let (said, found) = run(scene);
         let words = match scene {
             "matrices" => "blade: matrices & 6 rigid motions are free & no rigid motion is free",
-            "mixed" => "336 hexahedra & blade: matrices & 6 rigid motions are free",
+            "mixed" => "336 quadratic hexahedra & blade: matrices & 6 rigid motions are free",
             _ => {
                 "blade.inp: There are no solid elements & `all` & 48 facets without elements & \
                  blade: matrices & 3 translations are free, rotations not checked & \

@@ -39,6 +39,7 @@ mod memory;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;
+mod misleading;
 mod natural_modes;
 mod nodal_diameters;
 mod only_what_is_asked;

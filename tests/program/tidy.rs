@@ -28,7 +28,7 @@ const PROGRAM: &str = "
     matrix_files: words
     scene_files: mesh_files
     export: warning words
-    error: exit exhaustion words motions gmsh influence_file matrix_files export
+    error: exit exhaustion words motions scene gmsh influence_file matrix_files export
     files: exit metrics version fingerprint warning words scene_files export error
     listener: warning export
     console: warning words export listener

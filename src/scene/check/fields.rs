@@ -189,15 +189,22 @@ impl Checker<'_> {
             }
             return default;
         };
-        let limits = match self.kind(table, key) {
-            Some(Kind::Number(_, limits)) => limits,
-            _ => Limits::ANY,
+        let (unit, limits) = match self.kind(table, key) {
+            Some(Kind::Number(unit, limits)) => (unit, limits),
+            _ => ("", Limits::ANY),
         };
         let Number(number) = *value.get_ref();
         if limits.contain(number) {
             return Some(number);
         }
-        self.out_of_range(table, key, value.span(), number, limits.to_string());
+        let share = number / 100.0;
+        let fault = Fault::OutOfRange {
+            path: table.key(key),
+            value: number.to_string(),
+            limits: limits.to_string(),
+            share: (unit.is_empty() && number >= 1.0 && limits.contain(share)).then_some(share),
+        };
+        self.fault(value.span(), fault);
         None
     }
 
@@ -335,6 +342,7 @@ impl Checker<'_> {
             path: table.key(key),
             value: value.to_string(),
             limits,
+            share: None,
         };
         self.fault(span, fault);
     }

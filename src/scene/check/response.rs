@@ -194,6 +194,7 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
             limits: "above 0 with response.along_engine_order: the static state and the modes are \
                      those at this speed"
                 .to_owned(),
+            share: None,
         };
         checker.fault(speed.span(), fault);
     }

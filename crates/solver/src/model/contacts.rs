@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::groups::Outside;
 use super::mortar::mortar;
-use super::opposite::{Opposite, Reach};
+use super::opposite::{Missed, Opposite, Reach};
 use super::tie::{Sheet, tie};
 use super::turn::Turn;
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave};
@@ -201,10 +201,10 @@ pub(super) fn contact(
         reach(spec),
     );
     if found.rows.iter().all(Option::is_none) {
-        return Err(nothing_opposite(spec, &found.opposite));
+        return Err(nothing_opposite(spec, [own, other], &found.opposite));
     }
     let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(found.rows.len());
-    let mut summary = own.unmatched(spec, slave, &found.opposite);
+    let mut summary = unmatched(spec, [first, second], slave, &found.opposite);
     for (i, row) in found.rows.iter().enumerate() {
         let Some(row) = row else {
             pairs.push(None);
@@ -268,13 +268,13 @@ pub(super) fn bond(
     let [slaves, masters] = [own, other].map(Surface::sheet);
     let found = tie([&slaves, &masters], reach(spec));
     if found.rows.iter().all(Option::is_none) {
-        return Err(nothing_opposite(spec, &found.opposite));
+        return Err(nothing_opposite(spec, [own, other], &found.opposite));
     }
-    let mut summary = own.unmatched(spec, slave, &found.opposite);
+    let mut summary = unmatched(spec, [first, second], slave, &found.opposite);
     let mut bonded = Vec::with_capacity(slaves.nodes.len());
     for (i, row) in found.rows.iter().enumerate() {
         let Some(row) = row else { continue };
-        let apart = sub(slaves.nodes_m[i], mean(&masters.nodes_m, row));
+        let apart = sub(mean(&masters.nodes_m, row), slaves.nodes_m[i]);
         // Corners come first, and have normals.
         let normal = own.flank.normals.get(i);
         summary.add(row, norm(apart), normal.map_or(0.0, |n| dot(*n, apart)));
@@ -308,32 +308,51 @@ fn reach(spec: &ContactSpec) -> Reach {
     given.map_or(Reach::OfFacets(REACH), Reach::Given)
 }
 
-impl Surface {
-    /// Report of a match with this surface as the slave, without any nodes.
-    fn unmatched(&self, spec: &ContactSpec, slave: Side, opposite: &Opposite) -> FlankMatch {
-        FlankMatch {
-            name: spec.name.clone(),
-            slave,
-            covered: slave.ordered(opposite.covered),
-            largest_mismatch_m: 0.0,
-            largest_separation_m: 0.0,
-            facet_m: self.flank.facet_area_m2().sqrt(),
-            largest_weight: 0.0,
-            nodes_match: true,
-        }
+/// Report of a match of two surfaces, without any nodes.
+fn unmatched(
+    spec: &ContactSpec,
+    [first, second]: [&Surface; 2],
+    slave: Side,
+    opposite: &Opposite,
+) -> FlankMatch {
+    let [own, _] = slave.ordered([first, second]);
+    FlankMatch {
+        name: spec.name.clone(),
+        slave,
+        covered: slave.ordered(opposite.covered),
+        covered_along: covered_along([first, second], first.flank.along),
+        largest_mismatch_m: 0.0,
+        largest_separation_m: 0.0,
+        largest_overlap_m: 0.0,
+        facet_m: own.flank.facet_area_m2().sqrt(),
+        largest_weight: 0.0,
+        nodes_match: true,
     }
 }
 
 impl FlankMatch {
-    /// Adds a node with these weights of its masters, at this distance from its counterpart, in all
-    /// and along the normal.
+    /// Adds a node with these weights of its masters, at this distance from its counterpart, and apart
+    /// from it along the normal by this length, negative if the bodies overlap.
     fn add(&mut self, masters: &[(u32, f64)], mismatch_m: f64, apart_m: f64) {
         let weights = masters.iter().map(|(_, w)| w.abs());
         self.largest_weight = weights.fold(self.largest_weight, f64::max);
         self.largest_mismatch_m = self.largest_mismatch_m.max(mismatch_m);
         self.largest_separation_m = self.largest_separation_m.max(apart_m.abs());
+        self.largest_overlap_m = self.largest_overlap_m.max(-apart_m);
         self.nodes_match &= masters.len() == 1;
     }
+}
+
+/// Fractions of the lengths of two surfaces along a direction over which the other one extends.
+fn covered_along(surfaces: [&Surface; 2], along: Vector) -> [f64; 2] {
+    let ends = surfaces.map(|surface| {
+        let places = surface.nodes_m.iter().map(|x| dot(*x, along));
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
+            [low.min(place), high.max(place)]
+        })
+    });
+    let common = ends[0][1].min(ends[1][1]) - ends[0][0].max(ends[1][0]);
+    ends.map(|[low, high]| (common / (high - low)).clamp(0.0, 1.0))
 }
 
 /// Weighted mean of vectors at the masters of a row.
@@ -345,22 +364,55 @@ fn mean(of: &[Vector], masters: &[(u32, f64)]) -> Vector {
     sum
 }
 
-fn nothing_opposite(spec: &ContactSpec, found: &Opposite) -> ModelError {
-    let contact = spec.name.clone();
+/// Error of two flanks without facets opposite each other. `found` is the result within the search
+/// distance; beyond it the nearest nodes tell whether the bodies are apart or overlap.
+fn nothing_opposite(
+    spec: &ContactSpec,
+    [own, other]: [&Surface; 2],
+    found: &Opposite,
+) -> ModelError {
+    let not_facing = |missed: Missed| ModelError::NotFacing {
+        contact: spec.name.clone(),
+        position_m: missed.position_m,
+        degrees: missed.degrees,
+    };
+    let none_opposite = |nearest| ModelError::NoneOpposite {
+        contact: spec.name.clone(),
+        first: spec.first.clone(),
+        second: spec.second.clone().unwrap_or_default(),
+        nearest,
+    };
     match found.missed {
-        Some(missed) if missed.degrees < 120.0 => ModelError::NotFacing {
-            contact,
-            position_m: missed.position_m,
-            degrees: missed.degrees,
-        },
-        missed => ModelError::NoneOpposite {
-            contact,
-            first: spec.first.clone(),
-            second: spec.second.clone().unwrap_or_default(),
-            nearest: missed.map(|m| (m.position_m, m.distance_m)),
-        },
+        Some(missed) if missed.degrees < LEAST_DEGREES => return not_facing(missed),
+        Some(missed) => return none_opposite(Some((missed.position_m, missed.apart_m))),
+        None => {}
+    }
+    let nodes = || own.nodes_m.iter().chain(&other.nodes_m);
+    let from = nodes().next().copied().unwrap_or_default();
+    let size_m = nodes().map(|x| distance(*x, from)).fold(0.0, f64::max);
+    let beyond = mortar(
+        [&own.flank, &other.flank],
+        [&own.nodes_m, &other.nodes_m],
+        Reach::Given(2.0 * size_m),
+    );
+    let apart = beyond.rows.iter().enumerate().filter_map(|(i, row)| {
+        let met_m = mean(&other.nodes_m, &row.as_ref()?.masters);
+        let apart_m = dot(own.flank.normals[i], sub(met_m, own.nodes_m[i]));
+        Some((middle(own.nodes_m[i], met_m), apart_m))
+    });
+    let nearest = apart.min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    match beyond
+        .opposite
+        .missed
+        .filter(|missed| missed.degrees < LEAST_DEGREES)
+    {
+        Some(missed) if nearest.is_none() => not_facing(missed),
+        _ => none_opposite(nearest),
     }
 }
+
+/// Normals of flanks that face each other are at least so many degrees apart.
+const LEAST_DEGREES: f64 = 120.0;
 
 /// Pairs of every corner node of a flank with rigid ground at the same place.
 pub(super) fn ground_contact(

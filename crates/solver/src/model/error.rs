@@ -22,7 +22,7 @@ pub enum ModelError {
     UnknownGroup {
         used_by: String,
         name: String,
-        /// `volume`, `surface` or `any`.
+        /// `volume`, `flank` or `any`.
         wanted: &'static str,
         available: Vec<String>,
     },
@@ -169,8 +169,11 @@ pub enum ModelError {
     #[error(
         "contact `{contact}`: no facet of `{first}` lies opposite one of `{second}`: {}",
         match nearest {
-            Some((at, distance)) => format!(
-                "the nearest two are {distance:.3e} m apart, at ({}, {}, {}) m; bring the bodies together (units, translation_m), or give a larger search_distance_m", at[0], at[1], at[2]
+            Some((at, apart)) if *apart < 0.0 => format!(
+                "each lies behind the other, by {:.3e} m where they are nearest, at ({}, {}, {}) m; name the surfaces that touch, or, if the bodies overlap, move them apart (units, translation_m)", -apart, at[0], at[1], at[2]
+            ),
+            Some((at, apart)) => format!(
+                "the nearest two are {apart:.3e} m apart, at ({}, {}, {}) m; bring the bodies together (units, translation_m), or give a larger search_distance_m", at[0], at[1], at[2]
             ),
             None => "along their normals they miss each other; check the groups, and where the bodies stand (units, translation_m)".to_string(),
         }
@@ -180,10 +183,10 @@ pub enum ModelError {
         first: String,
         second: String,
         /// Position where two facets that lie opposite each other are nearest, and their distance
-        /// there, m.
+        /// there, m, which is negative if the bodies overlap.
         nearest: Option<([f64; 3], f64)>,
     },
-    #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side? The facets of a body without elements are counter-clockwise seen from outside", x = position_m[0], y = position_m[1], z = position_m[2])]
+    #[error("contact `{contact}`: the flanks do not face each other at ({x:.3e}, {y:.3e}, {z:.3e}) m (their outward normals are {degrees:.0} degrees apart, not 180): name the surfaces that touch, and check whether the bodies overlap or stand on the same side. The facets of a body without elements are counter-clockwise seen from outside", x = position_m[0], y = position_m[1], z = position_m[2])]
     NotFacing {
         contact: String,
         position_m: [f64; 3],
@@ -414,9 +417,103 @@ pub enum ModelError {
     NothingFree { body: String },
 }
 
+/// Part of a description that an error is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Subject<'e> {
+    /// Item of the description, in the words of the error: ``contact `joint` ``, `load 1`.
+    pub item: String,
+    /// Name that the item gives, such as that of a group; `None` if the error is about all of the item.
+    pub name: Option<&'e str>,
+    /// Names that exist in its place; empty if the name itself exists.
+    pub available: &'e [String],
+}
+
+impl ModelError {
+    /// Part of the description that the error is about; `None` if there is no single one.
+    pub fn subject(&self) -> Option<Subject<'_>> {
+        let of = |item: String, name| Subject {
+            item,
+            name,
+            available: &[],
+        };
+        let contact = |contact: &String, name| of(format!("contact `{contact}`"), name);
+        let body = |body: &String, name| of(format!("body `{body}`"), name);
+        Some(match self {
+            Self::UnknownGroup {
+                used_by,
+                name,
+                available,
+                ..
+            }
+            | Self::GroupDimension {
+                used_by,
+                name,
+                available,
+                ..
+            }
+            | Self::UnknownBody {
+                used_by,
+                name,
+                available,
+            } => Subject {
+                item: used_by.clone(),
+                name: Some(name),
+                available,
+            },
+            Self::EmptyGroup { used_by, name } => of(used_by.clone(), Some(name)),
+            Self::NodesFixed { used_by, group, .. }
+            | Self::NodesHeld { used_by, group, .. }
+            | Self::NodesElsewhere { used_by, group, .. }
+            | Self::LoadDimension { used_by, group, .. }
+            | Self::SeveralBodies { used_by, group }
+            | Self::FacetInside { used_by, group, .. }
+            | Self::GaugeDimension { used_by, group, .. }
+            | Self::GaugeSteep { used_by, group, .. }
+            | Self::SpringDimension { used_by, group, .. }
+            | Self::NoBodyAtFace { used_by, group, .. }
+            | Self::NoFaces { used_by, group, .. }
+            | Self::FieldFar { used_by, group, .. } => of(used_by.clone(), Some(group)),
+            Self::FlankOffBody {
+                contact: of, group, ..
+            }
+            | Self::FlankInside {
+                contact: of, group, ..
+            }
+            | Self::BadFacet {
+                contact: of, group, ..
+            } => contact(of, Some(group)),
+            Self::NoneOpposite {
+                contact: of,
+                second,
+                ..
+            } => contact(of, Some(second)),
+            Self::NotFacing { contact: of, .. }
+            | Self::CrownAcross { contact: of, .. }
+            | Self::NoNextSector { contact: of }
+            | Self::FlankFixed { contact: of, .. }
+            | Self::FlankHeld { contact: of, .. }
+            | Self::FlankWithoutRows { contact: of, .. } => contact(of, None),
+            Self::FixedElsewhere { body: of, group } => body(of, Some(group)),
+            Self::SurfaceAlone { body: of, volume } => body(of, Some(volume)),
+            Self::NoMaterial { body: of, .. }
+            | Self::SeveralMaterials { body: of, .. }
+            | Self::BadMaterial { body: of, .. }
+            | Self::MatricesRotate { body: of }
+            | Self::NothingFree { body: of } => body(of, None),
+            Self::SharedNodes { second, .. } => body(second, None),
+            Self::FacesApart { .. } | Self::FacesDiffer { .. } | Self::FaceOnAxis { .. } => {
+                of("[cyclic]".to_owned(), None)
+            }
+            _ => return None,
+        })
+    }
+}
+
 fn plural(wanted: &str) -> String {
     match wanted {
         "any" => "groups".to_string(),
+        "flank" => "surfaces and points".to_string(),
         kind => format!("{kind} groups"),
     }
 }

@@ -22,11 +22,7 @@ pub(super) fn find_group<'a>(
     wanted: Option<u8>,
     used_by: &str,
 ) -> Result<&'a Group, ModelError> {
-    let available = || {
-        let fits = |g: &Group| wanted.is_none_or(|d| g.dimension == d);
-        let groups = mesh.groups.iter().filter(|(_, g)| fits(g));
-        groups.map(|(name, _)| name.clone()).collect()
-    };
+    let available = || of_dimensions(mesh, |d| wanted.is_none_or(|wanted| d == wanted));
     let Some(group) = mesh.groups.get(name) else {
         return Err(ModelError::UnknownGroup {
             used_by: used_by.to_string(),
@@ -70,8 +66,23 @@ pub(super) fn find_surface<'a>(
 ) -> Result<&'a Group, ModelError> {
     match mesh.groups.get(name) {
         Some(group) if group.dimension == 0 => find_group(mesh, name, Some(0), used_by),
-        _ => find_group(mesh, name, Some(2), used_by),
+        Some(_) => find_group(mesh, name, Some(2), used_by),
+        None => Err(ModelError::UnknownGroup {
+            used_by: used_by.to_string(),
+            name: name.to_string(),
+            wanted: "flank",
+            available: of_dimensions(mesh, |d| d == 0 || d == 2),
+        }),
     }
+}
+
+/// Names of the groups of some dimensions.
+fn of_dimensions(mesh: &Mesh, fits: impl Fn(u8) -> bool) -> Vec<String> {
+    let groups = mesh
+        .groups
+        .iter()
+        .filter(|(_, group)| fits(group.dimension));
+    groups.map(|(name, _)| name.clone()).collect()
 }
 
 /// Face of a body that belongs to a group.

@@ -57,7 +57,7 @@ pub use description::{
     ObservationSpec, Prestress, RotationSpec, Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
-pub use error::ModelError;
+pub use error::{ModelError, Subject};
 pub use friction::FrictionMap;
 pub use mapping::FieldMap;
 pub use matrices::{
@@ -545,8 +545,12 @@ pub struct FlankMatch {
     /// Largest distance between a node and its counterpart, m. It is the lever arm between the two
     /// contact forces of a pair.
     pub largest_mismatch_m: f64,
+    /// Fractions of the lengths of both flanks along the slot over which the other one extends, too.
+    pub covered_along: [f64; 2],
     /// Largest distance between them along the normal, m.
     pub largest_separation_m: f64,
+    /// Largest depth by which the bodies overlap at a node, m; 0 if they do not.
+    pub largest_overlap_m: f64,
     /// Mean side length of the slave's facets, m.
     #[serde(skip)]
     pub facet_m: f64,

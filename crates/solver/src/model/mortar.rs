@@ -360,7 +360,7 @@ mod tests {
         let mortar = found(&slave, &above, Reach::Given(2e-3));
         assert!(mortar.rows.iter().all(Option::is_none));
         let missed = mortar.opposite.missed.unwrap();
-        assert!((missed.distance_m - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
+        assert!((missed.apart_m.abs() - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
         // A facet that faces the same way is not opposite.
         let same_way = grid([2, 2], true, false, even);
         let missed = found(&slave, &same_way, FAR).opposite.missed.unwrap();

@@ -11,8 +11,8 @@ use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Missed {
     pub position_m: Vector,
-    /// Distance along the normal of the slave facet, m.
-    pub distance_m: f64,
+    /// Distance along the normal of the slave facet, m; negative if the bodies overlap.
+    pub apart_m: f64,
     /// Angle between the outward normals, degrees.
     pub degrees: f64,
 }
@@ -207,15 +207,15 @@ impl Facet {
         let count = part.len() as f64;
         let middle = [0, 1].map(|k| part.iter().map(|p| p[k]).sum::<f64>() / count);
         let on_own = self.in_space(middle);
-        let off = dot(sub(master.centre_m, on_own), master.normal) / cosine;
-        let distance_m = off.abs();
+        let apart_m = dot(sub(master.centre_m, on_own), master.normal) / cosine;
+        let distance_m = apart_m.abs();
         let too_far = distance_m > reach.between(self.longest_m.max(master.longest_m));
         if too_far || cosine > FACING {
-            let is_nearest = missed.is_none_or(|m| distance_m < m.distance_m);
+            let is_nearest = missed.is_none_or(|m| distance_m < m.apart_m.abs());
             if is_nearest && distance_m.is_finite() {
                 *missed = Some(Missed {
                     position_m: on_own,
-                    distance_m,
+                    apart_m,
                     degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
                 });
             }

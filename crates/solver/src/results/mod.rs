@@ -6,10 +6,12 @@
 //! belongs in [`quantities`], a new one of the smallness of displacements in [`small`]. Signs are
 //! those of [`crate::contact`], units are SI and stand at the end of each name.
 
+pub mod around_axis;
 pub mod far_slip;
 pub mod fretting;
 pub mod modes;
 pub mod pairs;
+pub mod participation;
 pub mod quantities;
 pub mod reactions;
 pub mod recovery;

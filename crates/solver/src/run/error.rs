@@ -320,6 +320,8 @@ pub enum Error {
         unconverged: usize,
         /// Number of those that have a motion, and miss the accuracy asked for.
         inaccurate: usize,
+        /// Number of those at which the bodies come apart, slide too far, or are held by nothing.
+        not_held: usize,
         /// Number of all frequencies.
         points: usize,
     },

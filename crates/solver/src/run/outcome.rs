@@ -264,17 +264,23 @@ fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
 }
 
 fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
-    let (mut points, mut unconverged, mut inaccurate) = (0, 0, 0);
+    let (mut points, mut unconverged, mut inaccurate, mut not_held) = (0, 0, 0, 0);
     for outcome in responses.flat_map(|r| &r.orbits).map(|o| o.outcome) {
         points += 1;
         unconverged += usize::from(!outcome.is_converged());
         inaccurate += usize::from(outcome == Outcome::AccuracyNotReached);
+        let is_not_held = matches!(
+            outcome,
+            Outcome::LeavesSlot | Outcome::SlidesTooFar | Outcome::NothingHolds
+        );
+        not_held += usize::from(is_not_held);
     }
     match unconverged {
         0 => Ok(()),
         _ => Err(Error::NotConverged {
             unconverged,
             inaccurate,
+            not_held,
             points,
         }),
     }

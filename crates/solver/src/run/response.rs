@@ -267,9 +267,9 @@ impl Responses<'_, '_> {
         Ok(response)
     }
 
-    /// Response where all flanks are bonded: each mode answers by itself.
+    /// Response where all flanks are bonded: each mode answers by itself. Without a grid the curve is
+    /// smooth and has its peaks.
     fn linear(&self, resolution: Resolution) -> Response {
-        let frequencies_hz = &self.linear_frequencies_hz();
         let _stage = self
             .session
             .titled_stage(Stage::Response, "linear response");
@@ -279,27 +279,26 @@ impl Responses<'_, '_> {
             Resolution::Accuracy(_) => problem.highest_excited().max(1),
         };
         let system = ContactSystem::new(problem, self.damping);
-        let frequencies = || frequencies_hz.iter();
+        let (linear, linear_curve) = match (self.spec.points, self.frequencies_hz) {
+            (None, &[from_hz, to_hz]) => {
+                let even_hz = of_smooth_curve_hz(from_hz, to_hz);
+                let curve = linear_curve(&system, harmonics, &even_hz);
+                (curve.clone(), curve)
+            }
+            (_, grid_hz) => {
+                let points = grid_hz.iter().map(|&f| linear_point(&system, harmonics, f));
+                (points.collect(), linear_curve(&system, harmonics, grid_hz))
+            }
+        };
+        let orbits = linear.iter().enumerate();
+        let orbits = orbits.map(|(i, at)| linear_orbit(&system, harmonics, (i, at.frequency_hz)));
         Response {
-            linear: frequencies()
-                .map(|&f| linear_point(&system, harmonics, f))
-                .collect(),
-            linear_curve: linear_curve(&system, harmonics, frequencies_hz),
-            orbits: frequencies()
-                .enumerate()
-                .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
-                .collect(),
-            branches: vec![Branch::swept(frequencies_hz.len())],
+            orbits: orbits.collect(),
+            branches: vec![Branch::swept(linear.len())],
+            linear,
+            linear_curve,
             second_motions: Vec::new(),
             slip_threshold_m: 0.0,
-        }
-    }
-
-    /// Frequencies of a response in closed form: those of the grid, or enough for a smooth curve.
-    fn linear_frequencies_hz(&self) -> Vec<f64> {
-        match (self.spec.points, self.frequencies_hz) {
-            (None, &[from_hz, to_hz]) => of_smooth_curve_hz(from_hz, to_hz),
-            (_, frequencies_hz) => frequencies_hz.to_vec(),
         }
     }
 }

