@@ -558,6 +558,23 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
         &warnings,
         "the air drives & mode 1, at & damping ratio of \u{2212}",
     );
+    // A drive that the damping of the scene exceeds is none in a run-up, with the fields and without.
+    folder.write("mild.csv", air(0.25 * stiffness * 3e-6 * TAU * hz));
+    let mild = in_a_flow(0, &own.replace("air.csv", "mild.csv"));
+    let turning =
+        "[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 100\n[response]\nalong_engine_order = 5\n";
+    let range = format!("{}, {}", 0.98 * hz, 1.02 * hz);
+    let mild = mild.replace("[response]\n", turning);
+    let mild = mild
+        .replace("FIRST, LAST", &range)
+        .replace("points = 5", "points = 3");
+    let path = folder.write("mild.toml", mild);
+    for words in [&["--no-fields"][..], &[]] {
+        let out = folder.join("mild");
+        ended(on_scene("run", &path, &out, &[]).args(words), 0);
+        let warnings = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        assert!(!warnings.contains("the air drives"), "{words:?}");
+    }
     let refused = |command: &str, order: usize, code: i32, words: &str| {
         let text = in_a_flow(order, own).replace("FIRST, LAST", "900, 1100");
         let path = folder.write("refused.toml", text);

@@ -236,10 +236,11 @@ fn all_solvers_and_choices_of_eps_agree_on_the_motion() {
             let swept = all
                 .iter()
                 .filter(move |f| f.solver == solver && !f.on_curve);
-            swept.map(|f| (f.amplitude_m, f.estimated_error))
+            swept.map(|f| (f.amplitude_m, f.estimated_error, f.choice))
         };
         for (one, other) in of(Solver::NewtonKrylov).zip(of(Solver::Powell)) {
             let what = format!("{case:?} {resolution:?}: {one:?} {other:?}");
+            assert_eq!(one.2, other.2, "{what}");
             assert!((one.0 / other.0 - 1.0).abs() < 1e-4, "{what}");
             assert!((one.1 - other.1).abs() < 1e-3 + 0.1 * one.1, "{what}");
         }
