@@ -396,3 +396,25 @@ fn a_warning_comes_once() {
     let said = told(quiet.arg("--quiet"), 0);
     assert_eq!(said.matches("looks like per cent").count(), 1, "{said}");
 }
+
+/// A lower block that is moved across the slot is as in a fir tree, and one that is moved along it, or far
+/// across, may stand beside its place.
+#[test]
+fn flanks_that_protrude_across_the_slot_are_not_warned_of() {
+    let folder = folder("misleading-protrude", ElementType::HEX8);
+    for (along, across, is_told) in [
+        (0.0, 6.0, false),
+        (10.0, 0.0, true),
+        (10.0, 6.0, true),
+        (0.0, 14.0, true),
+    ] {
+        let upper = block(ElementType::HEX8, [6, 3, 4], [40.0, 20.0, 30.0]);
+        let mut lower = block(ElementType::HEX8, [6, 3, 3], [40.0, 20.0, 20.0]);
+        map_nodes(&mut lower, |[x, y, z]| [x + along, y + across, z - 20.0]);
+        let both = side_by_side(("upper", &upper), ("lower", &lower));
+        folder.write("blocks.inp", deck(&both));
+        let said = tried("mesh", &folder, "-", 0);
+        let warned = said.contains("neither flank lies wholly opposite the other at contact joint");
+        assert_eq!(warned, is_told, "{along} along, {across} across: {said}");
+    }
+}
