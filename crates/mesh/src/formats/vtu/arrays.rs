@@ -143,6 +143,10 @@ fn plain(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec
     stream.take(expected)
 }
 
+/// Bytes to which an array may grow when it is decompressed, for each byte of the file and besides.
+const INFLATION: usize = 100;
+const INFLATED: usize = 100 << 20;
+
 /// Bytes of compressed blocks. All have the same size except the last, each compressed by itself.
 fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec<u8>, String> {
     let blocks = header(file, &mut stream)?;
@@ -154,6 +158,12 @@ fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<
     let found = whole.unwrap_or(0);
     if found != expected {
         return Err(format!("it has {found} bytes, expected {expected}"));
+    }
+    if expected > INFLATED + INFLATION * file.size {
+        return Err(format!(
+            "it has {expected} bytes when it is decompressed, more than {INFLATION} times the size of the file: write the file \
+             without compression if the array is right"
+        ));
     }
     let mut sizes = Vec::new();
     for _ in 0..blocks {

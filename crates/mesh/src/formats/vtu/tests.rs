@@ -354,6 +354,39 @@ fn blocks_have_the_size_that_is_announced() {
     has(&refused(&[10; 6]), "it has 10 bytes, expected 5");
 }
 
+/// Twenty million points in 640 kB: the array is refused before it is decompressed.
+#[test]
+fn an_array_that_grows_beyond_measure_is_refused() {
+    use base64::Engine;
+    use std::io::Write;
+    const BLOCKS: usize = 400;
+    let block = vec![0; 24 * 50_000];
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(&block).unwrap();
+    let compressed = encoder.finish().unwrap();
+    let sizes = vec![compressed.len() as u32; BLOCKS];
+    let header = [BLOCKS as u32, block.len() as u32, 0];
+    let header = header.into_iter().chain(sizes).flat_map(u32::to_le_bytes);
+    let base64 = base64::engine::general_purpose::STANDARD;
+    let text =
+        base64.encode(header.collect::<Vec<u8>>()) + &base64.encode(compressed.repeat(BLOCKS));
+    let refused = small(&[
+        (
+            "byte_order",
+            "compressor=\"vtkZLibDataCompressor\" byte_order",
+        ),
+        ("NumberOfPoints=\"6\"", "NumberOfPoints=\"20000000\""),
+        (
+            "format=\"ascii\">\n0 0 0  1 0 0  0 1 0  0 0 1  1 1 1  9 9 9\n",
+            &format!("format=\"binary\">{text}"),
+        ),
+    ]);
+    has(
+        &refused.unwrap_err().to_string(),
+        "more than 100 times the size of the file",
+    );
+}
+
 /// Numbers that a file announces are not trusted.
 #[test]
 fn announced_sizes_are_compared_with_what_is_there() {

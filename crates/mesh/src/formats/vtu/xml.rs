@@ -81,6 +81,8 @@ pub(super) struct File<'a> {
     /// True if the arrays are compressed by zlib.
     pub compressed: bool,
     pub pieces: Vec<Piece<'a>>,
+    /// Size of the file, bytes.
+    pub size: usize,
     /// Data after the `_` of the appended data, and whether they are base64.
     pub appended: Option<(&'a [u8], bool)>,
 }
@@ -106,6 +108,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
     };
     let mut file = File {
         appended,
+        size: bytes.len(),
         ..File::default()
     };
     let mut reader = Reader::from_reader(head);
