@@ -108,6 +108,7 @@ mod tests {
         let disc = Cyclic {
             sectors: 6,
             ties: Vec::new(),
+            matches: Vec::new(),
             point_m: [0.0; 3],
             turn: [[0.0; 3]; 3],
             engine_order,

@@ -97,7 +97,7 @@ impl LinearMode {
         x.iter_mut().chain(&mut q).for_each(|v| *v /= unit);
         let point = of.observations().get(range.observation)?;
         let observed = point.amplitude(&of.widened(&x), &q).norm();
-        (observed > 0.0).then(|| Self {
+        (observed > 0.0).then_some(Self {
             tracked,
             x,
             observed,
