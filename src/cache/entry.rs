@@ -123,6 +123,8 @@ fn write_parts(file: &mut File, key: &[u8; HASH], value: &impl Serialize) -> io:
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::super::folder::tests::Bench;
     use super::*;
 

@@ -30,6 +30,7 @@ pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line
     lines.push(Line::Note(counts_note(model)));
     let of_sector = |c| [sector_note(c), faces_note(c)].map(Line::Note);
     lines.extend(model.cyclic.iter().flat_map(of_sector));
+    lines.extend(model.cyclic.iter().filter_map(faces_apart));
     maps::tell(model, &mut lines);
     let sizes = units::doubtful_sizes(assembly, bound).into_iter();
     lines.extend(sizes.map(|text| Line::warning(Weight::Wrong, text)));
@@ -80,6 +81,22 @@ fn sector_note(cyclic: &Cyclic) -> String {
         cyclic.ties.len(),
         motion_of_sectors(cyclic.excitation())
     )
+}
+
+/// Warning of faces of a sector that are apart when one is turned onto the other.
+fn faces_apart(cyclic: &Cyclic) -> Option<Line> {
+    let is_apart = |found: &&FlankMatch| found.largest_separation_m > FAR_APART * found.facet_m;
+    let mut apart = cyclic.matches.iter().filter(is_apart);
+    let found = apart.next()?;
+    Some(Line::warning(
+        Weight::Wrong,
+        format!(
+            "[cyclic]: face `{}` and the other face, turned by one pitch, are up to {} apart and are joined: check point_m, axis \
+             and sectors",
+            found.name,
+            quantity(found.largest_separation_m, "m", 3)
+        ),
+    ))
 }
 
 /// Note on the faces of a sector: whether their meshes match.
