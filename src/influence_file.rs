@@ -126,7 +126,7 @@ fn parse(text: impl Read, path: &Path) -> Result<Vec<InfluenceCoefficient>, Infl
         } = coefficient;
         if let Some(before) = line_of.insert((wave, own, by), line) {
             let reason = format!(
-                "nodal diameter {wave} has the coefficient of mode {own} by mode {by} in line {before}, too"
+                "nodal diameter {wave} has the coefficient of mode {own} by mode {by} also in line {before}"
             );
             return Err(wrong(line, reason));
         }
@@ -209,7 +209,7 @@ mod tests {
                 "`real_n_m` = `0,5` is not a finite number",
             ),
             ("1,1,1,0,0\n1,1,1,2,0\n", "line 3: nodal diameter 1 has"),
-            ("1,1,1,0,0\n2,1,1,0,0\n1,1,1,2,0\n", "in line 2, too"),
+            ("1,1,1,0,0\n2,1,1,0,0\n1,1,1,2,0\n", "also in line 2"),
         ] {
             let error = with(rows).unwrap_err();
             assert!(error.contains(words), "{rows}: {error}");

@@ -104,7 +104,7 @@ pub(super) struct Shared {
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub(super) overrides: Vec<String>,
 
-    /// Number of threads [default: all cores]; no more than four for each core are started
+    /// Threads [default: all cores; at most 4 a core]
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
 

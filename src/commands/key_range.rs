@@ -98,7 +98,7 @@ impl KeyRange {
         (0..self.values).map(at).collect()
     }
 
-    /// Checks that what is computed depends on the key, with these keys set besides.
+    /// Checks that the result depends on the key, with these other keys set.
     ///
     /// # Errors
     /// [`RunError::KeyNotRead`]; those of `scene_with`.
@@ -146,7 +146,7 @@ pub(super) fn between_by_ratio([from, to]: [f64; 2], share: f64) -> f64 {
     }
 }
 
-/// Scene without what neither peaks nor curves of motions read: names, engine orders, the mission of a
+/// Scene without the keys that neither peaks nor curves read: names, engine orders, the mission of a
 /// wear, and the strengths and wear coefficients of what vibrates.
 fn as_read(mut scene: Scene) -> Scene {
     scene.name.clear();

@@ -72,7 +72,7 @@ pub enum ExportError {
     )]
     OtherInputs { path: PathBuf },
     #[error(
-        "--resume: the program cannot read the file that it was started from, and so cannot tell whether what {} holds is its own. Make that file readable, or run without --resume to begin anew",
+        "--resume: the program cannot read the file that it was started from, and cannot check whether the results in {} belong to it. Make that file readable, or run without --resume to begin anew",
         path.display()
     )]
     UnknownProgram { path: PathBuf },

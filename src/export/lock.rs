@@ -34,7 +34,7 @@ impl FolderLock {
     ///
     /// # Errors
     /// [`ExportError::Busy`] if another process has it; a folder or a lock that cannot be created, or
-    /// a lock that is no regular file.
+    /// a lock that is not a regular file.
     pub fn take(folder: &Path) -> Result<Self, ExportError> {
         Self::take_named(folder, LOCK)
     }

@@ -19,7 +19,7 @@ pub struct BackboneFiles<'a> {
 }
 
 /// Draws frequency and damping over the amplitude, the response near the peak and, of a single force,
-/// the amplitude of the peak over it. `conditions` are those of all motions; `file` gives the place of a picture.
+/// the amplitude of the peak over it. `conditions` hold for all responses; `file` gives the place of a picture.
 pub fn draw(
     backbone: &BackboneFiles<'_>,
     conditions: &str,

@@ -39,7 +39,7 @@ impl<'a> CurveFiles<'a> {
 }
 
 /// Draws the amplitude over the values of the key, unstable motions dashed, and the linear reference.
-/// `conditions` are those of all motions; `file` gives the place of a picture.
+/// `conditions` hold for all responses; `file` gives the place of a picture.
 pub fn draw(
     curve: &CurveFiles<'_>,
     conditions: &str,

@@ -48,7 +48,7 @@ struct Found {
 }
 
 impl PeaksFound {
-    /// Adds a peak. Of two at the same value the higher one stays.
+    /// Adds a peak. If there is one at the same value, the higher one stays.
     pub fn add(&mut self, pairs: &PairTable, observation: usize, peak: &PeakAt) {
         let found = Found {
             also: self.also,
@@ -119,7 +119,7 @@ const DRAWN: [Drawn; 3] = [
 
 /// Draws amplitude, frequency and loss factor over the values of the last key, and a map of the
 /// amplitudes over both if there are two. Values without a peak are marked, and errors are bars.
-/// `conditions` are those of all peaks; `file` gives the place of a picture.
+/// `conditions` hold for all peaks; `file` gives the place of a picture.
 pub fn draw(
     keys: &[&str],
     (lines, conditions): (&[PeakLine<'_>], &str),

@@ -1,4 +1,4 @@
-//! Warnings about what a response is excited and damped by: a force that excites no mode of the range, a
+//! Warnings about the excitation and the damping of a response: a force that excites no mode of the range, a
 //! damping in per cent, pairs that all stick.
 
 use crate::warning::{Warning, doubt, wrong};

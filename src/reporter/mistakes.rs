@@ -1,4 +1,4 @@
-//! Detects what a model is unlikely to be meant as: angles in radians, coefficients in per cent, an
+//! Detects probable mistakes in a model: angles in radians, coefficients in per cent, an
 //! axis of rotation through a blade, elements that are too stiff, free sides of a disc sector.
 
 use std::f64::consts::PI;

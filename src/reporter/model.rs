@@ -169,7 +169,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
             displaced.push(words);
         } else if found.nodes_match && found.covered.iter().all(|share| *share < WHOLE) {
             lines.push(Line::Note(format!(
-                "contact {words}: only this part of each flank lies opposite the other"
+                "contact {words}: only this part of each flank faces the other"
             )));
         }
     }
@@ -185,8 +185,8 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
     tell_of_distances(assembly, model, lines);
 }
 
-/// Returns `true` if a body may stand beside its place: both flanks protrude along the slot, or
-/// most of each lies opposite nothing. Across the slot it is normal that both protrude.
+/// Returns `true` if a body may be misplaced: both flanks protrude along the slot, or most of each faces
+/// nothing. Across the slot it is normal that both protrude.
 fn is_displaced(found: &FlankMatch) -> bool {
     let all_below = |shares: [f64; 2], limit: f64| shares.iter().all(|share| *share < limit);
     let protrude = all_below(found.covered, WHOLE) && all_below(found.covered_along, WHOLE);

@@ -145,7 +145,7 @@ impl BodyMatrices {
     }
 
     /// Stiffness with a place for every entry of the mass. Both are then condensed and factored in one
-    /// order. Matrices of another program may have a mass that couples what the stiffness does not, as
+    /// order. Matrices of another program may have a mass that couples rows that the stiffness does not couple, as
     /// superelements with modes do.
     pub fn stiffness_with_places(&self) -> Cow<'_, CscMatrix<f64>> {
         with_places_of(&self.stiffness, &self.mass)

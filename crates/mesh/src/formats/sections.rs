@@ -85,7 +85,7 @@ impl Sections {
                 continue;
             };
             let name = String::from_utf8_lossy(name).into_owned();
-            if name.is_empty() || !name.bytes().all(|b| b.is_ascii_alphanumeric()) {
+            if !name.bytes().all(|b| b.is_ascii_alphanumeric()) {
                 let reason = "expected a line with `$` and the name of a section";
                 return Err(malformed(at, &name, reason));
             }

@@ -46,7 +46,7 @@ pub(super) struct ContactSide {
     pub body: usize,
     /// Nodes with contact forces, each once, in the order of the pairs.
     pub nodes: Vec<u32>,
-    /// Mid-edge nodes that follow the mean of their corners, and these: those of facets in a contact
+    /// Mid-edge nodes that follow the mean of their corners, with these: nodes of facets in a contact
     /// with pairs.
     pub tied: Vec<(u32, [u32; 2])>,
 }
@@ -365,7 +365,7 @@ fn mean(of: &[Vector], masters: &[(u32, f64)]) -> Vector {
 }
 
 /// Error of two flanks without facets opposite each other. `found` is the result within the search
-/// distance; beyond it the nearest nodes tell whether the bodies are apart or overlap.
+/// distance; beyond it the nearest nodes show whether the bodies are apart or overlap.
 fn nothing_opposite(
     spec: &ContactSpec,
     [own, other]: [&Surface; 2],
@@ -411,7 +411,7 @@ fn nothing_opposite(
     }
 }
 
-/// Normals of flanks that face each other are at least so many degrees apart.
+/// Least angle between the normals of flanks that face each other, degrees.
 const LEAST_DEGREES: f64 = 120.0;
 
 /// Pairs of every corner node of a flank with rigid ground at the same place.

@@ -33,7 +33,7 @@ const CUTS: usize = 2;
 pub(super) struct Opposite {
     /// For each slave facet, the master facets opposite it with the common parts.
     pub parts: Vec<Vec<(usize, Polygon)>>,
-    /// For each slave facet, and for each master facet, true if the other surface lies opposite.
+    /// For each slave facet, and for each master facet, true if it faces the other surface.
     pub met: [Vec<bool>; 2],
     /// Fractions of the slave surface's area, and of the master surface's, that lie opposite the
     /// other one.
@@ -70,7 +70,7 @@ pub(super) fn opposite([slaves, masters]: [&[Facet]; 2], reach: Reach) -> Opposi
         for (m, part) in &parts {
             found.met[0][e] = true;
             found.met[1][*m] = true;
-            // The part lies in the plane of the slave facet.
+            // The part is in the plane of the slave facet.
             let tilt = dot(facet.normal, masters[*m].normal).abs();
             common_m2[0] += area(part);
             common_m2[1] += area(part) / tilt;
@@ -185,8 +185,8 @@ impl Facet {
         area(&self.outline_of(self))
     }
 
-    /// Part of this facet that lies opposite a master facet; where there is none, the reason is
-    /// written to `missed`.
+    /// Part of this facet opposite a master facet; without such a part, the reason is written to
+    /// `missed`.
     fn part_opposite(
         &self,
         master: &Self,
@@ -281,7 +281,7 @@ pub(super) fn values(nodes: &Polygon, point: [f64; 2]) -> Vec<f64> {
 }
 
 /// Reference coordinates of a point of the plane that the nodes of a facet are given in, by Newton's
-/// method, which takes one step for a triangle with straight edges.
+/// method, which needs one step for a triangle with straight edges.
 pub(super) fn reference(nodes: &Polygon, point: [f64; 2]) -> [f64; 2] {
     const MOST_STEPS: usize = 30;
     let mut local = [0.0; 2];
@@ -319,7 +319,7 @@ fn area(polygon: &Polygon) -> f64 {
         .sum()
 }
 
-/// Part of a convex polygon that lies in another one, both counter-clockwise (Sutherland and
+/// Part of a convex polygon inside another one, both counter-clockwise (Sutherland and
 /// Hodgman).
 fn clipped(mut polygon: Polygon, by: &Polygon) -> Polygon {
     for (i, &from) in by.iter().enumerate() {

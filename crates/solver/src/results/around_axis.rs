@@ -122,7 +122,7 @@ fn surrounds(body: &Body, rotation: &Rotation) -> bool {
 pub struct FreeSides<'m> {
     /// Name of the body.
     pub name: &'m str,
-    /// Axis along which its sides are to be held, 0 to 2; `None` if it is none of the three.
+    /// Axis along which its sides are to be held, 0 to 2; `None` if it is not one of the three.
     pub along: Option<usize>,
 }
 

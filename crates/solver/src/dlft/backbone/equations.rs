@@ -1,4 +1,4 @@
-//! Equations of a backbone at one amplitude of what is tracked: the balance of the pairs, and the
+//! Equations of a backbone at one amplitude of the tracked coordinate: the balance of the pairs, and the
 //! equation of the tracked mode, or the amplitude and the phase of a tracked displacement, for the
 //! frequency and the damping ratio.
 
@@ -22,9 +22,9 @@ const ROUNDING: f64 = 1e-14;
 
 /// Part of the vibration whose amplitude at harmonic 1 is given, real and positive.
 pub enum Tracked {
-    /// Stuck mode, and what moves with it ([`Unforced::tracked`]).
+    /// Stuck mode, and the motion that goes with it ([`Unforced::tracked`]).
     Mode(Vec<(usize, c64)>),
-    /// Relative displacement, where no stuck mode takes part.
+    /// Relative displacement, in a motion without a stuck mode.
     Displacement {
         /// Number of the unknown of the sector.
         row: usize,
@@ -33,12 +33,12 @@ pub enum Tracked {
     },
 }
 
-/// Balances where what is tracked has an amplitude. The further unknowns are the frequency, as a
+/// Balances at an amplitude of the tracked coordinate. The further unknowns are the frequency, as a
 /// multiple of that of the linear mode, and the damping ratio.
 pub struct OfAmplitude<'b> {
     pub solver: &'b FrequencySolver<'b>,
     pub tracked: &'b Tracked,
-    /// Amplitude q of what is tracked at harmonic 1.
+    /// Amplitude q of the tracked coordinate at harmonic 1.
     pub q: f64,
     /// Angular frequency of the linear mode, rad/s.
     pub linear_omega: f64,

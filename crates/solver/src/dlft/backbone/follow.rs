@@ -53,9 +53,9 @@ const NO_FRICTION: f64 = 1e-9;
 pub struct LinearMode {
     /// Stuck mode with the largest share, or without any the relative displacement that moves most.
     tracked: Tracked,
-    /// Motion of the pairs for a unit of what is tracked.
+    /// Motion of the pairs for a unit of the tracked coordinate.
     x: Vec<c64>,
-    /// Amplitude of the observed displacement for a unit of what is tracked.
+    /// Amplitude of the observed displacement for a unit of the tracked coordinate.
     observed: f64,
     omega: f64,
     ratio: f64,
