@@ -441,7 +441,8 @@ fn with_chain(name: &str, change: impl Fn(&mut [Vec<(usize, usize, f64)>; 2])) -
             writeln!(table, "{node},{direction}").unwrap();
         }
     }
-    deck += "*NSET,NSET=ROOT\n1\n*NSET,NSET=TIP\n6\n*ELEMENT,TYPE=S3,ELSET=SKIN\n";
+    deck +=
+        "*NSET,NSET=ROOT\n1\n*NSET,NSET=FIFTH\n5\n*NSET,NSET=TIP\n6\n*ELEMENT,TYPE=S3,ELSET=SKIN\n";
     (1..5).for_each(|n| writeln!(deck, "{n},{n},{},{}", n + 1, n + 2).unwrap());
     folder.write("rows.csv", table);
     folder.write("chain.inp", deck);
@@ -504,8 +505,71 @@ fn rows_with_neither_stiffness_nor_mass_are_left_out() {
     };
     has(
         &told(load(33), 2),
-        "value 34 of the steady load & neither stiffness nor mass",
+        "value 34 of its steady load & neither stiffness nor mass",
     );
+}
+
+/// Node 6 has neither stiffness nor mass. With springs k1 to ground and k2 to node 5 it passes
+/// k2 / (k1 + k2) of a force on to node 5, which has the spring k1 k2 / (k1 + k2) to ground.
+#[test]
+fn empty_rows_on_which_springs_act_are_kept() {
+    let folder = with_chain("given_matrices_sprung", |both| {
+        // The entries of the last link.
+        both.iter_mut().for_each(|all| all.truncate(all.len() - 12));
+    });
+    let [k1, k2] = [2e5, 3e5];
+    let spring = |name: &str, first: &str, second: &str, k: f64| {
+        format!(
+            "[[spring]]\nname = \"{name}\"\nfirst = \"{first}\"\n{second}\
+             direction = [1.0, 0.0, 0.0]\nstiffness_n_m = {k:e}\n"
+        )
+    };
+    let base = std::fs::read_to_string(folder.join("scene.toml")).unwrap();
+    let base = base.replace("points = \"TIP\"", "points = \"FIFTH\"");
+    let inner = "second = \"FIFTH\"\n";
+    let both = spring("outer", "TIP", "", k1) + &spring("inner", "TIP", inner, k2);
+    let series = spring("series", "FIFTH", "", k1 * k2 / (k1 + k2));
+    let passed = base.replace("on = \"TIP\"", "on = \"FIFTH\"");
+    let passed = passed.replace("force_n = 1.0", &format!("force_n = {:e}", k2 / (k1 + k2)));
+    let turned = (base.clone() + &both).replace("[1.0, 0.0, 0.0]", "[0.0, 1.0, 0.0]");
+    let turned = turned.replace(
+        "fixed =",
+        "rotation_deg = 90\nrotation_axis = [0, 0, 1]\nfixed =",
+    );
+    let answers = |name: &str, text: String, words: &str| {
+        let scene = folder.write(&format!("{name}.toml"), text);
+        let out = folder.join(name);
+        has(&told(on_scene("modes", &scene, &out, &[]), 0), words);
+        let modes = rows(&out.join("modes.csv"));
+        let modes = modes.iter().map(|row| number(row, "frequency_hz"));
+        let mut numbers: Vec<f64> = modes.collect();
+        assert_eq!(numbers.len(), 18);
+        told(on_scene("run", &scene, &out, &[]), 0);
+        let peak = &summary(&out)["response"]["peak_amplitude_m"];
+        numbers.push(peak.as_f64().unwrap());
+        numbers
+    };
+    let expected = answers("series", passed + &series, "21 rows have neither");
+    for (name, text, words) in [
+        ("sprung", base.clone() + &both, "20 rows have neither"),
+        ("turned", turned, "18 rows have neither"),
+    ] {
+        let found = answers(name, text, words);
+        for (found, expected) in found.iter().zip(&expected) {
+            let off = (found / expected - 1.0).abs();
+            assert!(off < 1e-9, "{name}: {found:e} {expected:e}");
+        }
+    }
+    let load = |row: usize| {
+        let values = (0..ROWS).map(|i| if i == row { "1.0\n" } else { "0.0\n" });
+        let head = format!("%%MatrixMarket matrix array real general\n{ROWS} 1\n");
+        folder.write("load.mtx", head + &values.collect::<String>());
+        let (scene, out) = (folder.join("sprung.toml"), folder.join("out"));
+        on_scene("static", scene, &out, &["body.chain.load_file=load.mtx"])
+    };
+    told(load(30), 0);
+    let words = "body `chain`: value 32 of its steady load & no spring of the scene acts on it";
+    has(&told(load(31), 2), words);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::joints::joints;
 use super::loads::applied_load;
 use super::matrices::axes_of;
 use super::observations::observation;
-use super::springs::{add_spring, dashpots_of};
+use super::springs::{add_spring, dashpots_of, sprung_axes};
 use super::{BodyPrestress, Prestress};
 use super::{Model, ModelError, Rotation};
 use crate::model::{Assembly, BodySpec, MatrixSource, NamedFiles};
@@ -42,9 +42,10 @@ pub fn bind(
             });
         }
     }
+    let sprung = sprung_axes(mesh, &assembly.springs);
     let builders = assembly.bodies.iter();
     let builders =
-        builders.map(|spec| BodyBuilder::new(spec, mesh, source(assembly, spec, files)?));
+        builders.map(|spec| BodyBuilder::new(spec, mesh, source(assembly, spec, files)?, &sprung));
     let mut bodies: Vec<BodyBuilder> = builders.collect::<Result<_, _>>()?;
     check_disjoint(&bodies, mesh)?;
     for (body, spec) in bodies.iter_mut().zip(&assembly.bodies) {

@@ -1,6 +1,6 @@
 //! Body under construction: its nodes, how they move, and what acts on them.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use super::contacts::ContactSide;
@@ -61,11 +61,13 @@ pub(super) struct BodyBuilder {
 }
 
 impl BodyBuilder {
-    /// Body without supports, loads and contacts.
+    /// Body without supports, loads and contacts. `sprung` has the axes along which springs will
+    /// act on nodes of the mesh.
     pub(super) fn new(
         spec: &BodySpec,
         mesh: &Mesh,
         source: Source<'_>,
+        sprung: &HashMap<u32, [bool; 3]>,
     ) -> Result<Self, ModelError> {
         let used_by = format!("body `{}`", spec.name);
         let volume = name_for(mesh, &spec.name, &spec.volume);
@@ -90,7 +92,10 @@ impl BodyBuilder {
             Source::Elements(material) => Unfinished::Elements(material.clone()),
             Source::Given(given, axes) => {
                 let tags = group.nodes.iter().map(|&n| mesh.node_tags[n as usize]);
-                let placed = place(&spec.name, given, axes, &tags.collect::<Vec<_>>())?;
+                let tags: Vec<u64> = tags.collect();
+                let along = group.nodes.iter().map(|n| sprung.get(n).copied());
+                let along: Vec<[bool; 3]> = along.map(Option::unwrap_or_default).collect();
+                let placed = place(&spec.name, given, axes, &tags, &along)?;
                 // What has no row does not move: supports of the other program are not in it.
                 for (node, known) in placed.axes_with_rows(nodes).into_iter().enumerate() {
                     roles.fixed[node] = known == [false; 3];

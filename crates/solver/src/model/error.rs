@@ -112,6 +112,10 @@ pub enum ModelError {
         tag: u64,
     },
     #[error(
+        "body `{body}`: value {row} of its steady load, counted from 1, acts on a row with neither stiffness nor mass, and no spring of the scene acts on it: nothing can carry the load"
+    )]
+    LoadOnEmptyRow { body: String, row: usize },
+    #[error(
         "contact `{contact}`: {count} nodes of its flank on body `{body}` (first tags {}) have no row with stiffness or mass in the matrices of that body: retain them where the matrices are made, or name a surface whose nodes have rows",
         list(tags)
     )]

@@ -90,10 +90,6 @@ pub enum MatricesError {
     )]
     IndefiniteMass { negative: usize, rows: usize },
     #[error(
-        "value {row} of the steady load, counted from 1, acts on a row with neither stiffness nor mass: nothing can carry it"
-    )]
-    LoadOnEmptyRow { row: usize },
-    #[error(
         "the steady load has {values} values, and the matrices have {rows} rows: it has one for each"
     )]
     LoadSize { values: usize, rows: usize },
@@ -174,8 +170,7 @@ impl GivenMatrices {
     /// in newtons.
     ///
     /// # Errors
-    /// A load of another size, one that is not finite, or one on a row with neither stiffness nor
-    /// mass.
+    /// A load of another size, and one that is not finite.
     pub fn with_load(mut self, load_n: Vec<f64>) -> Result<Self, MatricesError> {
         if load_n.len() != self.rows.len() {
             return Err(MatricesError::LoadSize {
@@ -185,10 +180,6 @@ impl GivenMatrices {
         }
         if let Some(at) = load_n.iter().position(|f| !f.is_finite()) {
             return Err(MatricesError::LoadNotFinite { row: at + 1 });
-        }
-        let mut loaded = load_n.iter().zip(&self.is_empty);
-        if let Some(at) = loaded.position(|(f, is_empty)| *f != 0.0 && *is_empty) {
-            return Err(MatricesError::LoadOnEmptyRow { row: at + 1 });
         }
         self.load_n = Some(load_n);
         Ok(self)
@@ -451,7 +442,7 @@ pub enum Place {
         /// Node of the mesh, local number, whose rotation it is.
         rotates: Option<u32>,
     },
-    /// None: the row has neither stiffness nor mass, and is left out.
+    /// None: the row has neither stiffness nor mass, no spring acts on it, and it is left out.
     Empty,
 }
 
@@ -477,7 +468,7 @@ impl PlacedMatrices {
         self.places.iter().filter(other).count()
     }
 
-    /// Number of rows that are left out: they have neither stiffness nor mass.
+    /// Number of rows that are left out: they have neither stiffness nor mass, nor a spring.
     pub fn empty(&self) -> usize {
         let empty = self.places.iter().filter(|p| **p == Place::Empty);
         empty.count()
@@ -550,16 +541,19 @@ impl PlacedMatrices {
     }
 }
 
-/// Finds the rows of the matrices of a body on its nodes, whose numbers are `tags`.
+/// Finds the rows of the matrices of a body on its nodes, whose numbers are `tags`. `sprung` has the
+/// axes of the scene along which springs act on each node: their stiffness fills empty rows.
 ///
 /// # Errors
-/// A number that two nodes have, matrices none of whose rows is on a node of the mesh, and a node
-/// of a turned body that has some of its three displacements only.
+/// A number that two nodes have, matrices none of whose rows is on a node of the mesh, a node of a
+/// turned body that has some of its three displacements only, and a steady load on a row that is
+/// left out.
 pub(super) fn place(
     body: &str,
     given: &Arc<GivenMatrices>,
     axes: Option<[[f64; 3]; 3]>,
     tags: &[u64],
+    sprung: &[[bool; 3]],
 ) -> Result<PlacedMatrices, ModelError> {
     let mut local = HashMap::with_capacity(tags.len());
     for (at, &tag) in (0..).zip(tags) {
@@ -575,9 +569,17 @@ pub(super) fn place(
         number: others.next().unwrap_or(u32::MAX),
         rotates,
     };
+    // The rows of a turned body mix the axes of the scene.
+    let is_sprung = |row: &Row| match *row {
+        Row::Node { node, direction } if direction <= 3 => local.get(&node).is_some_and(|&at| {
+            let along: [bool; 3] = sprung[at as usize];
+            along[usize::from(direction) - 1] || (axes.is_some() && along.contains(&true))
+        }),
+        _ => false,
+    };
     let rows = given.rows().iter().zip(&given.is_empty);
     let places = rows.map(|(row, is_empty)| match *row {
-        _ if *is_empty => Place::Empty,
+        _ if *is_empty && !is_sprung(row) => Place::Empty,
         Row::Generalised => other(None),
         Row::Node { node, direction } => match local.get(&node) {
             Some(&node) if direction <= 3 => Place::Displacement {
@@ -592,6 +594,13 @@ pub(super) fn place(
         places: places.collect(),
         axes,
     };
+    let mut loaded = placed.places.iter().zip(given.load_n().unwrap_or_default());
+    if let Some(at) = loaded.position(|(place, f)| *place == Place::Empty && *f != 0.0) {
+        return Err(ModelError::LoadOnEmptyRow {
+            body: body.to_owned(),
+            row: at + 1,
+        });
+    }
     let known = placed.axes_with_rows(tags.len());
     if known.iter().all(|axes| *axes == [false; 3]) {
         let of_node = |row: &Row| match row {

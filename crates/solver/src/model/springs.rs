@@ -1,5 +1,7 @@
 //! Springs and dashpots of the scene tied to nodes and facets.
 
+use std::collections::HashMap;
+
 use super::builder::BodyBuilder;
 use super::groups::{find_group, kind};
 use super::loads::{check_nodes, only_body, outward_facets};
@@ -11,6 +13,23 @@ use dovetail_numerics::space::extent;
 
 /// A node does not count if its weight is below this fraction of the largest one.
 const NO_WEIGHT: f64 = 1e-12;
+
+/// Axes along which springs act on the nodes of the mesh that they name. Groups that the mesh lacks
+/// have no nodes.
+pub(super) fn sprung_axes(mesh: &Mesh, specs: &[SpringSpec]) -> HashMap<u32, [bool; 3]> {
+    let mut sprung: HashMap<u32, [bool; 3]> = HashMap::new();
+    for spec in specs {
+        let along = spec.direction.map_or([true; 3], |d| d.map(|x| x != 0.0));
+        let ends = [Some(&spec.first), spec.second.as_ref()];
+        let groups = ends.into_iter().flatten();
+        let groups = groups.filter_map(|name| find_group(mesh, name, None, &spec.name).ok());
+        for node in groups.flat_map(|group| &group.nodes) {
+            let known = sprung.entry(*node).or_default();
+            *known = [0, 1, 2].map(|axis| known[axis] || along[axis]);
+        }
+    }
+    sprung
+}
 
 /// Adds a spring to the bodies that it acts on. Returns the end that follows the other where it
 /// joins two bodies.
