@@ -122,6 +122,13 @@ fn mass_words(mass_kg: f64) -> String {
 /// `None` if the material is plausible.
 pub(super) fn doubt(spec: &BodySpec, material: Material) -> Option<String> {
     let doubtful = doubtful_material(&spec.name, material)?;
+    if let MatrixSource::Elements(MaterialSpec::OfMass { mass_kg, .. }) = &spec.matrices {
+        return Some(format!(
+            "{}: the density is mass_kg = {mass_kg} over the volume of the mesh; if you chose the mass on purpose, \
+             ignore this warning, else check mass_kg and the units of the mesh",
+            doubtful.told
+        ));
+    }
     let MatrixSource::Elements(MaterialSpec::OfMesh(_)) = &spec.matrices else {
         // A density that no unit explains may have been chosen for the mass that it gives.
         let meant = match doubtful.meant.as_str() {

@@ -208,9 +208,14 @@ section! {
         poisson: Number("", Limits::between(-1.0, 0.5)), "- or `material`, or `stiffness_file`",
             "Poisson's ratio",
             "0.34";
-        density_kg_m3: Number("kg/m3", Limits::POSITIVE), "- or `material`, or `stiffness_file`",
+        density_kg_m3: Number("kg/m3", Limits::POSITIVE),
+            "- or `mass_kg`, or `material`, or `stiffness_file`",
             "density",
             "4430";
+        mass_kg: Number("kg", Limits::POSITIVE), "- or `density_kg_m3`",
+            "mass of the body, in place of `density_kg_m3`: the density is the mass over the volume \
+             of the elements",
+            "0.35";
         endurance_pa: Number("Pa", Limits::POSITIVE), "none: stress is not judged",
             "amplitude of stress about no mean that the material endures, with `ultimate_pa`: the \
              [places of the highest stress](how-to/stress.md) are ranked by it",

@@ -2,6 +2,7 @@
 //! which too few modes are kept.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use crate::shared_decks::{column, steel};
 use crate::shared_folder::Folder;
@@ -37,10 +38,53 @@ fn bars(folder: &Folder, count: usize) -> String {
 }
 
 /// Frequencies of the stuck modes, Hz.
-fn stuck_hz(folder: &Folder) -> Vec<f64> {
+fn stuck_hz(folder: &Path) -> Vec<f64> {
     let rows = rows(&folder.join("modes.csv"));
     let stuck = rows.iter().filter(|row| row["kind"] == "stuck");
     stuck.map(|row| number(row, "frequency_hz")).collect()
+}
+
+/// The bar is 1 mm x 1 mm x 10 mm.
+#[test]
+fn a_body_of_a_mass_has_the_frequencies_of_its_density() {
+    let folder = Folder::new("natural-modes-mass");
+    let material = "young_pa = 210e9\npoisson = 0.3\ndensity_kg_m3 = 7800\nfixed =";
+    let scene = bars(&folder, 1).replace("fixed =", material);
+    let of_mass = scene.replace("density_kg_m3 = 7800", "mass_kg = 7.8e-5");
+    let found = [("density", scene), ("mass", of_mass.clone())].map(|(name, text)| {
+        let file = folder.write(&format!("{name}.toml"), text);
+        let out = folder.join(name);
+        ended(on_scene("modes", &file, &out, &[]), 0);
+        stuck_hz(&out)
+    });
+    assert!(found[0].len() > 5);
+    assert_eq!(found[0].len(), found[1].len());
+    for (by_density, by_mass) in found[0].iter().zip(&found[1]) {
+        let off = (by_mass / by_density - 1.0).abs();
+        assert!(off < 1e-12, "{by_mass} {by_density}");
+    }
+    let file = folder.join("mass.toml");
+    for (set, words) in [
+        (
+            "body.b0.density_kg_m3=7800",
+            "`body.b0.mass_kg` and `body.b0.density_kg_m3` exclude",
+        ),
+        ("body.b0.material=S", "`body.b0.material` and"),
+        ("body.b0.mass_kg=0", "`body.b0.mass_kg` & greater than 0"),
+    ] {
+        let run = on_scene("modes", &file, &folder.join("refused"), &[set]);
+        has(&said_in_one_line(&ended(run, 2)), words);
+    }
+    let run = on_scene(
+        "modes",
+        &file,
+        &folder.join("heavy"),
+        &["body.b0.mass_kg=0.078"],
+    );
+    has(
+        &said_in_one_line(&ended(run, 0)),
+        "density is mass_kg = 0.078 over the volume",
+    );
 }
 
 #[test]

@@ -56,6 +56,7 @@ mod row;
 pub mod surface_field;
 pub mod text;
 pub mod units;
+pub mod volume;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 #[cfg(feature = "formats")]

@@ -298,7 +298,7 @@ fn matrices(
         };
     };
     let remedy = "keep the matrices of another program or the material of finite elements";
-    let material = places!(raw; material, young_pa, poisson, density_kg_m3);
+    let material = places!(raw; material, young_pa, poisson, density_kg_m3, mass_kg);
     checker.exclude(at, ("stiffness_file", stiffness.span()), &material, remedy)?;
     let mut text = |key: &'static str, value: &Located<String>| match value {
         None => Some(None),
@@ -358,14 +358,23 @@ fn material(
     original: Option<&MaterialSpec>,
     context: &Context,
 ) -> Option<MaterialSpec> {
+    let inertia = match &raw.mass_kg {
+        Some(mass) => {
+            let remedy = "keep `density_kg_m3` or `mass_kg`: the one follows from the other";
+            let density = places!(raw; density_kg_m3);
+            checker.exclude(at, ("mass_kg", mass.span()), &density, remedy)?;
+            ("mass_kg", &raw.mass_kg)
+        }
+        None => ("density_kg_m3", &raw.density_kg_m3),
+    };
     let numbers = [
         ("young_pa", &raw.young_pa),
         ("poisson", &raw.poisson),
-        ("density_kg_m3", &raw.density_kg_m3),
+        inertia,
     ];
     if let Some(name) = &raw.material {
         let remedy = "keep `material` (one of the mesh) or the three numbers";
-        let given = places!(raw; young_pa, poisson, density_kg_m3);
+        let given = places!(raw; young_pa, poisson, density_kg_m3, mass_kg);
         checker.exclude(at, ("material", name.span()), &given, remedy)?;
         let name = checker.text(at, "material", &raw.material)?;
         return Some(MaterialSpec::OfMesh(Some(name)));
@@ -379,13 +388,20 @@ fn material(
         }
     }
     let found = numbers.map(|(key, value)| checker.number(at, key, value));
-    let [young_pa, poisson, density_kg_m3] = found;
-    let material = Material {
-        young_pa: young_pa?,
-        poisson: poisson?,
-        density_kg_m3: density_kg_m3?,
-    };
-    Some(MaterialSpec::Given(material))
+    let [young_pa, poisson, inertia] = found;
+    let (young_pa, poisson, inertia) = (young_pa?, poisson?, inertia?);
+    Some(match raw.mass_kg {
+        Some(_) => MaterialSpec::OfMass {
+            young_pa,
+            poisson,
+            mass_kg: inertia,
+        },
+        None => MaterialSpec::Given(Material {
+            young_pa,
+            poisson,
+            density_kg_m3: inertia,
+        }),
+    })
 }
 
 /// Returns `true` if the mesh of a body is a deck by its name. Decks are the only format with

@@ -15,6 +15,7 @@ use super::{
 use crate::model::{BodySpec, MaterialSpec, RotationSpec};
 use dovetail_mesh::element::sorted_facet;
 use dovetail_mesh::quality::folds;
+use dovetail_mesh::volume::volume_m3;
 use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
 
@@ -432,7 +433,17 @@ impl BodyBuilder {
             }
             Unfinished::Given(placed) => Matrices::Given(placed),
             Unfinished::Elements(spec) => {
-                Matrices::Elements(material(&spec, mesh, &self.name, &self.elements)?)
+                let positions = |nodes: &[u32]| {
+                    let local = nodes.iter().map(|&n| self.local[n as usize]);
+                    local.map(|n| self.nodes_m[n as usize]).collect()
+                };
+                let solids = self
+                    .elements
+                    .iter()
+                    .map(|&e| mesh.elements.solid(e as usize));
+                let solids = solids.map(|(element, nodes)| (element, positions(nodes)));
+                let volume = || volume_m3(solids);
+                Matrices::Elements(material(&spec, mesh, &self.name, &self.elements, volume)?)
             }
         };
         let mut elements = Connectivity::default();

@@ -178,6 +178,15 @@ pub struct NamedFiles {
 pub enum MaterialSpec {
     /// Material given by numbers.
     Given(Material),
+    /// Material whose density is this mass over the volume of the body's elements.
+    OfMass {
+        /// Young's modulus, Pa.
+        young_pa: f64,
+        /// Poisson's ratio.
+        poisson: f64,
+        /// Mass of the body, kg.
+        mass_kg: f64,
+    },
     /// Material of the body's mesh with this name; `None`: the one that the mesh gives to all
     /// elements of the body.
     OfMesh(Option<String>),

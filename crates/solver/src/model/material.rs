@@ -6,15 +6,28 @@ use super::gather::materials;
 use super::{Material, MaterialSpec, ModelError};
 use dovetail_mesh::{Mesh, MeshMaterial};
 
-/// Material of the body `body`, whose elements are `elements`.
+/// Material of the body `body`, whose elements are `elements`. `volume_m3` is called where the body
+/// has a mass in place of a density.
 pub(super) fn material(
     spec: &MaterialSpec,
     mesh: &Mesh,
     body: &str,
     elements: &[u32],
+    volume_m3: impl FnOnce() -> f64,
 ) -> Result<Material, ModelError> {
     let name = match spec {
         MaterialSpec::Given(material) => return Ok(*material),
+        MaterialSpec::OfMass {
+            young_pa,
+            poisson,
+            mass_kg,
+        } => {
+            return Ok(Material {
+                young_pa: *young_pa,
+                poisson: *poisson,
+                density_kg_m3: mass_kg / volume_m3(),
+            });
+        }
         MaterialSpec::OfMesh(name) => name,
     };
     let own: BTreeSet<u32> = elements.iter().copied().collect();
