@@ -163,3 +163,28 @@ fn wait_for_the_end() -> ! {
 fn end() -> ! {
     signal_hook::low_level::exit(i32::from(ExitStatus::Failed.code()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_advice_concerns_what_needs_the_memory() {
+        for (reads, said, advised, not_advised) in [
+            (true, "while files were read", "matrices", "harmonics"),
+            (false, "were asked for", "response.harmonics", "files"),
+        ] {
+            let error = OutOfMemory {
+                asked_bytes: 3 << 20,
+                reads,
+            };
+            let (words, help) = (error.to_string(), error.help().unwrap().to_string());
+            assert!(words.starts_with("there is no more memory: 3.0 MiB more"));
+            assert!(words.ends_with(said), "{words}");
+            assert!(
+                help.contains(advised) && !help.contains(not_advised),
+                "{help}"
+            );
+        }
+    }
+}

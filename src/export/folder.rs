@@ -237,6 +237,17 @@ pub fn knows_itself(summary: &Summary, journal: &Path) -> Result<(), ExportError
     }
 }
 
+/// Sentence about how to go on after an interruption. `goes_on` is the rest of the sentence if the
+/// program knows itself.
+pub fn way_on(summary: &Summary, goes_on: &str) -> String {
+    match summary.program_blake3 {
+        Some(_) => format!("The same command with --resume {goes_on}"),
+        None => "--resume cannot go on with them: the program cannot read the file that it was started from, and cannot check \
+                 whether they belong to it"
+            .to_owned(),
+    }
+}
+
 /// Marks summary.json as that of a failed run, whichever process has the folder. It serves the end
 /// of a process whose threads no longer work. Errors of writing are ignored.
 pub fn mark_failed(path: &Path, why: String) {
@@ -492,8 +503,14 @@ mod tests {
         }
         let mut unknown = summary("a");
         unknown.program_blake3 = None;
+        assert!(!way_on(&unknown, "goes on").contains("goes on"));
+        let goes_on = "The same command with --resume goes on";
+        assert_eq!(way_on(&summary("a"), "goes on"), goes_on);
         let refused = resume(&unknown, true).unwrap_err();
-        assert!(refused.to_string().contains("its own"), "{refused}");
+        assert!(
+            refused.to_string().contains("cannot read the file"),
+            "{refused}"
+        );
         assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         assert!(resume(&summary("a"), true).is_ok());
         // Without a frequency there is nothing that the inputs could differ from.

@@ -40,7 +40,7 @@ use crate::export::csv::PeakRow;
 use crate::export::curves::Sweep;
 use crate::export::flank::{FlankSeries, WornFlanks};
 pub use crate::export::folder::Beginning;
-use crate::export::folder::{OtherScene, OutputFolder, knows_itself};
+use crate::export::folder::{OtherScene, OutputFolder, knows_itself, way_on};
 use crate::export::journal::{
     CURVE_JOURNAL, Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL,
 };
@@ -675,7 +675,8 @@ impl Files {
                 false => format!("; {folder} has a table of those found, peaks.csv"),
             };
             return Ok(format!(
-                "ended by {why}{table}. The same command with --resume does not look for them again"
+                "ended by {why}{table}. {}",
+                way_on(&self.summary, "does not look for them again")
             ));
         }
         let Some(solving) = self.solving.last() else {
@@ -697,7 +698,8 @@ impl Files {
         let why = format!("{signal} after {progress}");
         self.write_summary(RunState::Interrupted, Some(why.clone()))?;
         Ok(format!(
-            "ended by {why}; they are in {folder}. The same command with --resume goes on with the others"
+            "ended by {why}; they are in {folder}. {}",
+            way_on(&self.summary, "goes on with the others")
         ))
     }
 

@@ -87,6 +87,16 @@ fn sector_note(cyclic: &Cyclic) -> String {
 fn faces_apart(cyclic: &Cyclic) -> Option<Line> {
     let is_apart = |found: &&FlankMatch| found.largest_separation_m > FAR_APART * found.facet_m;
     let mut apart = cyclic.matches.iter().filter(is_apart);
+    if cyclic.largest_mismatch_m > LOOSE * cyclic.spacing_m {
+        return Some(Line::warning(
+            Weight::Doubt,
+            format!(
+                "[cyclic]: the nodes of the two faces, one turned by a pitch, are up to {} apart and are joined: check point_m, \
+                 axis and the mesh",
+                quantity(cyclic.largest_mismatch_m, "m", 2)
+            ),
+        ));
+    }
     let found = apart.next()?;
     Some(Line::warning(
         Weight::Wrong,
@@ -108,6 +118,13 @@ fn faces_note(cyclic: &Cyclic) -> String {
     let weighted = cyclic.matches.iter().filter(|found| !found.nodes_match);
     let names: Vec<String> = weighted.map(|found| format!("`{}`", found.name)).collect();
     let farthest = cyclic.matches.iter().map(|found| found.largest_mismatch_m);
+    if names.is_empty() {
+        return format!(
+            "the meshes of the two faces of the sector match, but not their places: each node is joined to one node, at most \
+             {:.1e} m away",
+            farthest.fold(0.0, f64::max)
+        );
+    }
     format!(
         "the meshes of the two faces of the sector do not match ({}): the nodes of one face follow the shape functions of \
          the other one, at most {:.1e} m away",
@@ -255,6 +272,9 @@ const MOST: f64 = 0.5;
 /// Distance of flanks, as a share of the length of their facets, above which a warning is given if
 /// they are taken to touch.
 const FAR_APART: f64 = 0.05;
+/// Distance of two nodes of the faces of a sector, as a share of the smallest distance of two nodes of
+/// one face, above which a warning is given. Coordinates of five digits are nearer.
+const LOOSE: f64 = 5e-3;
 
 /// Adds a note on matrices of another program: their rows, and the number of rigid motions that
 /// strain nothing, six of a body without supports.

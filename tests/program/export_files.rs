@@ -246,6 +246,24 @@ fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     rows.map(Result::unwrap).collect()
 }
 
+/// Each observed amplitude has an error of its own. Console, tables and report have the error of the
+/// first one beside the peak.
+#[test]
+fn the_error_of_the_peak_is_that_of_the_observation_shown() {
+    let mut run = run(ElementOrder::Linear, 2, 2);
+    for orbit in &mut run.response.orbits {
+        (orbit.estimated_error, orbit.observed_error) = (Some(0.02), vec![0.004, 0.02]);
+    }
+    let out = folder("peak_error");
+    write_json(&out.join("summary.json"), &summary(&run)).unwrap();
+    let text = fs::read_to_string(out.join("summary.json")).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let response = &found["response"];
+    assert_eq!(response["observation"], "tip");
+    assert_eq!(response["peak_estimated_error"], 0.004);
+    assert_eq!(response["peak_largest_estimated_error"], 0.02);
+}
+
 #[test]
 fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let run = run(ElementOrder::Linear, 4, 9);

@@ -829,6 +829,44 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
     }
 }
 
+/// An axis that is not that of the faces is an error or a warning. Those of the mesh are neither.
+#[test]
+fn no_sector_with_a_displaced_or_tilted_axis_is_joined_in_silence() {
+    let out = Folder::new("displaced_axis");
+    let mesh = "mesh.file=../../meshes/verification/disc_sector_two.msh";
+    let said = |key: &str, code: i32| {
+        let scene = "scenes/verification/bladed_disc.toml";
+        told(on_scene("modes", scene, &out, &[mesh, key]), code)
+    };
+    let right = said("cyclic.point_m=[0.01, 0, 0]", 0);
+    assert!(!right.contains("warning: [cyclic]"), "{right}");
+    for (key, words) in [
+        // From face to face.
+        ("cyclic.point_m=[0, 0.01, 0]", "meet no node of `high`"),
+        ("cyclic.point_m=[0, 0.001, 0]", "meet no node of `high`"),
+        ("cyclic.axis=[1, 0.0175, 0]", "meet no node of `high`"),
+    ] {
+        has(&said(key, 2), words);
+    }
+    for (key, words) in [
+        // Along the middle of the sector.
+        (
+            "cyclic.point_m=[0, 0, 0.01]",
+            "match, but not their places & warning: [cyclic]: face `high` & 10.0 mm apart",
+        ),
+        (
+            "cyclic.point_m=[0, 0, 0.001]",
+            "face `high` & 1.00 mm apart",
+        ),
+        (
+            "cyclic.axis=[1, 0, 0.0175]",
+            "warning: [cyclic]: the nodes & apart & axis",
+        ),
+    ] {
+        has(&said(key, 0), words);
+    }
+}
+
 /// The motion of the wave at its peak is continuous between the sectors of the whole disc.
 #[test]
 fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {

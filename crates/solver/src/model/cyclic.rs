@@ -57,17 +57,21 @@ pub(super) fn cyclic(
     if count > 0 {
         return Err(ModelError::FaceInContact { count, tags });
     }
+    let (mut largest_mismatch_m, mut spacing_m) = (0.0, f64::INFINITY);
     let (ties, matches) = match low.meet(&high, spec, mesh) {
-        Ok(met) => (
-            node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?,
-            Vec::new(),
-        ),
+        Ok(met) => {
+            (largest_mismatch_m, spacing_m) = (met.farthest_m(), met.spacing_m);
+            let ties = node_by_node([&low, &high], &met, turn.matrix, mesh, bodies)?;
+            (ties, Vec::new())
+        }
         Err(apart) => face_by_face(spec, &apart, mesh, bodies)?,
     };
     Ok(Cyclic {
         sectors: spec.sectors,
         ties,
         matches,
+        largest_mismatch_m,
+        spacing_m,
         point_m: spec.point_m,
         turn: turn.matrix,
         engine_order: spec.engine_order,
@@ -75,15 +79,15 @@ pub(super) fn cyclic(
     })
 }
 
-/// Ties of faces whose nodes meet: node i of the low face and node `met[i]` of the high one.
+/// Ties of faces whose nodes meet: node i of the low face and the nearest one of the high face.
 fn node_by_node(
     [low, high]: [&Face; 2],
-    met: &[usize],
+    met: &Meeting,
     turn: [[f64; 3]; 3],
     mesh: &Mesh,
     bodies: &mut [BodyBuilder],
 ) -> Result<Vec<Slave>, ModelError> {
-    let both = |i: usize| [low.nodes[i], high.nodes[met[i]]];
+    let both = |i: usize| [low.nodes[i], high.nodes[met.nearest[i].0]];
     let of_pairs = || (0..low.nodes.len()).map(both);
     let tags_of = |is_wrong: &dyn Fn(&[BodyNode; 2]) -> bool| {
         let wrong: Vec<u32> = of_pairs().filter(is_wrong).map(|[at, _]| at.node).collect();
@@ -224,8 +228,8 @@ impl Face {
         })
     }
 
-    /// Number of the node of `high` that each node meets when this face is turned by one pitch.
-    fn meet(&self, high: &Face, spec: &CyclicSpec, mesh: &Mesh) -> Result<Vec<usize>, ModelError> {
+    /// Nodes of `high` that the nodes meet when this face is turned by one pitch.
+    fn meet(&self, high: &Face, spec: &CyclicSpec, mesh: &Mesh) -> Result<Meeting, ModelError> {
         let turned = |ahead: i32| {
             let turn = Turn::by_sectors(spec, ahead);
             Meeting::of(&self.nodes_m, &high.nodes_m, |x| turn.place(x))
@@ -239,15 +243,14 @@ impl Face {
                 sectors: spec.sectors,
                 count,
                 tags,
-                distance_m: found.nearest.iter().map(|near| near.1).fold(0.0, f64::max),
+                distance_m: found.farthest_m(),
                 other_way: turned(-1).apart().next().is_none(),
             });
         }
-        let found: Vec<usize> = found.nearest.iter().map(|near| near.0).collect();
-        let mut once = found.clone();
+        let mut once: Vec<usize> = found.nearest.iter().map(|near| near.0).collect();
         once.sort_unstable();
         once.dedup();
-        if once.len() != high.nodes.len() || found.len() != high.nodes.len() {
+        if once.len() != high.nodes.len() || self.nodes.len() != high.nodes.len() {
             return Err(ModelError::FacesDiffer {
                 low: self.nodes.len(),
                 high: high.nodes.len(),

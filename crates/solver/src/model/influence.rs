@@ -109,6 +109,8 @@ mod tests {
             sectors: 6,
             ties: Vec::new(),
             matches: Vec::new(),
+            largest_mismatch_m: 0.0,
+            spacing_m: f64::INFINITY,
             point_m: [0.0; 3],
             turn: [[0.0; 3]; 3],
             engine_order,

@@ -373,6 +373,11 @@ pub struct Cyclic {
     /// Reports of how the faces lie on each other, each named by the high one; empty if each node
     /// meets one node.
     pub matches: Vec<FlankMatch>,
+    /// Largest distance of two nodes that meet when one face is turned by a pitch, m; 0 if none do.
+    pub largest_mismatch_m: f64,
+    /// Smallest distance of two nodes of the low face, m; infinite if none meet.
+    #[serde(skip)]
+    pub spacing_m: f64,
     /// Point of the axis, m.
     pub point_m: [f64; 3],
     /// Matrix that turns by one pitch.

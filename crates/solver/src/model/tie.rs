@@ -119,7 +119,8 @@ fn node_by_node([own, other]: [&Sheet; 2]) -> Option<Rows> {
 pub(super) struct Meeting {
     /// Number of the nearest node, and its distance in m, for each node.
     pub nearest: Vec<(usize, f64)>,
-    reach_m: f64,
+    /// Smallest distance of two nodes of the face, m; infinite for one node.
+    pub spacing_m: f64,
 }
 
 impl Meeting {
@@ -134,16 +135,21 @@ impl Meeting {
         };
         Self {
             nearest: nodes_m.iter().map(nearest).collect(),
-            // A face of one node has no spacing, and meets anything.
-            reach_m: MEETING * spacings_m.fold(f64::INFINITY, f64::min),
+            spacing_m: spacings_m.fold(f64::INFINITY, f64::min),
         }
     }
 
     /// Numbers of the nodes that meet none.
     pub fn apart(&self) -> impl Iterator<Item = usize> {
         let all = self.nearest.iter().enumerate();
-        all.filter(|(_, near)| near.1 > self.reach_m)
+        // A face of one node has no spacing, and meets anything.
+        all.filter(|(_, near)| near.1 > MEETING * self.spacing_m)
             .map(|(i, _)| i)
+    }
+
+    /// Largest distance of a node from the nearest one, m.
+    pub fn farthest_m(&self) -> f64 {
+        self.nearest.iter().map(|near| near.1).fold(0.0, f64::max)
     }
 }
 

@@ -446,11 +446,8 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
 }
 
 /// A mass of 1 kg on a spring of 40 N/m that strikes one of 1000 N/m behind a gap of 10 m (the
-/// example `onedofgap` of pyHarm): the curve folds from 1.11 to 1.36 Hz. From above the sweep
-/// follows the motion that does not strike, which ends at 1.11 Hz. Further down Newton's method
-/// finds no motion from there: the frequencies are solved from below.
-#[test]
-fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
+/// example `onedofgap` of pyHarm), and its damping.
+fn mass_before_a_gap() -> (Problem, Rayleigh) {
     let along = |v: f64| vec![-v, 0.0, 0.0];
     let load = |v: f64| Load::new(along(v), vec![]);
     let problem = Problem {
@@ -466,7 +463,15 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
         excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
         modal_ratios: Vec::new(),
     };
-    let damping = Rayleigh::of_mass(0.1 * 40.0_f64.sqrt());
+    (problem, Rayleigh::of_mass(0.1 * 40.0_f64.sqrt()))
+}
+
+/// The curve of [`mass_before_a_gap`] folds from 1.11 to 1.36 Hz. From above the sweep
+/// follows the motion that does not strike, which ends at 1.11 Hz. Further down Newton's method
+/// finds no motion from there: the frequencies are solved from below.
+#[test]
+fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
+    let (problem, damping) = mass_before_a_gap();
     let resolution = Resolution::fixed(7, 1024);
     let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
     let settings = SweepSettings::new(frequencies_hz, resolution);
@@ -501,4 +506,25 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
             "{omega:.1} rad/s: {amplitude}"
         );
     }
+}
+
+/// Frequencies that are solved again have the level of their balance in their record: they need more
+/// harmonics than a sweep begins with.
+#[test]
+fn a_frequency_that_is_solved_again_keeps_its_level() {
+    let (problem, damping) = mass_before_a_gap();
+    let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
+    let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.02));
+    let state = static_state(&problem, 10, settings.newton);
+    let told = Mutex::new(Vec::new());
+    let tell = |event: Told<'_>| {
+        if let Told::Solved(solved) = event {
+            told.lock().unwrap().push(solved.clone());
+        }
+    };
+    sweep(&problem, damping, &state, &settings, &[], &tell);
+    let told = told.into_inner().unwrap();
+    let again: Vec<_> = told.iter().filter(|solved| solved.again).collect();
+    assert!(!again.is_empty());
+    assert!(again.iter().any(|solved| solved.next_level > 0));
 }
