@@ -667,9 +667,16 @@ impl Files {
     pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
         let folder = self.out.path().display().to_string();
         if let Some((journal, motions)) = &self.search {
-            let why = format!("{signal} after {} {motions}", journal.count());
+            let is_empty = journal.is_empty();
+            let why = match is_empty {
+                true => format!("{signal} before the first of its {motions}"),
+                false => format!("{signal} after {} {motions}", journal.count()),
+            };
             self.remove_empty_journal()?;
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+            if is_empty {
+                return Ok(format!("ended by {why}; there is nothing to resume"));
+            }
             let table = match self.peaks_found.keys.is_empty() {
                 true => String::new(),
                 false => format!("; {folder} has a table of those found, peaks.csv"),

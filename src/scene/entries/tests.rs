@@ -46,7 +46,10 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
         "speed_rpm" if section == "response" => "along_engine_order = 4\nspeed_rpm = [1, 2]",
         _ => "times_first_linear_mode = [0.9, 1.1]",
     };
-    let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
+    let body = match key {
+        "mass_kg" => "young_pa = 1e11\npoisson = 0.3\nmass_kg = 1",
+        _ => "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000",
+    };
     let of_disc = match key {
         "influence_on" => "influence = \"a.csv\"\n",
         _ => "",
