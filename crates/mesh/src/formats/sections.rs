@@ -36,6 +36,19 @@ fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|w| w == needle)
 }
 
+/// Place of a word that no letter or digit follows.
+fn find_word(haystack: &[u8], word: &[u8]) -> Option<usize> {
+    let mut from = 0;
+    loop {
+        let at = from + find(&haystack[from..], word)?;
+        from = at + word.len();
+        let next = haystack.get(from);
+        if next.is_none_or(|byte| !byte.is_ascii_alphanumeric()) {
+            return Some(at);
+        }
+    }
+}
+
 fn malformed(byte: usize, name: &str, reason: impl Into<String>) -> MeshError {
     MeshError::Malformed {
         byte,
@@ -91,7 +104,7 @@ impl Sections {
             }
             let end = format!("$End{name}");
             let rest = bytes.get(behind..).unwrap_or_default();
-            let Some(length) = find(rest, end.as_bytes()) else {
+            let Some(length) = find_word(rest, end.as_bytes()) else {
                 return Err(malformed(at, &name, format!("it has no {end}")));
             };
             if found.iter().any(|s| s.name == name) && ONCE.contains(&name.as_str()) {
