@@ -156,8 +156,8 @@ pub(crate) fn shown(bytes: &[u8]) -> String {
     let some = &bytes[..bytes.len().min(8 * MOST_OF_A_WORD)];
     let text = String::from_utf8_lossy(some.trim_ascii());
     let mut shown = String::new();
-    for (i, c) in text.chars().enumerate() {
-        if i == MOST_OF_A_WORD {
+    for c in text.chars() {
+        if shown.chars().count() >= MOST_OF_A_WORD {
             shown.push_str("...");
             break;
         }
@@ -232,5 +232,6 @@ mod tests {
         let text = shown(b" a\x1b[2J\xff\n ");
         assert!(text.starts_with("a\\u{1b}[2J"), "{text}");
         assert!(shown(&[b'x'; 5000]).len() < 100);
+        assert!(shown(&[0x9b; 5000]).len() < 100);
     }
 }
