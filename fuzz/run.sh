@@ -72,7 +72,7 @@ for target in "${targets[@]}"; do
     (
         ulimit -v $((2 << 20))
         TMPDIR=$scratch cargo fuzz run "${cargo_fuzz_options[@]}" "$target" "$corpus/$target" -- \
-            -dict="target/fuzz/$target.dict" -max_total_time="$seconds" -timeout=10 \
+            -dict="target/fuzz/$target.dict" -max_total_time="$seconds" -timeout=2 \
             -rss_limit_mb=1024 -max_len=20000 -print_final_stats=1
     )
 done

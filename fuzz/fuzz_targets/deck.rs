@@ -4,16 +4,19 @@
 #![no_main]
 
 mod checks;
+mod limits;
 
 use dovetail_mesh::formats::deck;
 
 const BETWEEN: &[u8] = b"\n=== include\n";
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     let at = bytes.windows(BETWEEN.len()).position(|w| w == BETWEEN);
     let (deck, included) = match at {
         Some(at) => (&bytes[..at], &bytes[at + BETWEEN.len()..]),
         None => (bytes, &b""[..]),
     };
     checks::content(deck::parse(deck, &mut |_| Ok(included.to_vec())));
-});
+}

@@ -2,11 +2,15 @@
 
 #![no_main]
 
+mod limits;
+
 use std::path::Path;
 
 use dovetail_matrices::{Quantity, on_rows, parse, parse_rows};
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     let path = Path::new("matrices");
     match parse_rows(path, bytes) {
         Ok(rows) => assert!(rows.len() <= bytes.len()),
@@ -42,4 +46,4 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             }
         }
     }
-});
+}

@@ -4,6 +4,7 @@
 #![no_main]
 
 mod checks;
+mod limits;
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -20,7 +21,9 @@ static ASSEMBLY: LazyLock<Assembly> = LazyLock::new(|| {
     scene.assembly().expect("it has a mesh").clone()
 });
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     let assembly = &*ASSEMBLY;
     let mesh = match dovetail_mesh::parse(bytes, 1e-3) {
         Ok(mesh) => mesh,
@@ -55,4 +58,4 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             text::plain(&error.to_string());
         }
     }
-});
+}

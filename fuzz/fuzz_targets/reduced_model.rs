@@ -3,6 +3,8 @@
 
 #![no_main]
 
+mod limits;
+
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -18,7 +20,9 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     folder
 });
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     write(bytes);
     match superelement::read(&FOLDER) {
         Ok(element) => {
@@ -32,7 +36,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             text::plain(&error.to_string());
         }
     }
-});
+}
 
 /// Writes the files of the input and removes those that it does not have.
 fn write(bytes: &[u8]) {

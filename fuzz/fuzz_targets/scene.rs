@@ -3,11 +3,15 @@
 
 #![no_main]
 
+mod limits;
+
 use std::path::Path;
 
 use dovetail::{scene, terminal};
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
@@ -34,4 +38,4 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             );
         }
     }
-});
+}

@@ -4,6 +4,8 @@
 
 #![no_main]
 
+mod limits;
+
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -14,7 +16,9 @@ const SCENE: &str = include_str!("../../scenes/paper.toml");
 /// Cases that are read as scenes.
 const MOST_SCENES: usize = 8;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
@@ -46,4 +50,4 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             terminal::rendered(&error, false);
         }
     }
-});
+}

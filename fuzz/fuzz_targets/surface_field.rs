@@ -2,11 +2,15 @@
 
 #![no_main]
 
+mod limits;
+
 use std::path::Path;
 
 use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
+
+fn read(bytes: &[u8]) {
     match SurfaceField::parse(bytes, Path::new("field.csv")) {
         Ok(field) => {
             let count = field.points_m.len();
@@ -29,4 +33,4 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         }
         Err(error) => assert!(error.to_string().len() < 20_000),
     }
-});
+}
