@@ -180,9 +180,10 @@ impl Assembly<'_> {
             }
             for ((_, of), surface) in scope.surfaces.iter().filter(|(_, s)| !s.internal) {
                 let name = shown(&surface.name);
+                let lines = scope.lines_of(surface, *of);
                 let result = match of {
-                    SurfaceOf::Nodes => self.node_surface(&name, number, surface),
-                    SurfaceOf::Faces => self.surface(&name, number, surface),
+                    SurfaceOf::Nodes => self.node_surface(&name, number, surface, &lines),
+                    SurfaceOf::Faces => self.surface(&name, number, surface, &lines),
                 };
                 result.map_err(|e| self.model.at(surface.place, "*SURFACE", e))?;
             }
@@ -240,9 +241,10 @@ impl Assembly<'_> {
         name: &str,
         scope: usize,
         surface: &Surface,
+        lines: &[&SurfaceLine],
     ) -> Result<(), MeshError> {
         let mut nodes = Vec::new();
-        for line in &surface.lines {
+        for line in lines {
             let target = self
                 .model
                 .target(What::Nodes, scope, &line.target, surface)?;
@@ -252,11 +254,17 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    fn surface(&mut self, name: &str, scope: usize, surface: &Surface) -> Result<(), MeshError> {
+    fn surface(
+        &mut self,
+        name: &str,
+        scope: usize,
+        surface: &Surface,
+        lines: &[&SurfaceLine],
+    ) -> Result<(), MeshError> {
         let mut faces = BTreeSet::new();
         let mut group = Group::empty(2);
         let mut edges = 0;
-        for line in &surface.lines {
+        for line in lines {
             let target = &line.target;
             let elements = self.model.target(What::Elements, scope, target, surface)?;
             for element in elements.iter() {

@@ -636,24 +636,22 @@ impl Reader {
         Ok(())
     }
 
-    /// Adds the lines of the surfaces that a union names as its own.
+    /// Notes the surfaces that a union names.
     fn union_line(&mut self, text: &str, name: &str, internal: bool) -> Result<(), MeshError> {
         let place = self.keyword.place;
         let scope = self.scope();
         for field in fields(text).filter(|f| !f.is_empty()) {
-            let other = |of| scope.surfaces.get(&(key(unquoted(field)), of)).cloned();
+            let other = key(unquoted(field));
             let kinds = [SurfaceOf::Faces, SurfaceOf::Nodes];
-            let found = kinds.map(|of| other(of).map(|surface| (of, surface.lines)));
-            if found.iter().all(Option::is_none) {
+            let kinds = kinds.map(|of| Some(of).filter(|_| scope.has_surface(&other, of)));
+            if kinds == [None; 2] {
                 let known = scope.surfaces.values().map(|s| &s.name);
                 return Err(MeshError::no_such_name("surface", unquoted(field), known));
             }
-            for (of, lines) in found.into_iter().flatten() {
+            for of in kinds.into_iter().flatten() {
                 let surface = scope.surface(name, of, place);
                 surface.internal |= internal;
-                surface.lines.extend(lines);
-                surface.lines.sort();
-                surface.lines.dedup();
+                surface.united.insert(other.clone());
             }
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Contents of a deck by scope: a part, an instance of one, or all that is in neither.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use dovetail_numerics::space::{cross, dot, sub};
 
@@ -96,6 +96,8 @@ pub(super) struct Surface {
     pub internal: bool,
     pub place: Place,
     pub lines: Vec<SurfaceLine>,
+    /// Keys of the surfaces of the same kind whose lines belong to this one.
+    pub united: BTreeSet<String>,
 }
 
 #[derive(Debug, Clone)]
@@ -184,6 +186,30 @@ impl Scope {
         surface.or_insert_with(new)
     }
 
+    /// Returns `true` if there is a surface of this kind with a name, given as its key.
+    pub fn has_surface(&self, key: &str, of: SurfaceOf) -> bool {
+        self.surfaces.contains_key(&(key.to_owned(), of))
+    }
+
+    /// Lines of a surface, including those of the surfaces that it unites, each once.
+    pub fn lines_of<'s>(&'s self, surface: &'s Surface, of: SurfaceOf) -> Vec<&'s SurfaceLine> {
+        if surface.united.is_empty() {
+            return surface.lines.iter().collect();
+        }
+        let mut lines: BTreeSet<&SurfaceLine> = surface.lines.iter().collect();
+        let mut seen = BTreeSet::new();
+        let mut left: Vec<&String> = surface.united.iter().collect();
+        while let Some(name) = left.pop() {
+            if seen.insert(name)
+                && let Some(other) = self.surfaces.get(&(name.clone(), of))
+            {
+                lines.extend(&other.lines);
+                left.extend(&other.united);
+            }
+        }
+        lines.into_iter().collect()
+    }
+
     /// Adds a node, or moves the one that has this label already. Returns `true` if it has moved.
     pub fn push_node(&mut self, label: u64, at: [f64; 3]) -> bool {
         let index = self.nodes.len() as u32;
@@ -259,9 +285,13 @@ impl Scope {
         }
         for (key, surface) in other.surfaces {
             let known = self.surfaces.entry(key).or_default();
-            let lines = std::mem::take(&mut known.lines);
+            let (lines, united) = (
+                std::mem::take(&mut known.lines),
+                std::mem::take(&mut known.united),
+            );
             *known = surface;
             known.lines.extend(lines);
+            known.united.extend(united);
         }
         self.sections.extend(other.sections);
         self.aside_nodes.extend(other.aside_nodes);

@@ -442,6 +442,18 @@ fn sets_of_sets_take_no_more_than_their_members() {
     assert_eq!(tags(&content, "F59"), [1]);
 }
 
+/// A surface that unites itself and others again and again would grow with every line.
+#[test]
+fn a_union_is_made_once_however_often_it_is_named() {
+    let again = "*SURFACE, NAME=U, COMBINE=UNION\nA, U\n*SURFACE, NAME=A\n1, S1\n2, S2\n";
+    let deck = bricks(&format!(
+        "*SURFACE, NAME=A\n1, S1\n*SURFACE, NAME=U\n2, S1\n{}",
+        again.repeat(3000)
+    ));
+    let content = read(&deck).unwrap();
+    assert_eq!(tags(&content, "U"), [1, 2, 2]);
+}
+
 #[test]
 fn what_no_solid_has_is_left_out_and_said() {
     let deck = bricks(
