@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test python wheel dist try-install verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
+.PHONY: run views test python wheel dist try-install verify calculix lint deny book bench against peers extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -96,6 +96,11 @@ bench: setup
 	cargo bench --locked
 	cargo build --release --locked
 	python3 benches/growth.py
+
+# This tree beside another commit on this machine, as ratios: make against REV=24db848a. ONLY names the
+# inputs, of which benches/against.py has a list.
+against: setup
+	python3 benches/against.py $(REV) $(if $(ONLY),--only $(ONLY))
 
 # dovetail beside pyHarm and a dense Newton in numpy on one reduced model; see docs/performance.md. Then
 # beside pyHarm and tmdsimpy on their examples of contact through springs; see docs/verification.md.
