@@ -134,17 +134,19 @@ MUTANTS := cargo mutants --profile mutants -C=--locked \
 mutants: setup checks
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
 	mkdir -p output
-	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
-	    -f crates/solver/src/contact/coulomb.rs -f crates/solver/src/contact/mod.rs \
-	    -f crates/solver/src/contact/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
-	    -f crates/solver/src/dlft/balance.rs \
-	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
-	    -f crates/solver/src/dlft/branch/folds.rs -f crates/solver/src/dlft/peaks.rs \
-	    -f crates/solver/src/results/quantities.rs -- -- contact:: problem:: \
-	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
-	    dlft::retention dlft::branch::folds dlft::peaks results:: --skip corrections_of
-	$(MUTANTS) --output output/mutants_sweep --package dovetail-solver -C=--lib \
-	    -f crates/solver/src/dlft/sweep.rs -- -- dlft::sweep::of_a_mass
+	$(MUTANTS) --output output/mutants_core --package dovetail-dynamics -C=--lib \
+	    -f crates/dynamics/src/contact/coulomb.rs -f crates/dynamics/src/contact/mod.rs \
+	    -f crates/dynamics/src/contact/penalty.rs -f crates/dynamics/src/dlft/gross_slip.rs \
+	    -f crates/dynamics/src/dlft/balance.rs \
+	    -f crates/dynamics/src/dlft/orbit.rs -f crates/dynamics/src/dlft/retention.rs \
+	    -f crates/dynamics/src/dlft/branch/folds.rs -f crates/dynamics/src/dlft/peaks.rs -- -- \
+	    contact:: problem:: dlft::balance dlft::dense dlft::aft dlft::gross_slip \
+	    dlft::jacobians dlft::orbit dlft::retention dlft::branch::folds dlft::peaks \
+	    --skip corrections_of
+	$(MUTANTS) --output output/mutants_results --package dovetail-solver -C=--lib \
+	    -f crates/solver/src/results/quantities.rs -- -- results::
+	$(MUTANTS) --output output/mutants_sweep --package dovetail-dynamics -C=--lib \
+	    -f crates/dynamics/src/dlft/sweep.rs -- -- dlft::sweep::of_a_mass
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
 

@@ -15,6 +15,7 @@ use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
 use dovetail_solver::dlft::eps::Eps;
@@ -29,8 +30,7 @@ use dovetail_solver::model::{self, Model};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::inexact::InexactModel;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, StuckModes, reduce, superelement};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
@@ -101,7 +101,11 @@ const WANTED: StuckModes = StuckModes::new(None, Highest::OfFirstStuckMode(1.05)
 fn reduced_dovetail() -> Problem {
     let law = PairLaw::rigid(0.3, 0.0);
     let folder = root().join("tests/data/dovetail72");
-    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, FORCE_N)
+    Problem::of_one_law(
+        dovetail_superelement::read(&folder).unwrap().model,
+        law,
+        FORCE_N,
+    )
 }
 
 /// Newton-GMRES from `start`, with no preconditioner left over from another frequency.

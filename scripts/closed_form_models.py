@@ -4,7 +4,7 @@
     python3 scripts/closed_form_models.py                       # all three, beside their scenes
     python3 scripts/closed_form_models.py bar FOLDER ELEMENTS   # the bar with another number of elements
 
-Each folder holds what crates/solver/src/reduction/superelement.rs lists: per pair N, t1, t2. The preload N is constant, so that
+Each folder holds what crates/superelement/src/lib.rs lists: per pair N, t1, t2. The preload N is constant, so that
 friction * N is the limit of sliding. Stiffnesses are of the order of 1 N/m and the mass is 1 / (2 pi)^2 kg: the
 mass alone on its spring has 1 Hz.
 """

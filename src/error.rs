@@ -21,8 +21,8 @@ use dovetail_mesh::quality::QualityError;
 use dovetail_solver::fem::FemError;
 use dovetail_solver::model::{ModelError, Subject};
 use dovetail_solver::reduction::ReductionError;
-use dovetail_solver::reduction::superelement::SuperelementError;
 use dovetail_solver::run::{self, static_place};
+use dovetail_superelement::SuperelementError;
 
 /// Reason why a run ended without its full result.
 #[derive(Debug, Error, Diagnostic)]

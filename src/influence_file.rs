@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use dovetail_solver::input;
-use dovetail_solver::reduction::InfluenceCoefficient;
+use dovetail_solver::reduced::InfluenceCoefficient;
+use dovetail_superelement::input;
 
 /// Error of a file of coefficients.
 #[derive(Debug, Error)]

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, on_rows, parse, parse_rows};
-use dovetail_solver::input;
 use dovetail_solver::model::{GivenMatrices, MatricesError, MatrixFile, MatrixFiles};
+use dovetail_superelement::input;
 
 /// Error of the matrices of a body.
 #[derive(Debug, Error)]

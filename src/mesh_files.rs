@@ -6,7 +6,7 @@ use dovetail_mesh::formats::surface_field::SurfaceFieldError;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
 use dovetail_mesh::{Mesh, MeshError, formats};
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Reads a mesh file of any format, with the files that it includes.
 ///

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::input;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, MatrixSource};
-use dovetail_solver::reduction::superelement;
+use dovetail_superelement;
+use dovetail_superelement::input;
 
 /// Files that a scene names: meshes or their script, matrices, fields, the aerodynamic influence, the
 /// files of a reduced model. A ready mesh that does not exist is left out, as it is needed only if
 /// gmsh is missing.
 pub fn files(scene: &Scene) -> Vec<PathBuf> {
     let assembly = match &scene.subject {
-        Subject::ReducedModel(spec) => return superelement::files(&spec.folder),
+        Subject::ReducedModel(spec) => return dovetail_superelement::files(&spec.folder),
         Subject::Assembly(assembly) => assembly,
     };
     let mut files = Vec::new();

@@ -1,7 +1,7 @@
 //! Numbers in a form that is easy to read.
 
 use dovetail_solver::dlft::{CycleCounts, StaticCounts};
-use dovetail_solver::reduction::DiscExcitation;
+use dovetail_solver::reduced::DiscExcitation;
 
 /// Prefixes of units, a factor of a thousand apart.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];

@@ -1,4 +1,4 @@
-"""The reduced model of a folder of MatrixMarket arrays (crates/solver/src/reduction/superelement.rs), for programs other than dovetail.
+"""The reduced model of a folder of MatrixMarket arrays (crates/superelement/src/lib.rs), for programs other than dovetail.
 
 Signs and equations: docs/method.md. Shapes: n = 3 pairs unknowns X (per pair N, t1, t2), r stuck modes q; of the physical
 coordinates (X, q) the stiffness is [[K, 0], [0, diag w2]], the mass [[M, p], [p^T, I]], and C = a K + b M with b = 0 here.

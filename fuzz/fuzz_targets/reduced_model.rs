@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use dovetail_mesh::text;
-use dovetail_solver::reduction::superelement::FILES;
-use dovetail_solver::reduction::{ReducedModel, superelement};
+use dovetail_superelement::FILES;
+use dovetail_solver::reduced::ReducedModel;
 
 const MARK: &[u8] = b"=== ";
 
@@ -24,7 +24,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
 
 fn read(bytes: &[u8]) {
     write(bytes);
-    match superelement::read(&FOLDER) {
+    match dovetail_superelement::read(&FOLDER) {
         Ok(element) => {
             check(&element.model);
             assert_eq!(element.positions_m.len(), element.model.pairs());

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::export::write_whole;
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;

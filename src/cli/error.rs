@@ -12,8 +12,8 @@ use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::scene::{Problem, SceneError, located};
 use crate::study::StudyError;
-use dovetail_solver::input;
 use dovetail_solver::memory::TooLittle;
+use dovetail_superelement::input;
 
 /// Reason why a command ended without its full result.
 #[derive(Debug, Error, Diagnostic)]

@@ -21,14 +21,14 @@ use crate::scene_files::hash_of_file;
 use crate::warning::Weight;
 use dovetail_mesh::units::Units;
 use dovetail_mesh::{Mesh, MeshError, quality};
-use dovetail_solver::input;
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, GivenMatrices, MatrixFiles, MatrixSource, MeshKind, MeshSource,
     NamedFiles, SurfaceFields,
 };
-use dovetail_solver::reduction::InfluenceCoefficient;
+use dovetail_solver::reduced::InfluenceCoefficient;
 use dovetail_solver::run::Stage;
+use dovetail_superelement::input;
 
 /// Origin of a mesh that is read from a file.
 fn origin_of(path: &Path) -> MeshOrigin {

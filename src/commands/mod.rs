@@ -361,7 +361,7 @@ pub fn check(scene: &Scene, reporter: &Reporter<'_>) -> Result<(), RunError> {
     match &scene.subject {
         Subject::Assembly(assembly) => meshing::check(assembly, reporter)?,
         Subject::ReducedModel(spec) => {
-            dovetail_solver::reduction::superelement::read(&spec.folder)?;
+            dovetail_superelement::read(&spec.folder)?;
         }
     }
     let but = match &scene.subject {

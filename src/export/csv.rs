@@ -14,9 +14,9 @@ use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{
     CycleCounts, CycleStatus, Orbit, Outcome, PairStatus, Response, StaticState,
 };
-use dovetail_solver::input;
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{Model, Observation};
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
@@ -30,7 +30,7 @@ use dovetail_solver::run::{
     TractionRange, WearBlock, WearCourse,
 };
 use dovetail_solver::spectrum::{cosine, sine};
-use dovetail_solver::structure::Quantity;
+use dovetail_superelement::input;
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";

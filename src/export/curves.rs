@@ -9,9 +9,9 @@ use crate::words::{counted, figure, quantity_beside, seven_digits, supported_dig
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
 use dovetail_solver::run::{Observed, TractionRange};
-use dovetail_solver::structure::Quantity;
 
 /// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
 /// the latter.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::ExportError;
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Suffix of the name of an incomplete file, after [`RANDOM`] random characters.
 const PART: &str = ".part";

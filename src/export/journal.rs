@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use super::ExportError;
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Name of the journal in the folder of a run, where it remains until the run ends.
 pub const JOURNAL: &str = "response.journal";

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::{ExportError, create_folder};
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Name of the locked file in the folder of a run.
 pub const LOCK: &str = ".lock";

@@ -54,8 +54,8 @@ use crate::warning::{Warning, by_weight};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::model::{ExcitationKind, ExcitationSpec, Growth, MeshKind, Strength};
-use dovetail_solver::reduction::superelement::{self, NamedExcitation, Superelement};
+use dovetail_solver::excitation::NamedExcitation;
+use dovetail_solver::model::{ExcitationKind, ExcitationSpec, MeshKind, Strength};
 use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
@@ -63,6 +63,7 @@ use dovetail_solver::run::{
     Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakAt,
     PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
 };
+use dovetail_superelement::Superelement;
 
 /// Name of the mesh of a script in the folder of the results.
 pub const MESH_FILE: &str = "mesh.msh";
@@ -635,8 +636,9 @@ impl Files {
             positions_m: rows.iter().map(|p| p.position_m).collect(),
             areas_m2: rows.iter().map(|p| p.area_m2).collect(),
         };
-        self.out.list(superelement::FILES.map(str::to_owned))?;
-        superelement::write(self.out.path(), &element)?;
+        self.out
+            .list(dovetail_superelement::FILES.map(str::to_owned))?;
+        dovetail_superelement::write(self.out.path(), &element)?;
         let first = problem.laws.first().copied();
         Ok(first.filter(|law| problem.laws.iter().all(|other| other == law)))
     }
@@ -922,14 +924,8 @@ fn named_excitations(scene: &Scene, reduced: &Reduced) -> Vec<NamedExcitation> {
     let bound = reduced.bodies.as_ref().map(Bodies::model);
     let bound = bound.map_or(&[][..], |model| &model.excitations);
     let both = specs.iter().zip(bound);
-    both.map(|(spec, excitation)| NamedExcitation {
-        name: name(spec),
-        harmonic: excitation.harmonic,
-        amplitude: excitation.amplitude,
-        phase_rad: excitation.phase_rad,
-        grows_with_squared_frequency: excitation.growth == Growth::Squared,
-    })
-    .collect()
+    both.map(|(spec, excitation)| NamedExcitation::new(name(spec), excitation.in_time))
+        .collect()
 }
 
 /// Returns `true` if gmsh makes the mesh of a scene.

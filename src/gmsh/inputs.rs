@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::script::{Token, is_in_word, tokens};
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Words of Gmsh's language by which a script reads data from outside, or differs from run to run.
 const REACH_OUT: [&str; 24] = [

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Token of a script; comments and blanks are left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

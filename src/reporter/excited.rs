@@ -3,7 +3,7 @@
 
 use crate::warning::{Warning, doubt, wrong};
 use crate::words::percent;
-use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::results::participation::{NO_SHARE, participation};
 use dovetail_solver::run::{Bodies, ResponseResult, Run};
 

@@ -26,7 +26,7 @@ pub(crate) mod source;
 use std::path::Path;
 
 use dovetail_solver::description::Scene;
-use dovetail_solver::input;
+use dovetail_superelement::input;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::de::{DeValue, ValueDeserializer};

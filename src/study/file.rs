@@ -13,7 +13,7 @@ use super::quantity::{self, Quantity};
 use crate::scene::check::fields::{Checker, Table};
 use crate::scene::source::Source;
 use crate::scene::{Fault, SceneError, document};
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// A study as its file describes it.
 #[derive(Debug, Clone, PartialEq, Default)]

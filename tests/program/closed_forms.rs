@@ -6,9 +6,10 @@ use crate::shared_folder::Folder;
 use crate::shared_runs::{number, rows};
 use crate::shared_work::in_folder;
 use dovetail::scene;
-use dovetail_solver::reduction::superelement::{self, NamedContact, NamedExcitation, Superelement};
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::excitation::NamedExcitation;
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::Options;
+use dovetail_superelement::{NamedContact, Superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 
@@ -286,7 +287,7 @@ fn bar(elements: usize) -> Superelement {
 #[test]
 fn the_committed_bar_is_the_bar_of_this_file() {
     let folder = root().join("scenes/verification/microslip_bar");
-    let [a, b] = [bar(9), superelement::read(&folder).unwrap()].map(|s| s.model);
+    let [a, b] = [bar(9), dovetail_superelement::read(&folder).unwrap()].map(|s| s.model);
     assert!((a.stiffness - b.stiffness).norm_max() < 1e-14);
     for (a, b) in a.static_load.on_x.iter().zip(&b.static_load.on_x) {
         assert!((a - b).abs() < 1e-16);
@@ -297,7 +298,7 @@ fn the_committed_bar_is_the_bar_of_this_file() {
 
 fn bar_answer(elements: usize, harmonics: usize) -> Answer {
     let folder = Folder::new("bar");
-    superelement::write(&folder, &bar(elements)).unwrap();
+    dovetail_superelement::write(&folder, &bar(elements)).unwrap();
     let set = [
         format!("reduced_model.folder={}", folder.display()),
         format!("response.harmonics={harmonics}"),

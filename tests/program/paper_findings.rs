@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use crate::shared_work::paper;
 use dovetail_numerics::nonlinear::NewtonOptions;
+use dovetail_solver::damping::{Rayleigh, rayleigh};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::Resolution;
@@ -15,7 +16,6 @@ use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticStat
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Model;
 use dovetail_solver::problem::{LinearReference, Problem};
-use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-10, 60);
@@ -47,7 +47,8 @@ fn joint() -> &'static Joint {
             blade_load_n[i % 3] += f;
         }
         let wanted = StuckModes::new(None, Highest::OfFirstStuckMode(1.05));
-        let problem = Problem::new(reduce(&structure, wanted).unwrap().model, &model);
+        let problem =
+            dovetail_solver::run::problem(reduce(&structure, wanted).unwrap().model, &model);
         let stuck = LinearReference::stuck(&problem.reduced);
         let linear = stuck.modes_of_first_harmonic(&problem.reduced);
         let damping = rayleigh(&scene.damping, &linear).unwrap();
@@ -360,7 +361,7 @@ fn truncation_explains_what_is_left_at_the_peak() {
         Highest::OfFirstStuckMode(1.05),
     );
     let reduction = reduce(&structure, wanted).unwrap();
-    let model = &Problem::new(reduction.model, &joint().model);
+    let model = &dovetail_solver::run::problem(reduction.model, &joint().model);
     let statics = &static_state(model, joint().scene.static_state.load_steps, NEWTON);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_about(statics, model, harmonics, 1024, vec![450.0977]);

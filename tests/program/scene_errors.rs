@@ -5,9 +5,9 @@ use std::path::Path;
 
 use crate::shared_program::{cases, ended, has, printed, program, rendered};
 use dovetail::scene::{self, SceneError};
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::reduction::damping::DampingSpec;
 use dovetail_testkit::folder::root;
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");

@@ -5,11 +5,11 @@ use std::path::Path;
 use crate::shared_program::{cases, has, rendered};
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec, MatrixSource};
-use dovetail_solver::reduction::damping::DampingSpec;
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 

@@ -7,9 +7,15 @@ use std::path::{Path, PathBuf};
 use crate::shared_folder::files_below;
 use dovetail_testkit::folder::root;
 
-/// Modules of the library. Each may import itself and the modules before it.
-const SOLVER: &str = "\
-    input contact structure reduction model fem problem dlft integration results description run";
+/// Modules of the libraries. Each may import itself and the modules before it.
+const LIBRARIES: [(&str, &str); 3] = [
+    (
+        "crates/dynamics/src",
+        "contact damping reduced excitation problem dlft integration",
+    ),
+    ("crates/structure/src", "structure reduction model fem"),
+    ("crates/solver/src", "results description run"),
+];
 /// Modules of the program, and the modules that each may import.
 const PROGRAM: &str = "
     exit:
@@ -95,13 +101,19 @@ fn wrong_imports(folder: &str, may: impl Fn(&str, &str) -> bool) -> Vec<String> 
 
 #[test]
 fn imports_point_one_way() {
-    let place = |module: &str| {
-        let found = SOLVER.split(' ').position(|m| m == module);
-        found.unwrap_or_else(|| panic!("give {module} a place in SOLVER"))
-    };
-    let mut wrong = wrong_imports("crates/solver/src", |module, import| {
-        place(import) < place(module)
-    });
+    let mut wrong = Vec::new();
+    for (folder, modules) in LIBRARIES {
+        let place = |module: &str| modules.split(' ').position(|m| m == module);
+        wrong.extend(wrong_imports(folder, |module, import| {
+            let own = place(module);
+            assert!(
+                own.is_some(),
+                "give {module} of {folder} a place in LIBRARIES"
+            );
+            // What the façade hands on from the packages below it is no module of its own.
+            place(import) < own
+        }));
+    }
     wrong.extend(wrong_imports("src", |module, import| {
         let mut rows = PROGRAM.lines().filter_map(|row| row.trim().split_once(':'));
         let seen = rows.find(|(name, _)| *name == module);
@@ -115,26 +127,41 @@ fn imports_point_one_way() {
     );
 }
 
-/// Packages for files, processes and their formats are not needed by the library, but for the JSON of
-/// the reduced model: the package of meshes has the readers behind a feature that the library does
-/// not use.
+/// The packages of the libraries, each with those of this workspace that it needs.
+const NEEDED: [(&str, &str); 6] = [
+    ("numerics", ""),
+    ("dynamics", "numerics"),
+    ("mesh", "numerics"),
+    ("structure", "dynamics mesh numerics"),
+    ("superelement", "dynamics numerics"),
+    ("solver", "dynamics mesh numerics structure superelement"),
+];
+
+/// What computes needs no package for files, processes and their formats: the package of meshes has
+/// the readers behind a feature that the libraries do not use.
 #[test]
-fn the_library_needs_no_reader_of_files() {
-    let text = text_of("crates/solver/Cargo.toml");
-    let manifest: toml::Table = text.parse().unwrap();
-    let needed = manifest["dependencies"].as_table().unwrap();
-    for reader in [
-        "base64",
-        "csv",
-        "dovetail-matrices",
-        "flate2",
-        "mshio",
-        "quick-xml",
-        "rustix",
-    ] {
-        assert!(!needed.contains_key(reader), "{reader}");
+fn packages_need_only_those_below_them() {
+    for (package, expected) in NEEDED {
+        let text = text_of(&format!("crates/{package}/Cargo.toml"));
+        let manifest: toml::Table = text.parse().unwrap();
+        let needed = manifest["dependencies"].as_table().unwrap();
+        let ours: Vec<&str> = needed
+            .keys()
+            .filter_map(|name| name.strip_prefix("dovetail-"))
+            .collect();
+        assert_eq!(ours.join(" "), expected, "{package}");
+        if let Some(mesh) = needed.get("dovetail-mesh") {
+            assert!(mesh.get("features").is_none(), "{package}");
+        }
+        let readers = ["base64", "csv", "flate2", "mshio", "quick-xml", "rustix"];
+        for reader in readers {
+            let is_optional = |entry: &toml::Value| entry.get("optional").is_some();
+            assert!(
+                needed.get(reader).is_none_or(is_optional),
+                "{package} needs {reader}"
+            );
+        }
     }
-    assert!(needed["dovetail-mesh"].get("features").is_none());
 }
 
 /// Names after every `prefix` in the code, including those of a list in braces.
@@ -212,6 +239,9 @@ fn modules_of_a_folder_import_in_no_circle() {
         "crates/numerics/src",
         "crates/mesh/src",
         "crates/matrices/src",
+        "crates/dynamics/src",
+        "crates/structure/src",
+        "crates/superelement/src",
         "crates/solver/src",
         "src",
     ];
@@ -265,6 +295,9 @@ fn libraries_do_not_ask_the_process_for_threads() {
         "crates/numerics/src",
         "crates/mesh/src",
         "crates/matrices/src",
+        "crates/dynamics/src",
+        "crates/structure/src",
+        "crates/superelement/src",
         "crates/solver/src",
     ] {
         let library = sources(&root().join(folder)).into_iter();
@@ -285,9 +318,9 @@ fn every_path_in_the_architecture_exists() {
         let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', ':']);
         if is_path && !quoted.starts_with("output/") {
             checked += 1;
-            let places = [root(), &root().join("crates/solver/src")];
+            let libraries = LIBRARIES.map(|(folder, _)| root().join(folder));
             assert!(
-                places.iter().any(|place| place.join(quoted).exists()),
+                root().join(quoted).exists() || libraries.iter().any(|at| at.join(quoted).exists()),
                 "ARCHITECTURE.md names `{quoted}`"
             );
         }

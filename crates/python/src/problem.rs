@@ -21,6 +21,7 @@ use crate::statics::PyStaticState;
 use crate::subject::Subject;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::eps::Eps;
@@ -30,19 +31,18 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::{LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
+use dovetail_solver::excitation::Growth;
+use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::memory;
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
-use dovetail_solver::reduction::superelement::{NamedContact, NamedExcitation, Superelement};
-use dovetail_solver::reduction::{
-    Highest, Load, ObservedPoint, ReducedModel, StuckModes, superelement,
-};
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduction::{Highest, StuckModes};
 use dovetail_solver::results::far_slip::ShorterSides;
 use dovetail_solver::results::modes::hertz;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run;
 use dovetail_solver::spectrum::blocks;
+use dovetail_superelement::{NamedContact, Superelement};
 
 /// Steps in which the steady load is applied by default, as in a scene.
 const LOAD_STEPS: usize = 10;
@@ -528,7 +528,7 @@ impl PyProblem {
         if !force_n.is_finite() {
             return Err(value(format!("force_n is {force_n}; it must be finite")));
         }
-        let read = superelement::read(&folder).map_err(|error| of_library(py, error))?;
+        let read = dovetail_superelement::read(&folder).map_err(|error| of_library(py, error))?;
         let pairs = PairTable::of_superelement(&read, law);
         let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
@@ -586,7 +586,7 @@ impl PyProblem {
             areas_m2: known.and_then(|known| known.rows.iter().map(|row| row.area_m2).collect()),
         };
         std::fs::create_dir_all(&folder)?;
-        superelement::write(&folder, &element).map_err(|error| of_library(py, error))
+        dovetail_superelement::write(&folder, &element).map_err(|error| of_library(py, error))
     }
 
     fn __repr__(&self) -> String {

@@ -11,7 +11,7 @@ use crate::errors;
 use crate::run::{self, PyPeaks, PyRun};
 use dovetail::scene;
 use dovetail_solver::description::Scene;
-use dovetail_solver::input;
+use dovetail_superelement::input;
 
 /// Complete description of a run: bodies, contacts, loads, excitation, and the response asked for.
 ///

@@ -9,12 +9,12 @@ use std::f64::consts::{PI, TAU};
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 /// Ratio of the frequency of the force to that of the mass on its spring.

@@ -8,13 +8,13 @@
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 
 fn main() {

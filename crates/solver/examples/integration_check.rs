@@ -8,14 +8,14 @@ use std::path::Path;
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::{DampingSpec, rayleigh};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{LinearReference, Problem};
-use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
-use dovetail_solver::reduction::superelement;
+use dovetail_superelement;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let comparison = comparison()?;
@@ -40,7 +40,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
     let law = PairLaw::rigid(0.3, 0.0);
     let force_n = 1.0;
-    let model = Problem::of_one_law(superelement::read(&folder)?.model, law, force_n);
+    let model = Problem::of_one_law(dovetail_superelement::read(&folder)?.model, law, force_n);
     let ratio = DampingSpec::Ratio {
         ratio: 0.001,
         linear_mode: 1,

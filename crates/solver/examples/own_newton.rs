@@ -12,6 +12,7 @@ use std::path::Path;
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::dlft::balance::Balance;
 use dovetail_solver::dlft::eps::Eps;
@@ -22,8 +23,7 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
-use dovetail_solver::reduction::superelement;
+use dovetail_superelement;
 use faer::Mat;
 
 /// Frequency below the first mode, at which few pairs slip.
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Dovetail of 72 pairs, with its damping and static state.
 fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
-    let model = superelement::read(&folder)?.model;
+    let model = dovetail_superelement::read(&folder)?.model;
     let problem = Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0);
     let state = static_state(&problem, 10, NewtonOptions::new(1e-10, 100));
     let ratio = DampingSpec::Ratio {

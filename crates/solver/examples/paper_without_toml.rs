@@ -7,16 +7,16 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material, MeshKind,
     MeshSource, ObservationSpec, Prestress, RotationSpec,
 };
-use dovetail_solver::reduction::damping::DampingSpec;
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::results::quantities::{linear_peak, peak};
 use dovetail_solver::run::{self, Options, Run, Session};
-use dovetail_solver::structure::Quantity;
 
 /// Gmsh files carry no unit: this one is in millimetres.
 const METRES_PER_UNIT: f64 = 1e-3;

@@ -12,16 +12,15 @@ use std::f64::consts::TAU;
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use dovetail_solver::structure::{
-    BodyMatrices, InterfaceNode, Joint, ObservedWork, Quantity, Structure,
-};
+use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
+use crate::damping::DampingSpec;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::model::Assembly;
-use crate::reduction::damping::DampingSpec;
 
 /// Complete description of a run, in SI units, with the names of mesh groups still unresolved.
 #[derive(Debug, Clone, PartialEq)]

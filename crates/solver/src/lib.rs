@@ -20,7 +20,7 @@
 //! use dovetail_solver::contact::PairLaw;
 //! use dovetail_solver::description::*;
 //! use dovetail_solver::dlft::settings::Resolution;
-//! use dovetail_solver::reduction::damping::DampingSpec;
+//! use dovetail_solver::damping::DampingSpec;
 //! use dovetail_solver::results::quantities::{linear_peak, peak};
 //! use dovetail_solver::run::{Options, Session, solve};
 //!
@@ -54,17 +54,10 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]
 
-pub mod contact;
 pub mod description;
-pub mod dlft;
-pub mod fem;
-pub mod input;
-pub mod integration;
-pub mod model;
-pub mod problem;
-pub mod reduction;
 pub mod results;
 pub mod run;
-pub mod structure;
 
+pub use dovetail_dynamics::{contact, damping, dlft, excitation, integration, problem, reduced};
 pub use dovetail_numerics::{memory, space, spectrum};
+pub use dovetail_structure::{fem, model, reduction, structure};

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::export::unrolled::Orientation;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyNode, FlankMatch, Model, Observation, StraightenedEdges};
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::run::Observed;
-use dovetail_solver::structure::Quantity;
 
 /// Origin of a mesh.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -12,7 +12,7 @@ use super::legend::{Legend, Mark};
 use super::{Canvas, Drawn, Heading, SMALL_PX, at_px, rgb, width_of, write_svg};
 use crate::export::ExportError;
 use crate::export::colours::of_series;
-use dovetail_solver::reduction::sectors::nodal_diameter_of;
+use dovetail_solver::reduced::waves::nodal_diameter_of;
 use dovetail_solver::run::NodalDiameters;
 
 const ORDERS: RGBColor = RGBColor(150, 150, 150);

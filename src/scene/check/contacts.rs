@@ -8,9 +8,9 @@ use super::fields::{Checker, Table, places};
 use super::pair_law::law_keys;
 use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FieldSource, Side};
-use dovetail_solver::reduction::damping::DampingSpec;
 
 pub fn contacts(
     checker: &mut Checker,

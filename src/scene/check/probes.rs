@@ -6,7 +6,7 @@ use super::fields::{Checker, Table};
 use crate::scene::entries::RawObserve;
 use crate::scene::error::Fault;
 use dovetail_solver::model::ObservationSpec;
-use dovetail_solver::structure::Quantity;
+use dovetail_solver::reduced::Quantity;
 
 pub fn observations(
     checker: &mut Checker,

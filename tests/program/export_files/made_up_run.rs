@@ -13,9 +13,9 @@ use dovetail_solver::model::{
     Slave,
 };
 use dovetail_solver::problem::LinearReference;
-use dovetail_solver::reduction::ReducedModel;
+use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ReducedModel;
 use dovetail_solver::results::recovery::NodalField;
-use dovetail_solver::structure::Quantity;
 use faer::Mat;
 
 const HARMONICS: usize = 3;

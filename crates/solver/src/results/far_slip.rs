@@ -111,7 +111,8 @@ mod tests {
     use super::super::pairs::PairRow;
     use super::*;
     use crate::problem::LinearReference;
-    use crate::problem::dovetail72::dovetail72;
+    use crate::reduced::ReducedModel;
+    use faer::Mat;
 
     /// Two flanks of 2 x 2 pairs, 40 mm by 4 mm and, turned by 45 degrees, 10 mm by 8 mm.
     fn pairs() -> PairTable {
@@ -167,7 +168,10 @@ mod tests {
                 newton_iterations: 0,
                 residual: 0.0,
                 retention_n: None,
-                linear: LinearReference::stuck(&dovetail72(1.0).reduced),
+                linear: LinearReference::stuck(&ReducedModel::of_pairs(
+                    Mat::identity(3, 3),
+                    Mat::identity(3, 3),
+                )),
                 on_path: on_path.map(slid).to_vec(),
                 ended_at: None,
             };

@@ -1,11 +1,11 @@
 //! Shares of excitations and observations in the linear modes of a range: by symmetry, or at a node
 //! of a mode, a force excites nothing and a point does not move.
 
+use crate::damping::Rayleigh;
 use crate::model::{AppliedLoad, Body, Model, Traction};
 use crate::problem::{HarmonicLoad, LinearReference, Problem};
-use crate::reduction::damping::Rayleigh;
+use crate::reduced::Quantity;
 use crate::results::modes::hertz;
-use crate::structure::Quantity;
 use dovetail_mesh::facet::shares;
 use dovetail_numerics::space::norm;
 
@@ -116,7 +116,10 @@ fn force_n(model: &Model, masses_kg: &[f64], harmonic: usize) -> f64 {
         },
         AppliedLoad::Acceleration { vector_m_s2 } => masses_kg[*body] * norm(*vector_m_s2),
     };
-    let own = model.excitations.iter().filter(|e| e.harmonic == harmonic);
-    own.map(|e| e.amplitude.abs() * e.loads.iter().map(of_load).sum::<f64>())
+    let own = model
+        .excitations
+        .iter()
+        .filter(|e| e.in_time.harmonic == harmonic);
+    own.map(|e| e.in_time.amplitude.abs() * e.loads.iter().map(of_load).sum::<f64>())
         .sum()
 }

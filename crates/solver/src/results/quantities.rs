@@ -429,9 +429,10 @@ mod tests {
     use super::*;
     use crate::dlft::{LinearPoint, Outcome, PairCycle};
     use crate::problem::LinearReference;
-    use crate::problem::dovetail72::dovetail72;
+    use crate::reduced::ReducedModel;
     use crate::results::pairs::PairRow;
     use dovetail_numerics::spectrum::{cosine, sine};
+    use faer::Mat;
 
     fn pair(area_m2: f64) -> PairRow {
         PairRow {
@@ -775,7 +776,10 @@ mod tests {
             newton_iterations: 1,
             residual: 0.0,
             retention_n: None,
-            linear: LinearReference::stuck(&dovetail72(1.0).reduced),
+            linear: LinearReference::stuck(&ReducedModel::of_pairs(
+                Mat::identity(3, 3),
+                Mat::identity(3, 3),
+            )),
             on_path: Vec::new(),
             ended_at: None,
         };

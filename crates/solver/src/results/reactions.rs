@@ -16,11 +16,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use faer::{Mat, MatRef};
 
 use super::resultants::{Pusher, Resultant};
+use crate::damping::Rayleigh;
+use crate::excitation::Growth;
 use crate::fem::released::Released;
 use crate::fem::springs::forces_n;
 use crate::fem::{FemError, OnNodes};
-use crate::model::{Body, BodyNode, Growth, Model, NodeMotion, Spring, SpringSupport};
-use crate::reduction::damping::Rayleigh;
+use crate::model::{Body, BodyNode, Model, NodeMotion, Spring, SpringSupport};
 use dovetail_numerics::space::{add_scaled, cross, sub};
 use dovetail_numerics::sparse::times;
 use dovetail_numerics::spectrum::{cosine, sine};
@@ -209,16 +210,17 @@ impl<'a> Supports<'a> {
             return residual;
         }
         for excitation in &self.model.excitations {
-            let k = excitation.harmonic;
-            let amplitude = excitation.amplitude
-                * match excitation.growth {
+            let in_time = &excitation.in_time;
+            let k = in_time.harmonic;
+            let amplitude = in_time.amplitude
+                * match in_time.growth {
                     Growth::Constant => 1.0,
                     Growth::Squared => (k as f64 * moving.omega_rad_s).powi(2),
                 };
             let loads = excitation.loads.iter().filter(|(on, _)| *on == body);
             for (_, load) in loads {
                 let load_n = equations.load(load);
-                let (sin, cos) = excitation.phase_rad.sin_cos();
+                let (sin, cos) = in_time.phase_rad.sin_cos();
                 subtract(cosine(k), amplitude * cos, &load_n);
                 subtract(sine(k), amplitude * sin, &load_n);
             }

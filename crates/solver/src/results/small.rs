@@ -6,8 +6,8 @@ use super::far_slip::ShorterSides;
 use super::pairs::PairTable;
 use crate::dlft::{Response, StaticState};
 use crate::model::Model;
+use crate::reduced::Quantity;
 use crate::results::quantities::{cycle_fields, static_fields, with_motion};
-use crate::structure::Quantity;
 use dovetail_numerics::space::extent;
 
 /// Displacement that deserves a warning, relative to the longest side of its body.

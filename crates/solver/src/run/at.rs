@@ -8,11 +8,11 @@ use super::reduced::Reduced;
 use super::response::{at_one_speed, frequencies_hz, off_undamped_modes, settings};
 use super::session::Session;
 use super::statics;
+use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, Scene, Subject};
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{StaticState, demand};
 use crate::problem::Problem;
-use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
 

@@ -7,10 +7,12 @@ use faer::Mat;
 
 use super::kept::{Key, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
+use crate::excitation::Excitation;
 use crate::fem::mass_properties::MassProperties;
 use crate::fem::{Prestressed, expand_to_nodes};
 use crate::model::{Cyclic, Model, NamedFiles};
 use crate::problem::Problem;
+use crate::reduced::ReducedModel;
 use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
 use crate::results::modes::{ModeKind, ModeShape, hertz};
 use crate::results::recovery::NodalField;
@@ -35,6 +37,13 @@ impl From<Mesh> for Meshes {
             files: NamedFiles::default(),
         }
     }
+}
+
+/// Problem of a reduced model with the contact laws and excitations of the model that it was made of.
+pub fn problem(reduced: ReducedModel, model: &Model) -> Problem {
+    let laws = model.pairs.iter().map(|pair| pair.law).collect();
+    let excitations: Vec<Excitation> = model.excitations.iter().map(|e| e.in_time).collect();
+    Problem::new(reduced, laws, &excitations)
 }
 
 /// Assembly with its flanks paired, before matrices are assembled.

@@ -6,10 +6,9 @@ use super::prestress::assemble;
 use super::session::{Session, Stage};
 use crate::description::Scene;
 use crate::model::{Model, RotationSpec};
+use crate::reduced::waves::{largest_nodal_diameter, nodal_diameter_of};
 use crate::reduction::craig_bampton::fixed_interface_modes;
-use crate::reduction::sectors::{
-    largest_nodal_diameter, modes_of_nodal_diameter, nodal_diameter_of,
-};
+use crate::reduction::sectors::modes_of_nodal_diameter;
 use crate::reduction::{LISTED_MODES, ReductionError, stuck_shapes};
 use crate::results::modes::{ModeKind, hertz};
 use crate::structure::{BodyMatrices, Structure};

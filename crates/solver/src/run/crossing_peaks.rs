@@ -86,7 +86,7 @@ fn peak_at(
     let scene = scene_at(scene, speed_rpm, of_crossing(widest));
     let mut bound = bound.at_speed(rad_s(speed_rpm)).ok_or(Error::NoRotation)?;
     for excitation in &mut bound.model.excitations {
-        excitation.amplitude *= times;
+        excitation.in_time.amplitude *= times;
     }
     if let Some(disc) = &mut bound.model.cyclic {
         disc.engine_order = crossing.engine_order;

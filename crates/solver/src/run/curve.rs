@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::at::At;
-use super::bodies::{Bound, Meshes};
+use super::bodies::{Bound, Meshes, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
 use super::outcome::{CurveInputs, ResponseInputs};
@@ -20,7 +20,6 @@ use super::session::{Session, Stage, lock, unless_ended};
 use crate::description::{Scene, Subject};
 use crate::dlft::Told;
 use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
-use crate::problem::Problem;
 use crate::results::far_slip::ShorterSides;
 use crate::results::pairs::PairTable;
 
@@ -227,7 +226,7 @@ impl First {
         if self.inputs.as_ref() != Some(&inputs(&bound.model, wanted, scene)) {
             return Reduced::of_bound(bound, wanted, scene, session);
         }
-        let problem = Problem::new(self.at.reduced.model().clone(), &bound.model);
+        let problem = problem(self.at.reduced.model().clone(), &bound.model);
         Ok(Reduced {
             pairs: PairTable::of_model(&bound.model),
             problem: problem.with_modal_ratios(&scene.modal_ratios)?,

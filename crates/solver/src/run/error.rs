@@ -2,18 +2,18 @@
 
 use thiserror::Error as ThisError;
 
+use crate::damping::DampingError;
 use crate::dlft::Outcome;
 use crate::fem::FemError;
 use crate::integration::IntegrationError;
 use crate::model::ModelError;
 use crate::reduction::ReductionError;
-use crate::reduction::damping::DampingError;
-use crate::reduction::superelement::SuperelementError;
 use crate::results::far_slip::TOO_FAR;
 use crate::results::modes::ModeKind;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
 use dovetail_numerics::memory::TooLittle;
+use dovetail_superelement::SuperelementError;
 
 /// Place of a fault of a static state: a point of its load path, counted from 0, or its end.
 pub fn static_place(point: Option<usize>) -> String {

@@ -11,7 +11,8 @@ use crate::contact::PairLaw;
 use crate::description::PathPoint;
 use crate::fem::Prestressed;
 use crate::model::Model;
-use crate::reduction::{ReducedModel, StuckModes, Truncation};
+use crate::reduced::ReducedModel;
+use crate::reduction::{StuckModes, Truncation};
 
 /// Settings of a static state besides the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -87,8 +88,9 @@ impl ReductionInputs {
             }
         }
         for excitation in &mut model.excitations {
-            (excitation.amplitude, excitation.phase_rad) = (0.0, 0.0);
-            excitation.harmonic = 0;
+            let in_time = &mut excitation.in_time;
+            (in_time.amplitude, in_time.phase_rad) = (0.0, 0.0);
+            in_time.harmonic = 0;
         }
         if let Some(cyclic) = &mut model.cyclic {
             cyclic.engine_order = 0;

@@ -40,7 +40,7 @@ mod wear;
 mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
-pub use bodies::{Bodies, Bound, Meshes};
+pub use bodies::{Bodies, Bound, Meshes, problem};
 pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};

@@ -3,6 +3,7 @@
 use super::bodies::Bodies;
 use super::error::Error;
 use super::reduced::Reduced;
+use crate::damping::Rayleigh;
 use crate::description::{EngineOrder, Scene};
 use crate::dlft::branch::{Guess, ValueRange};
 use crate::dlft::starting_traction::StartingTraction;
@@ -10,7 +11,6 @@ use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{CycleCounts, Orbit, Outcome, Response, StaticState};
 use crate::model::Model;
 use crate::problem::Problem;
-use crate::reduction::damping::Rayleigh;
 use crate::results::recovery::NodalField;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;

@@ -160,10 +160,8 @@ impl At {
         session: &Session<'_>,
         tell: &(dyn Fn(Told<'_>) + Sync),
     ) -> Result<Orbit, Error> {
-        let settings = SweepSettings {
-            frequencies_hz: vec![frequency_hz],
-            ..self.settings.clone()
-        };
+        let mut settings = self.settings.clone();
+        settings.frequencies_hz = vec![frequency_hz];
         let guess = near.map(Guess::of);
         self.unless_kept((&settings, guess.as_ref(), 0), session, || {
             let mut last = Last::default();

@@ -4,6 +4,7 @@
 
 use nalgebra_sparse::CscMatrix;
 
+use super::bodies::problem;
 use super::error::Error;
 use super::kept::{KeptReduction, PrestressPass, ReductionModes};
 use super::session::{Event, Session, Stage, StageGuard};
@@ -144,9 +145,10 @@ impl Pass {
             truncation,
             fixed_interface_omega2,
             recovery,
+            ..
         } = reduction;
         let pass = Self {
-            problem: Problem::new(reduced, model),
+            problem: problem(reduced, model),
             truncation,
             fixed_interface_omega2,
         };

@@ -5,9 +5,9 @@ use faer::Mat;
 
 use super::bodies::Bodies;
 use super::error::Error;
+use crate::damping::Rayleigh;
 use crate::dlft::{Orbit, StaticState};
 use crate::problem::Problem;
-use crate::reduction::damping::Rayleigh;
 use crate::results::reactions::{Moving, Supports};
 use crate::results::resultants::{Resultant, contact_resultants, static_contact_resultants};
 

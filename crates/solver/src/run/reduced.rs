@@ -2,16 +2,17 @@
 
 use super::bodies::Bodies;
 use super::error::Error;
+use crate::damping::{DampingError, DampingSpec, ModalStiffness, Rayleigh, rayleigh};
 use crate::description::{FrequencyRange, Scene};
 use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
+use crate::excitation::NamedExcitation;
 use crate::problem::Problem;
-use crate::reduction::damping::{DampingError, DampingSpec, ModalStiffness, Rayleigh, rayleigh};
-use crate::reduction::superelement::NamedExcitation;
-use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
+use crate::reduced::Quantity;
+use crate::reduced::ReducedModel;
+use crate::reduction::{Highest, LISTED_MODES, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
 use crate::results::pairs::PairTable;
-use crate::structure::Quantity;
 
 /// Reduced model of a scene with its laws and excitations, and the table of its pairs.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use super::bodies::{Bodies, Bound, Meshes};
+use super::bodies::{Bodies, Bound, Meshes, problem};
 use super::error::Error;
 use super::kept::{KeptReduction, Key, ReductionInputs, ReductionModes};
 use super::prestress::{is_of_contact, reduce, settle, stressed};
@@ -17,9 +17,10 @@ use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
 use crate::model::{Assembly, Cyclic, Model, bind};
 use crate::problem::Problem;
+use crate::reduced::Waves;
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::sectors::reduce_wave;
-use crate::reduction::{LISTED_MODES, Recovery, Reduction, StuckModes, Waves, superelement};
+use crate::reduction::{LISTED_MODES, Recovery, Reduction, StuckModes};
 use crate::results::pairs::PairTable;
 use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
@@ -40,7 +41,7 @@ impl Reduced {
             }
             Subject::ReducedModel(spec) => {
                 let _stage = session.stage(Stage::ReducedModel);
-                let element = superelement::read(&spec.folder)?;
+                let element = dovetail_superelement::read(&spec.folder)?;
                 let pairs = PairTable::of_superelement(&element, spec.law);
                 let reduced = match scene.response.stuck_modes {
                     Some(modes) => element.model.with_modes(modes),
@@ -220,7 +221,7 @@ impl Bodies {
         };
         let waves = bodies.waves_of_harmonics(scene);
         reduced.waves = bodies.with_waves(Waves::default(), &waves, scene, session)?;
-        let problem = Problem::new(reduced, bodies.model());
+        let problem = problem(reduced, bodies.model());
         Ok((bodies, problem.with_modal_ratios(&scene.modal_ratios)?))
     }
 

@@ -4,6 +4,7 @@ use super::error::Error;
 use super::outcome::ResponseInputs;
 use super::reduced::Reduced;
 use super::session::{Event, Session, Stage, unless_ended};
+use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, ResponseSpec, Scene};
 use crate::dlft::accuracy::samples_for;
 use crate::dlft::branch::follow;
@@ -16,7 +17,6 @@ use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Branch, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
-use crate::reduction::damping::Rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::{ModeKind, hertz};
 use dovetail_numerics::memory;
@@ -167,17 +167,16 @@ pub(super) fn settings(
     frequencies_hz: Vec<f64>,
     resolution: Resolution,
 ) -> SweepSettings {
-    SweepSettings {
-        eps: Eps {
-            choice: spec.eps,
-            scale: spec.eps_scale,
-        },
-        newton: NewtonOptions::new(spec.tolerance, spec.max_newton_iterations),
-        solver: spec.solver,
-        slip_threshold_m: spec.slip_threshold_m,
-        most_seconds: spec.most_seconds_per_frequency,
-        ..SweepSettings::new(frequencies_hz, resolution)
-    }
+    let mut settings = SweepSettings::new(frequencies_hz, resolution);
+    settings.eps = Eps {
+        choice: spec.eps,
+        scale: spec.eps_scale,
+    };
+    settings.newton = NewtonOptions::new(spec.tolerance, spec.max_newton_iterations);
+    settings.solver = spec.solver;
+    settings.slip_threshold_m = spec.slip_threshold_m;
+    settings.most_seconds = spec.most_seconds_per_frequency;
+    settings
 }
 
 /// Common data of the responses of a run.
@@ -358,11 +357,11 @@ fn title(resolution: Resolution) -> String {
 mod tests {
     use super::*;
     use crate::dlft::retention::Mean;
-    use crate::dlft::{Along, LinearPoint, Outcome, Part, made_up};
+    use crate::dlft::{Along, LinearPoint, Orbit, Outcome, Part};
 
     fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
         SolvedFrequency {
-            orbit: made_up::orbit(frequency_hz, Outcome::Converged, &[]),
+            orbit: Orbit::without_motion(frequency_hz, Outcome::Converged),
             linear: LinearPoint {
                 frequency_hz,
                 observed_amplitude: Vec::new(),

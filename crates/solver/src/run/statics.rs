@@ -6,8 +6,8 @@ use crate::description::{PathPoint, Scene, StaticSpec};
 use crate::dlft::static_state::{LoadPath, static_state as solve_static};
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{LinearReference, Problem};
-use crate::reduction::{ReducedModel, StaticPart};
-use crate::structure::SteadyCause;
+use crate::reduced::SteadyCause;
+use crate::reduced::{ReducedModel, StaticPart};
 use dovetail_numerics::nonlinear::NewtonOptions;
 
 /// Newton iterations allowed for one step of the static load.

@@ -6,12 +6,12 @@ use super::reduced::Reduced;
 use super::response::{follows, settings};
 use super::session::{Session, Stage};
 use super::statics::newton;
+use crate::damping::Rayleigh;
 use crate::description::Scene;
 use crate::dlft::branch::follow;
 use crate::dlft::starting_traction::starting_tractions;
 use crate::dlft::sweep::sweep;
 use crate::dlft::{Response, Told};
-use crate::reduction::damping::Rayleigh;
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::{local_peaks, peak};
 

@@ -10,13 +10,13 @@ use super::response::{
     Responses, at_one_speed, frequencies_hz as frequencies_of, without_influence,
 };
 use super::session::{Session, Stage};
+use crate::damping::Rayleigh;
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::stable;
 use crate::dlft::{Orbit, Response};
 use crate::integration::compare::{Comparison, Start, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::reduction::StuckModes;
-use crate::reduction::damping::Rayleigh;
 use crate::results::quantities::peak;
 
 /// Most frequencies of the response in which the peak is searched.
@@ -139,9 +139,9 @@ pub fn verify(
                 response.slip_threshold_m,
             );
             steps.step();
-            done.map(|done| Comparison {
-                is_stable: stable[*i],
-                ..done
+            done.map(|mut done: Comparison| {
+                done.is_stable = stable[*i];
+                done
             })
         };
         chosen
@@ -307,9 +307,9 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
 mod tests {
     use super::*;
     use crate::contact::PairLaw;
+    use crate::damping::DampingSpec;
     use crate::description::{FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec};
     use crate::dlft::settings::Resolution;
-    use crate::reduction::damping::DampingSpec;
 
     #[test]
     fn a_motion_in_time_has_no_fewer_modes_than_harmonics_require() {

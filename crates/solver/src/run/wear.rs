@@ -26,7 +26,7 @@ use crate::dlft::static_state::static_state_after;
 use crate::dlft::wear::{WearRate, at_rest_after, largest, left_of_errors, wear_block};
 use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::HarmonicLoad;
-use crate::reduction::Load;
+use crate::reduced::Load;
 use crate::results::far_slip::ShorterSides;
 use std::sync::atomic::AtomicUsize;
 

@@ -5,7 +5,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::ObservedPoint;
+use dovetail_solver::reduced::ObservedPoint;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 

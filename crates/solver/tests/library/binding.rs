@@ -42,7 +42,7 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
             (model.excitations.len(), model.observations[0].terms.len()),
             (1, 1)
         );
-        assert_eq!(model.excitations[0].amplitude, 6.0);
+        assert_eq!(model.excitations[0].in_time.amplitude, 6.0);
         let [(body, AppliedLoad::Point { node, vector_n })] = model.excitations[0].loads[..] else {
             panic!("{:?}", model.excitations[0]);
         };
@@ -273,7 +273,7 @@ fn groups_of_several_nodes_share_the_force() {
     assert_eq!(model.pairs.len(), 9);
     let force = &model.excitations[0];
     let on_node = |(_, load): &(usize, AppliedLoad)| match load {
-        AppliedLoad::Point { vector_n, .. } => force.amplitude * vector_n[1],
+        AppliedLoad::Point { vector_n, .. } => force.in_time.amplitude * vector_n[1],
         other => panic!("{other:?}"),
     };
     let forces: Vec<f64> = force.loads.iter().map(on_node).collect();

@@ -13,10 +13,10 @@ use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::model::{Assembly, Material, Model, Prestress, RotationSpec, SpringSpec};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ReducedModel};
+use dovetail_solver::reduced::{Load, ReducedModel};
 use dovetail_testkit::block::{VOLUME, block, map_nodes};
 use faer::Mat;
 use std::f64::consts::TAU;

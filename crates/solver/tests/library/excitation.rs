@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use crate::shared_scenes::*;
 use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 use dovetail_mesh::{ElementType, Mesh};
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::orbit::linear_point;
 use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
@@ -12,7 +13,6 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, StuckModes};
 use dovetail_testkit::block::block;
 use dovetail_testkit::words::has;

@@ -7,7 +7,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
-use dovetail_solver::model::Growth;
+use dovetail_solver::excitation::Growth;
 use dovetail_solver::problem::Problem;
 
 use crate::shared_problems::{damping_of, dovetail72};

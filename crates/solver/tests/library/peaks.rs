@@ -4,19 +4,18 @@ use std::path::Path;
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
     FrequencyRange, ReducedModelSpec, ResponseSpec, Scene, StaticSpec, Subject,
 };
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::reduction::damping::DampingSpec;
-use dovetail_solver::reduction::superelement::{
-    NamedContact, NamedExcitation, Superelement, write,
-};
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::excitation::NamedExcitation;
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::run::{
     self, Error, Meshes, Options, PeakRange, Peaks, Session, peaks as peaks_over,
 };
+use dovetail_superelement::{NamedContact, Superelement, write};
 use faer::Mat;
 
 use crate::shared_problems::diagonal;

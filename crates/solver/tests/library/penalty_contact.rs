@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -14,8 +15,7 @@ use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, Told};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
-use dovetail_solver::reduction::damping::{DampingSpec, Rayleigh, rayleigh};
-use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
+use dovetail_solver::reduced::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
 
 use crate::shared_problems::{damping_of, diagonal, dovetail72, respond};

@@ -8,6 +8,7 @@ use dovetail_mesh::units::Units;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::norm;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::{LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -17,9 +18,8 @@ use dovetail_solver::model::{
     Assembly, GivenMatrices, LoadKind, LoadSpec, MatrixSource, Prestress, Row, bind,
 };
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel, StaticPart};
-use dovetail_solver::structure::SteadyCause;
+use dovetail_solver::reduced::SteadyCause;
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel, StaticPart};
 use faer::Mat;
 
 use crate::shared_problems::diagonal;

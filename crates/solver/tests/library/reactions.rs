@@ -10,6 +10,7 @@ use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::space::add_scaled;
 use dovetail_numerics::sparse::times;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::orbit::linear_orbit;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
@@ -25,7 +26,6 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, Recovery, StuckModes, Truncation, reduce};
 use dovetail_solver::results::reactions::{Moving, Supports};
 use dovetail_solver::results::resultants::{Pusher, Resultant, static_contact_resultants};
@@ -54,7 +54,7 @@ impl Case {
         let wanted = StuckModes::new(Some(modes), Highest::OfFirstStuckMode(1.0));
         let reduction = reduce(&structure, wanted).unwrap();
         Self {
-            problem: Problem::new(reduction.model, &model),
+            problem: dovetail_solver::run::problem(reduction.model, &model),
             recovery: reduction.recovery,
             truncation: reduction.truncation,
             prestressed,

@@ -4,10 +4,11 @@ use crate::shared_lattices::{assembly, forces, observed};
 use dovetail_numerics::sparse::dense as to_dense;
 use dovetail_solver::fem::{FemError, join};
 use dovetail_solver::model::{Body, BodyNode, Model, NodeMotion, Slave};
+use dovetail_solver::reduced::ReducedModel;
 use dovetail_solver::reduction::craig_bampton::{condense, fixed_interface_modes};
 use dovetail_solver::reduction::{
-    Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, analyse, reduce,
-    reduce_analysed, stuck_modes,
+    Highest, Recovery, Reduction, ReductionError, StuckModes, analyse, reduce, reduce_analysed,
+    stuck_modes,
 };
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
 use dovetail_testkit::threads::on_threads;
@@ -128,8 +129,9 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
         let excitations = model.excitations.iter().zip(&reduced.model.unit_loads);
         let mut on_x = Mat::zeros(n, 1);
         let mut on_modes = Mat::zeros(reduced.model.omega2.len(), 1);
-        for (excitation, unit) in excitations.filter(|(e, _)| e.harmonic == harmonic) {
-            let amplitude = c64::from_polar(excitation.amplitude, -excitation.phase_rad);
+        for (excitation, unit) in excitations.filter(|(e, _)| e.in_time.harmonic == harmonic) {
+            let amplitude =
+                c64::from_polar(excitation.in_time.amplitude, -excitation.in_time.phase_rad);
             let add = |to: &mut Mat<c64>, unit: &[f64]| {
                 for (i, f) in unit.iter().enumerate() {
                     to[(i, 0)] += amplitude * f;

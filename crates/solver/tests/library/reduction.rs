@@ -5,17 +5,17 @@ use crate::elements::algebra::dense_omega2;
 use crate::shared_lattices::{forces, observed};
 use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{DashpotSpec, ExcitationKind, ExcitationSpec, Model, bind};
+use dovetail_solver::problem::LinearReference;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::problem::{LinearReference, Problem};
-use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    DiscExcitation, Highest, Influence, InfluenceCoefficient, ReducedModel, Reduction, StuckModes,
-    Waves, reduce, stuck_modes,
+use dovetail_solver::reduced::{
+    DiscExcitation, Influence, InfluenceCoefficient, ReducedModel, Waves,
 };
+use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
+use dovetail_solver::reduction::{Highest, Reduction, StuckModes, reduce, stuck_modes};
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
@@ -216,7 +216,7 @@ fn spring_response_with(
     };
     let influence = Influence::new(2, &[1, 2], coefficients);
     reduced.waves = Waves::new(excitation, BTreeMap::new()).with_influence(influence);
-    let problem = Problem::new(reduced, &model);
+    let problem = dovetail_solver::run::problem(reduced, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
     let system = ContactSystem::new(&problem, DAMPING);
     let n = 3 * model.pairs.len();
@@ -305,7 +305,7 @@ fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
     // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its
     // flank.
     let (model, structure) = assembled(None);
-    let problem = Problem::new(reduced(&structure).model, &model);
+    let problem = dovetail_solver::run::problem(reduced(&structure).model, &model);
     let system = ContactSystem::new(&problem, DAMPING);
     for w in random_frequencies(&problem.reduced, 5) {
         let receptance = |b: usize| -> Mat<c64> {
@@ -386,7 +386,7 @@ fn tied_omega2(model: &Model, structure: &Structure, open: &[usize]) -> Vec<f64>
 #[test]
 fn the_linear_modes_are_those_of_the_bodies_tied_at_the_closed_pairs() {
     let (model, structure) = assembled(None);
-    let problem = Problem::new(reduced(&structure).model, &model);
+    let problem = dovetail_solver::run::problem(reduced(&structure).model, &model);
     let stuck = tied_omega2(&model, &structure, &[]);
     for open in [vec![], vec![0], vec![1, 4, 8], vec![0, 1, 2, 3, 4]] {
         let exact = tied_omega2(&model, &structure, &open);

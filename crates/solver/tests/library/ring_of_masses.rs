@@ -1,17 +1,16 @@
 //! Waves of a ring of masses, with and without aerodynamic influence, compared with closed forms.
 
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::sectors::{
-    largest_nodal_diameter, modes_of_nodal_diameter, reduce_wave,
-};
-use dovetail_solver::reduction::{
-    DiscExcitation, Highest, Influence, InfluenceCoefficient, Load, StuckModes, Waves, reduce,
-};
+use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::waves::largest_nodal_diameter;
+use dovetail_solver::reduced::{DiscExcitation, Influence, InfluenceCoefficient, Load, Waves};
+use dovetail_solver::reduction::sectors::{modes_of_nodal_diameter, reduce_wave};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::structure::{
-    BodyMatrices, InterfaceNode, Joint, ObservedWork, OtherSector, Quantity, Structure,
+    BodyMatrices, InterfaceNode, Joint, ObservedWork, OtherSector, Structure,
 };
 use faer::c64;
 use nalgebra_sparse::{CooMatrix, CscMatrix};

@@ -8,7 +8,7 @@ use dovetail_solver::model::{
     ObservationSpec, Prestress, RotationSpec,
 };
 use dovetail_solver::model::{MeshKind, MeshSource};
-use dovetail_solver::structure::Quantity;
+use dovetail_solver::reduced::Quantity;
 use dovetail_testkit::folder::root;
 
 pub const MM: f64 = 1e-3;

@@ -2,12 +2,14 @@
 
 use dovetail_mesh::Mesh;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::excitation::{Excitation as InTime, Growth};
 use dovetail_solver::fem::join;
 use dovetail_solver::model::{
-    AppliedLoad, Body, BodyNode, ContactPair, Excitation, Growth, Model, NodeMotion, Observation,
-    Side, Slave,
+    AppliedLoad, Body, BodyNode, ContactPair, Excitation, Model, NodeMotion, Observation, Side,
+    Slave,
 };
-use dovetail_solver::structure::{BodyMatrices, Quantity, Structure};
+use dovetail_solver::reduced::Quantity;
+use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
 use faer::{Mat, c64};
 
@@ -55,10 +57,12 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
                 vector_n: direction,
             },
         )],
-        amplitude: 1.5,
-        harmonic,
-        phase_rad,
-        growth: Growth::Constant,
+        in_time: InTime {
+            amplitude: 1.5,
+            harmonic,
+            phase_rad,
+            growth: Growth::Constant,
+        },
     };
     let model = Model {
         bodies: vec![bar_body, block_body],
@@ -157,8 +161,12 @@ fn body(
 /// Complex amplitudes of the forces of one harmonic on the free degrees of freedom (`cos - i sin`).
 pub fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
     let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
-    for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
-        let phase = c64::new(0.0, -force.phase_rad).exp();
+    for force in model
+        .excitations
+        .iter()
+        .filter(|f| f.in_time.harmonic == harmonic)
+    {
+        let phase = c64::new(0.0, -force.in_time.phase_rad).exp();
         for (body, load) in &force.loads {
             let AppliedLoad::Point { node, vector_n } = load else {
                 panic!("the excitations are forces on nodes");
@@ -166,7 +174,7 @@ pub fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
             for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
                 for axis in 0..3 {
                     f[*body][(3 * free + axis, 0)] +=
-                        phase * weight * force.amplitude * vector_n[axis];
+                        phase * weight * force.in_time.amplitude * vector_n[axis];
                 }
             }
         }

@@ -3,12 +3,12 @@
 use std::sync::OnceLock;
 
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{ReducedModel, superelement};
+use dovetail_solver::reduced::ReducedModel;
 use dovetail_testkit::folder::root;
 use faer::Mat;
 
@@ -17,7 +17,7 @@ pub fn dovetail72(law: PairLaw, force_n: f64) -> Problem {
     // Read once for all tests.
     static MODEL: OnceLock<ReducedModel> = OnceLock::new();
     let folder = root().join("tests/data/dovetail72");
-    let model = MODEL.get_or_init(|| superelement::read(&folder).unwrap().model);
+    let model = MODEL.get_or_init(|| dovetail_superelement::read(&folder).unwrap().model);
     Problem::of_one_law(model.clone(), law, force_n)
 }
 

@@ -21,7 +21,7 @@ pub fn bytes(name: &str) -> Vec<u8> {
 pub fn reduced(assembly: &Assembly, mesh: &Mesh, wanted: StuckModes) -> (Model, Problem) {
     let model = bind(assembly, mesh, None).unwrap();
     let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
-    let problem = Problem::new(reduction.model, &model);
+    let problem = dovetail_solver::run::problem(reduction.model, &model);
     (model, problem)
 }
 

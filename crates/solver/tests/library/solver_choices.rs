@@ -5,6 +5,7 @@
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -12,8 +13,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
+use dovetail_solver::reduced::{DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

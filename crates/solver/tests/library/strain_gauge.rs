@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::shared_scenes::*;
 use dovetail_mesh::{ElementType, Group, Mesh};
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::orbit::linear_orbit;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::fem::statics::solve_by_cholesky;
@@ -12,11 +13,9 @@ use dovetail_solver::model::{
     ExcitationKind, ExcitationSpec, LoadKind, LoadSpec, Material, Model, ModelError,
     ObservationSpec, bind,
 };
-use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduced::Quantity;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use dovetail_solver::structure::Quantity;
 use dovetail_testkit::block::block;
 
 fn gauge(points: &str, direction: [f64; 3]) -> ObservationSpec {
@@ -147,7 +146,7 @@ fn gauges_on_a_bar_in_axial_vibration_measure_the_strain_of_the_wave_equation() 
         let model = bind(&assembly, &mesh, None).unwrap();
         let wanted = StuckModes::new(Some(60), Highest::RadS(0.0));
         let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
-        let problem = Problem::new(reduction.model, &model);
+        let problem = dovetail_solver::run::problem(reduction.model, &model);
         let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
         let system = ContactSystem::new(&problem, Rayleigh::NONE);
         let orbit = linear_orbit(&system, 1, (0, wave_1_m * sound_m_s / TAU));

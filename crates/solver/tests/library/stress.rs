@@ -5,14 +5,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::shared_scenes::*;
 use dovetail_mesh::ElementType;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::orbit::linear_orbit;
 use dovetail_solver::fem::{assemble, expand_to_nodes};
 use dovetail_solver::model::{
     ExcitationKind, ExcitationSpec, LoadKind, LoadSpec, Model, NodeMotion, Strength, bind,
 };
-use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::stress::{
@@ -48,7 +47,7 @@ fn vibrating(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
     let model = bind(&assembly, &mesh, None).unwrap();
     let wanted = StuckModes::new(Some(60), Highest::RadS(0.0));
     let reduction = reduce(assemble(&model).unwrap(), wanted).unwrap();
-    let problem = Problem::new(reduction.model, &model);
+    let problem = dovetail_solver::run::problem(reduction.model, &model);
     let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
     let omega = wave_1_m * sound_m_s;
     let system = ContactSystem::new(&problem, Rayleigh::NONE);

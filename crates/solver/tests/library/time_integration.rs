@@ -3,16 +3,16 @@
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::SweepSettings;
+use dovetail_solver::excitation::Growth;
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Dashpots, Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduced::{Dashpots, Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 

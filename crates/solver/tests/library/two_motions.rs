@@ -2,14 +2,14 @@
 //! are named where the curve is followed, and a grid tells of a jump.
 
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::{follow, stable};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, SecondMotion};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::results::quantities::{jump_hz, peak};
 use faer::Mat;
 use std::f64::consts::TAU;

@@ -5,6 +5,7 @@ use crate::shared_problems::{diagonal, respond};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
+use dovetail_solver::damping::{DampingError, Rayleigh};
 use dovetail_solver::dlft::backbone::{BackboneRange, backbone};
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::dlft::settings::Resolution;
@@ -14,8 +15,7 @@ use dovetail_solver::integration::compare::{Start, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
-use dovetail_solver::reduction::damping::{DampingError, Rayleigh};
-use dovetail_solver::reduction::{
+use dovetail_solver::reduced::{
     Dashpots, DiscExcitation, Influence, InfluenceCoefficient, Load, ObservedPoint, ReducedModel,
     Waves,
 };

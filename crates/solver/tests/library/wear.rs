@@ -4,18 +4,17 @@
 use std::path::Path;
 
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
     FrequencyRange, MissionPart, ReducedModelSpec, ResponseSpec, Scene, StaticSpec, Subject,
 };
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::{LoadPath, static_state, static_state_after};
 use dovetail_solver::dlft::sweep::SweepSettings;
-use dovetail_solver::reduction::damping::DampingSpec;
-use dovetail_solver::reduction::superelement::{
-    NamedContact, NamedExcitation, Superelement, write,
-};
-use dovetail_solver::reduction::{Load, ObservedPoint, ReducedModel};
+use dovetail_solver::excitation::NamedExcitation;
+use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::{Error, Session, Wear, WearQuestion, wear};
+use dovetail_superelement::{NamedContact, Superelement, write};
 use dovetail_testkit::folder::Folder;
 use faer::Mat;
 

@@ -10,15 +10,15 @@ use crate::export::manifest::BodySummary;
 use crate::words::{counted, figure, motion_of_sectors, or_dash, percent, quantity, vector};
 use dovetail_mesh::ElementType;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, DashpotSpec, ExcitationKind,
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
-use dovetail_solver::reduction::DiscExcitation;
-use dovetail_solver::reduction::damping::DampingSpec;
-use dovetail_solver::structure::Quantity;
+use dovetail_solver::reduced::DiscExcitation;
+use dovetail_solver::reduced::Quantity;
 
 pub(super) fn computed(contents: &Contents<'_>) -> Markup {
     html! {

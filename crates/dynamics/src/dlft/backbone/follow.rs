@@ -1,0 +1,552 @@
+//! Course of a backbone from one amplitude to the next.
+//!
+//! The parameter is the logarithm of q, the amplitude of the tracked mode, or of a relative
+//! displacement where no stuck mode takes part. A point starts from the
+//! last two, whose vibrations over q, means, frequencies and damping ratios are continued along
+//! lines. A step that fails is halved.
+
+use super::equations::{OfAmplitude, Tracked};
+use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
+use crate::damping::Rayleigh;
+use crate::dlft::accuracy::LEAST_SHORTFALL;
+use crate::dlft::balance::add_harmonic;
+use crate::dlft::branch::bordered::corrected;
+use crate::dlft::orbit::{complex_block, unforced_orbit};
+use crate::dlft::point::{FrequencySolver, Solution, Work, resized};
+use crate::dlft::retention::Mean;
+use crate::dlft::settings::Resolution;
+use crate::dlft::sweep::{Run, SweepSettings};
+use crate::dlft::{Orbit, Outcome, StaticState};
+use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::unforced::Unforced;
+use crate::reduced::HarmonicModel;
+use dovetail_numerics::nonlinear::NewtonOptions;
+use dovetail_numerics::spectrum::blocks;
+use dovetail_numerics::vector::dot;
+use faer::c64;
+use std::f64::consts::TAU;
+
+/// Newton iterations allowed to a step.
+const MOST_ITERATIONS: usize = 30;
+/// Shortest step in the logarithm of q: where it fails, the backbone ends.
+const SHORTEST_STEP: f64 = 1e-3;
+/// Longest step in the logarithm of q.
+const LONGEST_STEP: f64 = 0.7;
+/// First amplitude that is tried where the first one asked for has no solution, as a fraction of it;
+/// each of the following attempts takes the same fraction again.
+const SMALLER: f64 = 0.1;
+const MOST_SMALLER: usize = 6;
+/// Relative difference from an amplitude asked for at which it counts as reached.
+const REACHED: f64 = 1e-6;
+/// Relative difference from an amplitude asked for above which it is not reached.
+const NEAR: f64 = 0.01;
+/// Most points that are solved to reach an amplitude.
+const MOST_CORRECTIONS: usize = 8;
+/// Share of the pairs closed at rest that may be open in the whole period: with more the mode means
+/// little.
+const OPEN: f64 = 0.05;
+/// Power of friction below this share of the other powers is rounding.
+const NO_FRICTION: f64 = 1e-9;
+
+/// Linear mode that a backbone begins at.
+pub struct LinearMode {
+    /// Stuck mode with the largest share, or without any the relative displacement that moves most.
+    tracked: Tracked,
+    /// Motion of the pairs for a unit of the tracked coordinate.
+    x: Vec<c64>,
+    /// Amplitude of the observed displacement for a unit of the tracked coordinate.
+    observed: f64,
+    omega: f64,
+    ratio: f64,
+}
+
+impl LinearMode {
+    /// Mode of the linear reference; `None` where it does not move the observed displacement.
+    pub fn of(
+        problem: &Problem,
+        damping: Rayleigh,
+        state: &StaticState,
+        range: &BackboneRange,
+    ) -> Option<Self> {
+        let linear = state.linear.problem(problem, damping);
+        let (of, of_linear) = (
+            problem.reduced.of_harmonic(1),
+            linear.reduced.of_harmonic(1),
+        );
+        let first = range.mode * of.copies();
+        let system = ContactSystem::new(&linear, damping);
+        // Dashpots and the air between blades couple the linear modes.
+        let vanishing = Unforced {
+            system: &system,
+            tracked: &of_linear.moving_together(first),
+            omega_rad_s: of_linear.model.omega2.get(first)?.sqrt(),
+            damping_ratio: system.damping_ratio(1, first),
+        };
+        let vanishing = vanishing.without_pairs()?;
+        let (mut x, mut q) = state.linear.first_harmonic_motion(problem, range.mode);
+        let (tracked, unit) = match largest(&q) {
+            Some(mode) => (Tracked::Mode(of.moving_together(mode)), q[mode]),
+            None => {
+                let row = largest(&x)?;
+                let inertia_n_m = vanishing.omega_rad_s.powi(2) * mass_times(of, &x);
+                let inertia_n_m = inertia_n_m / x[row].norm();
+                (Tracked::Displacement { row, inertia_n_m }, x[row])
+            }
+        };
+        x.iter_mut().chain(&mut q).for_each(|v| *v /= unit);
+        let point = of.observations().get(range.observation)?;
+        let observed = point.amplitude(&of.widened(&x), &q).norm();
+        (observed > 0.0).then_some(Self {
+            tracked,
+            x,
+            observed,
+            omega: vanishing.omega_rad_s,
+            ratio: vanishing.damping_ratio,
+        })
+    }
+}
+
+/// Number of the largest of some amplitudes; `None` where all are zero.
+fn largest(amplitudes: &[c64]) -> Option<usize> {
+    let larger = |a: &usize, b: &usize| amplitudes[*a].norm().total_cmp(&amplitudes[*b].norm());
+    let largest = (0..amplitudes.len()).max_by(larger);
+    largest.filter(|i| amplitudes[*i] != c64::ZERO)
+}
+
+/// Norm of M X, of complex amplitudes X of the pairs of one sector.
+fn mass_times(of: HarmonicModel<'_>, x: &[c64]) -> f64 {
+    let widened = of.widened(x);
+    let moved = of.model.mass.row_iter().map(|row| {
+        let products = row.iter().zip(widened.iter()).map(|(m, x)| *m * x);
+        products.sum::<c64>().norm_sqr()
+    });
+    moved.sum::<f64>().sqrt()
+}
+
+/// Solved point from which the next one starts.
+#[derive(Clone)]
+struct Solved {
+    log_q: f64,
+    u: Vec<f64>,
+    /// Frequency over that of the linear mode, and damping ratio.
+    further: Vec<f64>,
+    mean: Mean,
+    level: usize,
+    amplitude_m: f64,
+    point: BackbonePoint,
+}
+
+/// Follower of a backbone.
+struct Follower<'b, 's> {
+    run: &'b Run<'s>,
+    mode: &'b LinearMode,
+    observation: usize,
+    accuracy: Option<f64>,
+    most_seconds: Option<f64>,
+    work: Work,
+    /// Last two points, the later one last.
+    last: Vec<Solved>,
+}
+
+/// Follows a backbone through the amplitudes asked for.
+pub fn followed(
+    run: &Run<'_>,
+    mode: &LinearMode,
+    settings: &SweepSettings,
+    range: &BackboneRange,
+    tell: &mut dyn FnMut(&BackbonePoint) -> bool,
+) -> Backbone {
+    let mut follower = Follower {
+        run,
+        mode,
+        observation: range.observation,
+        accuracy: match settings.resolution {
+            Resolution::Accuracy(accuracy) => Some(accuracy),
+            Resolution::Fixed { .. } => None,
+        },
+        most_seconds: settings.most_seconds,
+        work: Work::default(),
+        last: Vec::new(),
+    };
+    let mut points = Vec::new();
+    let mut end = BackboneEnd::Reached;
+    for amplitude_m in &range.amplitudes_m {
+        let Some(solved) = follower.reach(*amplitude_m) else {
+            end = BackboneEnd::Lost;
+            break;
+        };
+        if stays_open(&solved.point.orbit) {
+            end = BackboneEnd::Open;
+            break;
+        }
+        let mut point = solved.point;
+        point.orbit.point = points.len();
+        let goes_on = tell(&point);
+        points.push(point);
+        if !goes_on {
+            end = BackboneEnd::Stopped;
+            break;
+        }
+    }
+    Backbone {
+        points,
+        end,
+        linear_hz: mode.omega / TAU,
+        linear_ratio: mode.ratio,
+    }
+}
+
+/// Returns `true` if more than [`OPEN`] of the pairs that are closed at rest are open in the whole
+/// period.
+fn stays_open(orbit: &Orbit) -> bool {
+    let closed = orbit.cycles.iter().filter(|c| !c.status.is_open_at_rest());
+    let open = closed.clone().filter(|c| c.open_fraction >= 1.0).count();
+    open as f64 > OPEN * closed.count() as f64
+}
+
+impl<'b, 's: 'b> Follower<'b, 's> {
+    /// Point at which the observed displacement has an amplitude, to what a few solutions reach.
+    fn reach(&mut self, amplitude_m: f64) -> Option<Solved> {
+        let mut found = match self.last.last() {
+            None => self.first(amplitude_m)?,
+            Some(last) => {
+                let log_q = last.log_q + self.slope() * (amplitude_m / last.amplitude_m).ln();
+                self.walk(log_q)?
+            }
+        };
+        let mut slope = self.slope();
+        for _ in 0..MOST_CORRECTIONS {
+            let off = (amplitude_m / found.amplitude_m).ln();
+            if off.abs() < REACHED || stays_open(&found.point.orbit) {
+                break;
+            }
+            let log_q = found.log_q + slope * off;
+            let is_far = (slope * off).abs() > LONGEST_STEP;
+            let next = if is_far {
+                self.walk(log_q)
+            } else {
+                self.solve(log_q)
+            };
+            let Some(next) = next else {
+                break;
+            };
+            let left = (amplitude_m / next.amplitude_m).ln();
+            if left.abs() >= off.abs() {
+                break;
+            }
+            slope = usable((next.log_q - found.log_q) / (off - left));
+            if !is_far {
+                // The point before stays that of the amplitude before.
+                self.last.pop();
+                self.last.push(next.clone());
+            }
+            found = next;
+        }
+        let off = (amplitude_m / found.amplitude_m).ln();
+        (off.abs() < NEAR || stays_open(&found.point.orbit)).then_some(found)
+    }
+
+    /// Derivative of log q by the logarithm of the observed amplitude.
+    fn slope(&self) -> f64 {
+        let [before, last] = &self.last[..] else {
+            return 1.0;
+        };
+        usable((last.log_q - before.log_q) / (last.amplitude_m / before.amplitude_m).ln())
+    }
+
+    /// First point, from the linear mode, where need be from smaller amplitudes on.
+    fn first(&mut self, amplitude_m: f64) -> Option<Solved> {
+        let target = (amplitude_m / self.mode.observed).ln();
+        for attempt in 0..=MOST_SMALLER {
+            let log_q = target + attempt as f64 * SMALLER.ln();
+            if let Some(solved) = self.solve(log_q) {
+                self.last.push(solved.clone());
+                return if attempt == 0 {
+                    Some(solved)
+                } else {
+                    self.walk(target)
+                };
+            }
+        }
+        None
+    }
+
+    /// Goes to an amplitude of the tracked mode in as many steps as it takes.
+    fn walk(&mut self, target: f64) -> Option<Solved> {
+        let mut step = LONGEST_STEP;
+        loop {
+            let from = self.last.last()?.log_q;
+            let left = target - from;
+            if !left.is_finite() {
+                return None;
+            }
+            let by = left.signum() * left.abs().min(step);
+            match self.solve(from + by) {
+                Some(solved) => {
+                    self.last.push(solved.clone());
+                    if self.last.len() > 2 {
+                        self.last.remove(0);
+                    }
+                    if stays_open(&solved.point.orbit) || by == left {
+                        return Some(solved);
+                    }
+                    step = (2.0 * step).min(LONGEST_STEP);
+                }
+                None if by.abs() <= SHORTEST_STEP => return None,
+                None => step = 0.5 * by.abs(),
+            }
+        }
+    }
+
+    /// Solves at an amplitude of the tracked mode, with the harmonics that the accuracy takes.
+    fn solve(&mut self, log_q: f64) -> Option<Solved> {
+        self.work.start_counting(self.most_seconds);
+        let mut level = self.last.last().map_or(0, |last| last.level);
+        let mut solved = self.solve_from(log_q, level, &self.starts(log_q))?;
+        if !self.run.estimates() {
+            return Some(solved);
+        }
+        loop {
+            let start = (solved.u.clone(), solved.further.clone(), solved.mean);
+            let finer = self.solve_from(log_q, level + 1, &[start]);
+            let error = finer
+                .as_ref()
+                .map_or(1.0, |finer| difference(&solved, finer));
+            solved.point.estimated_error = Some(error);
+            solved.point.orbit.estimated_error = Some(error);
+            let Some(accuracy) = self.accuracy else {
+                return Some(solved);
+            };
+            if error <= accuracy {
+                return Some(solved);
+            }
+            let Some(finer) = finer.filter(|_| level < self.run.refinement.highest()) else {
+                solved.point.orbit.outcome = Outcome::AccuracyNotReached;
+                return Some(solved);
+            };
+            solved = finer;
+            level += 1;
+        }
+    }
+
+    /// Starts for an amplitude of the tracked mode: continued, and as the last one scaled.
+    fn starts(&self, log_q: f64) -> Vec<(Vec<f64>, Vec<f64>, Mean)> {
+        let n = self.run.refinement.lowest().setting.system.unknowns();
+        let Some(last) = self.last.last() else {
+            let solver = self.run.refinement.level(0);
+            let mut u = solver.static_start();
+            let q = log_q.exp();
+            let x: Vec<c64> = self.mode.x.iter().map(|x| x * q).collect();
+            add_harmonic(&mut u, 1, &x);
+            let mean = solver.setting.static_mean;
+            return vec![(u, vec![1.0, self.mode.ratio], mean)];
+        };
+        let scaled = |solved: &Solved| {
+            let (mut u, by) = (solved.u.clone(), (log_q - solved.log_q).exp());
+            u[n..].iter_mut().for_each(|u| *u *= by);
+            u
+        };
+        let as_last = (scaled(last), last.further.clone(), last.mean);
+        let mut starts = vec![as_last];
+        if let [before, last] = &self.last[..]
+            && before.mean == last.mean
+            && before.log_q != last.log_q
+        {
+            let t = (log_q - last.log_q) / (last.log_q - before.log_q);
+            let line = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                let b = resized(b, a.len());
+                a.iter().zip(&b).map(|(a, b)| a + t * (a - b)).collect()
+            };
+            let u = line(&scaled(last), &scaled(before));
+            let further = line(&last.further, &before.further);
+            starts.insert(0, (u, further, last.mean));
+        }
+        starts
+    }
+
+    /// Solves with the harmonics of a level, from the first start that leads to a motion.
+    fn solve_from(
+        &mut self,
+        log_q: f64,
+        level: usize,
+        starts: &[(Vec<f64>, Vec<f64>, Mean)],
+    ) -> Option<Solved> {
+        let solver = self.run.refinement.level(level);
+        let family = OfAmplitude {
+            solver,
+            tracked: &self.mode.tracked,
+            q: log_q.exp(),
+            linear_omega: self.mode.omega,
+        };
+        let found = starts
+            .iter()
+            .find_map(|start| settled(solver, &family, start, &mut self.work));
+        let (solution, further) = found?;
+        let point = self.point(&solution, &family, &further);
+        let amplitude_m = point.orbit.observed_amplitude[self.observation];
+        (amplitude_m.is_finite() && amplitude_m > 0.0).then(|| Solved {
+            log_q,
+            mean: solution.balance.mean(),
+            u: solution.u,
+            further,
+            level,
+            amplitude_m,
+            point,
+        })
+    }
+
+    fn point(
+        &self,
+        solution: &Solution<'_>,
+        family: &OfAmplitude<'_>,
+        further: &[f64],
+    ) -> BackbonePoint {
+        let Solution {
+            balance,
+            u,
+            evaluation,
+            end,
+        } = solution;
+        let (motion, q) = (family.motion(further), family.q);
+        let orbit = unforced_orbit(balance, u, evaluation, (&motion, q), Outcome::Converged);
+        let x = complex_block(u, balance.unknowns_per_block(), 1);
+        let modes = motion.modal_amplitudes(1, &x, q);
+        let squared = modal_mass(&motion, &x, &modes);
+        let worked = first_harmonic_work(&motion, &x, &modes);
+        let resonant = 2.0 * motion.damping_ratio * motion.omega_rad_s.powi(2) * squared;
+        BackbonePoint {
+            damping_ratio: motion.damping_ratio,
+            friction_ratio: of_friction(&orbit),
+            tracked_amplitude: q,
+            modal_amplitude: squared.sqrt(),
+            excitation_scale: worked
+                .filter(|_| resonant > 0.0)
+                .map(|worked| resonant / worked),
+            estimated_error: None,
+            orbit: Orbit {
+                newton_iterations: self.work.newton_iterations,
+                krylov_iterations: self.work.krylov_iterations,
+                newton_residuals: self.work.residuals.clone(),
+                residual: end.measure,
+                ..orbit
+            },
+        }
+    }
+}
+
+/// Damping ratio that the power of friction makes alone, without rounding.
+fn of_friction(orbit: &Orbit) -> f64 {
+    let (friction_w, other_w) = (orbit.friction_power_w, orbit.viscous_power_w);
+    if friction_w.abs() <= NO_FRICTION * other_w.abs() {
+        return 0.0;
+    }
+    friction_w / (4.0 * TAU * orbit.frequency_hz * orbit.kinetic_energy_j)
+}
+
+/// Derivative of log q by the logarithm of the observed amplitude; 1 in place of one that leads
+/// astray.
+fn usable(slope: f64) -> f64 {
+    if (0.2..5.0).contains(&slope) {
+        slope
+    } else {
+        1.0
+    }
+}
+
+/// Estimated error of the damping ratio, at most 1, from the point with further harmonics, relative
+/// to that ratio or, where the air drives the mode, to that of friction alone if it is larger.
+fn difference(coarse: &Solved, finer: &Solved) -> f64 {
+    let [a, b] = [coarse, finer].map(|solved| &solved.point);
+    let sizes = [a, b].map(|point| point.damping_ratio.abs().max(point.friction_ratio));
+    let off = (a.damping_ratio - b.damping_ratio).abs();
+    let error = LEAST_SHORTFALL * off / sizes[0].max(sizes[1]);
+    if error < 1.0 { error } else { 1.0 }
+}
+
+/// Solves from a start with the mean that holds there: free where the pairs that stick hold the
+/// bodies, and else retained.
+fn settled<'b>(
+    solver: &'b FrequencySolver<'b>,
+    family: &OfAmplitude<'b>,
+    (u, further, mean): &(Vec<f64>, Vec<f64>, Mean),
+    work: &mut Work,
+) -> Option<(Solution<'b>, Vec<f64>)> {
+    let entries = blocks(solver.setting.fourier.harmonics()) * solver.setting.system.unknowns();
+    let u = resized(u, entries);
+    let options = NewtonOptions {
+        max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
+        ..solver.newton
+    };
+    let solve = |u: &[f64], further: &[f64], mean: Mean, work: &mut Work| {
+        let start = (u, further);
+        let found = corrected(solver, family, start, mean, options, work);
+        found.filter(|(solution, _)| solution.is_converged())
+    };
+    if solver.must_be_retained() {
+        return solve(&u, further, Mean::Retained, work);
+    }
+    let is_held = |(solution, _): &(Solution<'b>, Vec<f64>)| {
+        !solver.walked_off(&solution.u) && solver.is_blocked_by_friction(solution)
+    };
+    let mut start = (u, further.clone());
+    if *mean == Mean::Free {
+        let free = solve(&start.0, &start.1, Mean::Free, work);
+        if free.as_ref().is_some_and(is_held) || solver.retention().is_none() {
+            return free;
+        }
+        if let Some((solution, further)) = free.filter(|(s, _)| !solver.walked_off(&s.u)) {
+            start = (solution.u, further);
+        }
+    }
+    let retained = solve(&start.0, &start.1, Mean::Retained, work)?;
+    // A free motion beside it that friction holds is the answer. There is none where friction does
+    // not even hold the bodies beside the spring.
+    let (solution, further) = &retained;
+    if !solver.is_blocked_by_friction(solution) {
+        return Some(retained);
+    }
+    let free = solve(&solution.u, further, Mean::Free, work).filter(is_held);
+    Some(free.unwrap_or(retained))
+}
+
+/// Square of the modal amplitude of harmonic 1, `Y^H M Y`, of one sector.
+fn modal_mass(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> f64 {
+    let of = motion.system.problem.reduced.of_harmonic(1);
+    let (reduced, widened) = (of.model, of.widened(x));
+    let mut sum = 0.0;
+    for part in [|v: &c64| v.re, |v: &c64| v.im] {
+        let x: Vec<f64> = widened.iter().map(part).collect();
+        let q: Vec<f64> = modes.iter().map(part).collect();
+        for (j, x_j) in x.iter().enumerate() {
+            sum += x_j * dot(reduced.mass.col_as_slice(j), &x);
+        }
+        sum += dot(&q, &q);
+        for (m, q) in q.iter().enumerate() {
+            sum += 2.0 * q * dot(reduced.coupling.col_as_slice(m), &x);
+        }
+    }
+    sum / of.copies() as f64
+}
+
+/// Size of `Y^H f` of one sector, where f is the excitation of harmonic 1 before condensation; `None`
+/// where there is none of that harmonic or one of another, or where it does no work.
+fn first_harmonic_work(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> Option<f64> {
+    let of = motion.system.problem.reduced.of_harmonic(1);
+    let loads = &motion.system.problem.excitations;
+    if loads.iter().any(|load| load.harmonic != 1) {
+        return None;
+    }
+    let (mut sum, x) = (c64::new(0.0, 0.0), of.widened(x));
+    for load in loads {
+        let factor = load.factor(motion.omega_rad_s);
+        let mut add = |motion: &[c64], cosine: &[f64], sine: &[f64]| {
+            let parts = motion.iter().zip(cosine.iter().zip(sine));
+            let of_parts = parts.map(|(y, (c, s))| y.conj() * c64::new(*c, -*s));
+            sum += factor * of_parts.sum::<c64>();
+        };
+        add(&x, &load.cosine.on_x, &load.sine.on_x);
+        add(modes, &load.cosine.on_modes, &load.sine.on_modes);
+    }
+    Some(sum.norm() / of.copies() as f64).filter(|work| *work > 0.0)
+}

@@ -1,0 +1,497 @@
+//! Curves over a value of the model at one frequency: a force, a coefficient of friction, a
+//! clearance, a speed.
+//!
+//! Each value has its own model about its own static state. Derivatives by the value are
+//! difference quotients between the models at two values close by. Where these differ in their loads
+//! and matrices alone, `R_p = (I - D) (Lambda_p U - F_p)`, which is exact for a force, on which F
+//! depends linearly. Else the residuals of both are subtracted: the law, the clearances and the
+//! static state, from which the memory of friction is counted, then depend on the value, too.
+//!
+//! Where the matrices differ from those of the first value, Newton's method takes the derivative of
+//! the point from which a step begins: each of its iterations then takes one model, and each point
+//! two more.
+//!
+//! Models are made where a step asks for them, and dropped at its end. No model is asked for
+//! outside of the range of values. eps is that of the first value along the whole curve.
+
+use super::gauge::motion;
+use super::over::{Over, Place, Use};
+use super::several::Several;
+use super::trace::Course;
+use crate::damping::Rayleigh;
+use crate::dlft::accuracy::{Level, Refinement};
+use crate::dlft::balance::{Balance, Jacobian, Setting};
+use crate::dlft::gross_slip::free_slips_m;
+use crate::dlft::orbit::{linear_point, observed_amplitudes_m};
+use crate::dlft::retention::{Holding, Mean};
+use crate::dlft::settings::Resolution;
+use crate::dlft::sweep::{Run, SweepSettings, in_run};
+use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, Told};
+use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::inexact::InexactModel;
+use crate::reduced::ReducedModel;
+use std::cell::{OnceCell, RefCell};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Half the distance of the values of a difference quotient, as a fraction of the range.
+const DIFFERENCE: f64 = 1e-4;
+
+/// Model at one value, about its static state.
+#[derive(Debug, Clone)]
+pub struct ModelAt {
+    /// Problem to be solved.
+    pub problem: Problem,
+    /// Coefficients of its damping.
+    pub damping: Rayleigh,
+    /// Static state.
+    pub state: StaticState,
+}
+
+/// Maker of the model at a value; `None` where there is none. The same value gives the same model.
+pub type ModelOf<'a> = dyn Fn(f64) -> Option<Arc<ModelAt>> + Sync + 'a;
+
+/// Values over which a curve is followed at one frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ValueRange {
+    /// Values from the first to the last one, ascending, at each of which motions are solved for.
+    pub values: Vec<f64>,
+    /// True to follow the curve over the logarithm of the value; all values are then positive.
+    pub logarithmic: bool,
+    /// Frequency of the first harmonic, Hz.
+    pub frequency_hz: f64,
+}
+
+/// Curve over a value.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct ValueCurve {
+    /// Motions along the branches. All have the same frequency. Its linear reference is known at
+    /// its motions alone.
+    pub response: Response,
+    /// Value of each motion of the response.
+    pub values: Vec<f64>,
+    /// Ranges in which several motions were found, ascending in value.
+    pub several: Vec<SeveralAt>,
+}
+
+/// Range of values at which several motions were found, and the value in it at which the largest
+/// and the smallest of them differ most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct SeveralAt {
+    /// First value of the range.
+    pub from: f64,
+    /// Last value of the range.
+    pub to: f64,
+    /// Value at which an amplitude differs most.
+    pub value: f64,
+    /// Number of the observed displacement whose amplitude differs most, 0 = first.
+    pub observation: usize,
+    /// Largest amplitude of that displacement, m.
+    pub amplitude_m: f64,
+    /// Smallest amplitude of that displacement, m.
+    pub other_amplitude_m: f64,
+}
+
+/// Follows the motions at one frequency over a value, from the first value to the last one and
+/// back, round folds, as [`follow`](super::follow) follows those over the frequency. Each of the
+/// values of the range is solved for wherever a branch passes it. The settings give everything but
+/// the frequency; the slip threshold, where none is given, is that of each static state.
+///
+/// `earlier` are points that an interrupted run of the same question solved, and `tell` is called
+/// for each point, as with [`follow`](super::follow). `None` where there is no model at the first
+/// value.
+pub fn follow_over(
+    range: &ValueRange,
+    model_of: &ModelOf<'_>,
+    settings: &SweepSettings,
+    earlier: &[SolvedFrequency],
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Option<ValueCurve> {
+    let first = model_of(*range.values.first()?)?;
+    let settings = SweepSettings {
+        frequencies_hz: vec![range.frequency_hz],
+        ..settings.clone()
+    };
+    let solve = |run: &Run<'_>| {
+        run.followed_over(&Values {
+            run,
+            range,
+            model_of,
+            first: &first,
+            resolution: settings.resolution,
+            slip_threshold_m: settings.slip_threshold_m,
+        })
+    };
+    let (problem, damping, state) = (&first.problem, first.damping, &first.state);
+    let response = in_run(problem, damping, state, &settings, earlier, tell, solve);
+    Some(range.curve(response))
+}
+
+/// Place between the first and the last value at which a key that takes whole numbers alone has none.
+const INSIDE: f64 = 0.381_966;
+
+impl ValueRange {
+    /// First value, one between, and last value.
+    pub fn ends_and_inside(&self) -> Vec<f64> {
+        match (self.values.first(), self.values.last()) {
+            (Some(from), Some(to)) => vec![*from, from + INSIDE * (to - from), *to],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Abscissa of a value.
+    pub fn abscissa(&self, value: f64) -> f64 {
+        if self.logarithmic { value.ln() } else { value }
+    }
+
+    /// Value of an abscissa; exactly one of the values asked for where it is that of one.
+    pub fn value(&self, abscissa: f64) -> f64 {
+        let asked = self.values.iter().copied();
+        let is_at = |value: &f64| self.abscissa(*value) == abscissa;
+        let other = if self.logarithmic {
+            abscissa.exp()
+        } else {
+            abscissa
+        };
+        asked.into_iter().find(is_at).unwrap_or(other)
+    }
+
+    /// Abscissae of the values asked for.
+    pub fn abscissae(&self) -> Vec<f64> {
+        self.values.iter().map(|v| self.abscissa(*v)).collect()
+    }
+
+    /// Curve of a response over these values, such as that of [`so_far`](super::so_far).
+    pub fn curve(&self, response: Response) -> ValueCurve {
+        let all = 0..response.orbits.len();
+        let values = all.map(|i| self.value(response.abscissa(i))).collect();
+        let several = super::several::several(&response).into_iter();
+        let several = several.map(|found: Several| SeveralAt {
+            from: self.value(found.from),
+            to: self.value(found.to),
+            value: self.value(found.at),
+            observation: found.observation,
+            amplitude_m: found.amplitude_m,
+            other_amplitude_m: found.other_amplitude_m,
+        });
+        ValueCurve {
+            values,
+            several: several.collect(),
+            response,
+        }
+    }
+}
+
+/// Values of a curve, with what is the same at all of them.
+pub struct Values<'b> {
+    /// Run of the first value: harmonics, samples, eps and solver are those of all values.
+    run: &'b Run<'b>,
+    range: &'b ValueRange,
+    model_of: &'b ModelOf<'b>,
+    first: &'b ModelAt,
+    resolution: Resolution,
+    slip_threshold_m: Option<f64>,
+}
+
+impl<'b> Values<'b> {
+    /// Abscissae of the values asked for.
+    pub fn abscissae(&self) -> Vec<f64> {
+        self.range.abscissae()
+    }
+
+    /// Setting of the balances about a static state.
+    fn setting<'a>(
+        &'a self,
+        state: &'a StaticState,
+        model: (&'a ContactSystem<'a>, &'a InexactModel<'a>),
+        free_slips_m: &'a [f64],
+    ) -> Setting<'a> {
+        let lowest = &self.run.refinement.lowest().setting;
+        Setting {
+            periods: lowest.periods,
+            slip_threshold_m: (self.slip_threshold_m)
+                .unwrap_or_else(|| state.slip_threshold_m(lowest.eps)),
+            free_slips_m,
+            ..Setting::about(state, model, (lowest.fourier, lowest.eps))
+        }
+    }
+
+    /// Acts with the models of these values, which are dropped afterwards. `near` is the abscissa of
+    /// a point of the curve from which a step begins.
+    pub fn within<T>(
+        &self,
+        near: Option<f64>,
+        act: impl for<'x> FnOnce(&'x dyn Over<'x>) -> T,
+    ) -> T {
+        let (models, parts, solvers) = (Shelf::new(), Shelf::new(), Shelf::new());
+        act(&OverValue {
+            values: self,
+            course: Course::over(&self.abscissae()),
+            models: &models,
+            parts: &parts,
+            solvers: &solvers,
+            near,
+            known: RefCell::default(),
+        })
+    }
+}
+
+/// Things that stay where they are until the shelf is dropped.
+struct Shelf<T> {
+    first: OnceCell<Box<OnShelf<T>>>,
+}
+
+struct OnShelf<T> {
+    thing: T,
+    next: OnceCell<Box<OnShelf<T>>>,
+}
+
+impl<T> Shelf<T> {
+    fn new() -> Self {
+        Self {
+            first: OnceCell::new(),
+        }
+    }
+
+    /// Puts a thing at the end of the shelf.
+    fn put(&self, thing: T) -> &T {
+        let mut end = &self.first;
+        while let Some(there) = end.get() {
+            end = &there.next;
+        }
+        let next = OnceCell::new();
+        &end.get_or_init(|| Box::new(OnShelf { thing, next })).thing
+    }
+}
+
+/// Parts of the balances at a value that borrow its model.
+struct Parts<'m> {
+    model: &'m ModelAt,
+    system: ContactSystem<'m>,
+    linear: Problem,
+    /// Holding of the bodies; `None` where it is that of the first value.
+    holding: Option<Holding<'m>>,
+    /// Model of the inner linear solves; `None` where that of the first value serves.
+    inexact: Option<InexactModel<'m>>,
+    free_slips_m: Vec<f64>,
+}
+
+/// A value of the model, within one step of the follower.
+struct OverValue<'m, 'p, 's> {
+    values: &'m Values<'m>,
+    course: Course,
+    models: &'m Shelf<Arc<ModelAt>>,
+    parts: &'p Shelf<Parts<'m>>,
+    solvers: &'s Shelf<Refinement<'p>>,
+    /// Abscissa of the point from which a step begins.
+    near: Option<f64>,
+    known: RefCell<Vec<(f64, Option<Known<'m, 'p, 's>>)>>,
+}
+
+/// Solvers at an abscissa, and the parts that they borrow.
+#[derive(Clone, Copy)]
+struct Known<'m, 'p, 's> {
+    parts: &'p Parts<'m>,
+    refinement: &'s Refinement<'p>,
+}
+
+impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
+    /// Solvers at an abscissa; `None` outside of the range, and where there is no model.
+    fn known(&self, abscissa: f64) -> Option<Known<'m, 'p, 's>> {
+        let Course { from, to } = self.course;
+        if !(from.min(to)..=from.max(to)).contains(&abscissa) {
+            return None;
+        }
+        let known = self.known.borrow();
+        if let Some((_, found)) = known.iter().find(|(at, _)| *at == abscissa) {
+            return *found;
+        }
+        drop(known);
+        let made = self.made(abscissa);
+        self.known.borrow_mut().push((abscissa, made));
+        made
+    }
+
+    fn made(&self, abscissa: f64) -> Option<Known<'m, 'p, 's>> {
+        let values = self.values;
+        let model = (values.model_of)(values.range.value(abscissa))?;
+        let model: &'m ModelAt = self.models.put(model);
+        let ModelAt {
+            problem,
+            damping,
+            state,
+        } = model;
+        let lowest = values.run.refinement.lowest();
+        let levels: &'m [Level] = values.run.levels;
+        let is_as_first = have_same_matrices(&problem.reduced, &values.first.problem.reduced);
+        let is_held_as_first =
+            is_as_first && problem.excitations == values.first.problem.excitations;
+        let inexact = (!is_as_first).then(|| InexactModel::new(&problem.reduced));
+        let system = ContactSystem::new(problem, *damping);
+        let omega = TAU * values.range.frequency_hz;
+        let of_first = lowest.setting.inexact;
+        let free_slips_m = free_slips_m(&values.setting(state, (&system, of_first), &[]), omega);
+        let parts: &'p Parts<'m> = self.parts.put(Parts {
+            linear: state.linear.problem(problem, *damping),
+            holding: (!is_held_as_first).then(|| Holding::of(problem)),
+            model,
+            system,
+            inexact,
+            free_slips_m,
+        });
+        let inexact: &'p InexactModel<'p> = parts.inexact.as_ref().unwrap_or(of_first);
+        let refinement = self.solvers.put(Refinement::new(
+            values.setting(state, (&parts.system, inexact), &parts.free_slips_m),
+            levels,
+            values.resolution,
+            lowest.newton,
+            lowest.solver,
+            parts.holding.as_ref().unwrap_or(lowest.holding),
+            values.run.tell,
+        ));
+        Some(Known { parts, refinement })
+    }
+
+    /// Solvers at two abscissae close to one, within the range; `None` where there are no two.
+    fn beside(&self, abscissa: f64) -> Option<[(f64, Known<'m, 'p, 's>); 2]> {
+        let Course { from, to } = self.course;
+        let by = DIFFERENCE * self.course.range();
+        let [above, below] = [by, -by].map(|by| {
+            let beside = (abscissa + by).clamp(from.min(to), from.max(to));
+            let own = |at: f64| Some((at, self.known(at)?));
+            own(beside).or_else(|| own(abscissa))
+        });
+        let (above, below) = (above?, below?);
+        (above.0 > below.0).then_some([above, below])
+    }
+
+    /// Balances of a place beside an abscissa, with their own ones.
+    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[(f64, Balance<'s>); 2]> {
+        let mean = place.balance.mean();
+        let [above, below] = self.beside(abscissa)?.map(|(at, known)| {
+            let solver = known.refinement.level(place.level);
+            Some((at, solver.balance(self.values.range.frequency_hz, mean)?))
+        });
+        Some([above?, below?])
+    }
+}
+
+/// Returns `true` if two models have the same matrices, in phase and in each wave.
+fn have_same_matrices(one: &ReducedModel, other: &ReducedModel) -> bool {
+    let [own, others] = [one, other].map(|model| model.waves.copies());
+    one.omega2 == other.omega2
+        && one.stiffness == other.stiffness
+        && one.mass == other.mass
+        && one.coupling == other.coupling
+        && own.keys().eq(others.keys())
+        && own
+            .values()
+            .zip(others.values())
+            .all(|(own, other)| have_same_matrices(own, other))
+}
+
+/// Returns `true` if two models rest alike under the same laws: their balances then differ in the
+/// dynamic stiffness and the loads alone.
+fn rest_alike(one: &ModelAt, other: &ModelAt) -> bool {
+    one.problem.laws == other.problem.laws
+        && one.state.x == other.state.x
+        && one.state.lambda == other.state.lambda
+}
+
+/// Difference quotient of two vectors at two abscissae.
+fn quotient((above, a): (f64, &[f64]), (below, b): (f64, &[f64])) -> Vec<f64> {
+    let by = above - below;
+    a.iter().zip(b).map(|(a, b)| (a - b) / by).collect()
+}
+
+impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
+    fn refinement(&self, abscissa: f64) -> Option<&'x Refinement<'x>> {
+        Some(self.known(abscissa)?.refinement)
+    }
+
+    fn frequency_hz(&self, _: f64) -> f64 {
+        self.values.range.frequency_hz
+    }
+
+    fn linear_point(&self, abscissa: f64) -> LinearPoint {
+        let frequency_hz = self.values.range.frequency_hz;
+        let Some(Known { parts, .. }) = self.known(abscissa) else {
+            return LinearPoint {
+                frequency_hz,
+                observed_amplitude: Vec::new(),
+            };
+        };
+        let system = ContactSystem::new(&parts.linear, parts.model.damping);
+        linear_point(&system, self.values.run.harmonics(), frequency_hz)
+    }
+
+    fn end_before(&self, abscissa: f64) -> Option<f64> {
+        let Course { from, to } = self.course;
+        let end = abscissa.clamp(from.min(to), from.max(to));
+        (end != abscissa).then_some(end)
+    }
+
+    fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>> {
+        // A model with other matrices than the first one is dear.
+        let is_dear = self.known(place.abscissa)?.parts.inexact.is_some();
+        let near = match purpose {
+            Use::Correction if is_dear => self.near.unwrap_or(place.abscissa),
+            Use::Correction | Use::Direction => place.abscissa,
+        };
+        let [above, below] = self.beside(near)?;
+        let alike = rest_alike(above.1.parts.model, below.1.parts.model);
+        let [above, below] = self.balances_beside(place, near)?;
+        if alike {
+            let left = |balance: &Balance<'_>| {
+                let mut left = vec![0.0; place.u.len()];
+                balance.apply_stiffness(place.u, &mut left);
+                let both = left.iter_mut().zip(&balance.force);
+                both.for_each(|(left, force)| *left -= force);
+                left
+            };
+            let slope = quotient((above.0, &left(&above.1)), (below.0, &left(&below.1)));
+            let n = place.balance.unknowns_per_block();
+            return Some(jacobian.less_contact_response(&slope, n));
+        }
+        let residual = |balance: &Balance<'_>| balance.evaluate(place.u).residual;
+        Some(quotient(
+            (above.0, &residual(&above.1)),
+            (below.0, &residual(&below.1)),
+        ))
+    }
+
+    fn motion_at(&self, place: Place<'_>, abscissa: f64) -> Option<Vec<f64>> {
+        let solver = self.known(abscissa)?.refinement.level(place.level);
+        let frequency_hz = self.values.range.frequency_hz;
+        let balance = solver.balance(frequency_hz, Mean::Free)?;
+        Some(motion(&balance, place.u, frequency_hz))
+    }
+
+    fn motion_slope(&self, place: Place<'_>) -> Option<Vec<f64>> {
+        let [above, below] = self.balances_beside(place, place.abscissa)?;
+        let of = |balance| motion(balance, place.u, self.values.range.frequency_hz);
+        Some(quotient((above.0, &of(&above.1)), (below.0, &of(&below.1))))
+    }
+
+    fn amplitudes_near(&self, place: Place<'_>, u: &[f64], by: f64) -> Option<Vec<f64>> {
+        let frequency_hz = self.values.range.frequency_hz;
+        let of = |balance: &Balance<'_>, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
+        let mut amplitudes = of(place.balance, u);
+        if by != 0.0 {
+            let [above, below] = self.balances_beside(place, place.abscissa)?;
+            let slope = quotient(
+                (above.0, &of(&above.1, place.u)),
+                (below.0, &of(&below.1, place.u)),
+            );
+            let both = amplitudes.iter_mut().zip(&slope);
+            both.for_each(|(amplitude, slope)| *amplitude += by * slope);
+        }
+        Some(amplitudes)
+    }
+}
+
+#[cfg(test)]
+mod tests;

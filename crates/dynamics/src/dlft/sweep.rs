@@ -1,0 +1,576 @@
+//! Frequency response: the static state, then one harmonic balance per frequency.
+//!
+//! The frequencies are split in two halves, each swept from its end of the range towards the
+//! middle: two cores share the work, and the answer does not depend on how many there are. A half
+//! is swept in stretches. What only speeds up the solution is dropped at the end of each, so that
+//! an interrupted sweep continues there, with nothing but the frequencies that it has solved, to
+//! the same bits.
+
+use super::accuracy::{Level, Refinement, Resolved, levels};
+use super::balance::Setting;
+use super::eps::Eps;
+use super::gross_slip::free_slips_m;
+use super::linear_curve::linear_curve;
+use super::orbit::{linear_point, orbit};
+use super::pair_signals::Periods;
+use super::point::{FrequencySolver, Neighbour, Solution, Work};
+use super::retention::Holding;
+use super::{Branch, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, Told};
+use crate::damping::Rayleigh;
+use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::inexact::InexactModel;
+use dovetail_numerics::nonlinear::NewtonOptions;
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+/// Number of frequencies of a stretch.
+const STRETCH: usize = 20;
+
+/// Settings of a frequency response.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct SweepSettings {
+    /// Frequencies of the response, Hz, ascending.
+    pub frequencies_hz: Vec<f64>,
+    /// Harmonics and samples, or the accuracy asked for.
+    pub resolution: Resolution,
+    /// The parameter eps of DLFT.
+    pub eps: Eps,
+    /// Criteria that end the iterations of a frequency.
+    pub newton: NewtonOptions,
+    /// Periods that pairs are marched through.
+    pub periods: Periods,
+    /// Method that solves the balance of a frequency.
+    pub solver: Solver,
+    /// Slip threshold, m; `None`: that of [`StaticState::slip_threshold_m`].
+    pub slip_threshold_m: Option<f64>,
+    /// Seconds after which a frequency is given up, which makes the result depend on the machine.
+    /// `None`: no limit.
+    pub most_seconds: Option<f64>,
+    /// True to estimate the error of each motion. Without estimates an accuracy is not judged: a
+    /// motion keeps the number of harmonics that it is begun with.
+    pub estimates: bool,
+}
+
+impl SweepSettings {
+    /// Settings for these frequencies alone, with the defaults of a scene: eps from the dynamic
+    /// stiffness, Newton-Krylov to a relative residual of 1e-8, pairs marched until they are
+    /// periodic.
+    pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
+        Self {
+            frequencies_hz,
+            resolution,
+            eps: Eps::new(EpsChoice::Dynamic),
+            newton: NewtonOptions::new(1e-8, 60),
+            periods: Periods::UntilPeriodic,
+            solver: Solver::NewtonKrylov,
+            slip_threshold_m: None,
+            most_seconds: None,
+            estimates: true,
+        }
+    }
+}
+
+/// Computes the response at every frequency, each by itself from the one before. What the curve does
+/// between two of them, and whether another motion exists at one, is not looked for
+/// ([`follow`](super::branch::follow) does).
+///
+/// `earlier` are frequencies that an interrupted sweep of the same model with the same settings
+/// solved, in any order. They are not solved again, except for those of an incomplete stretch.
+/// `tell` is called from any thread, for each frequency that is solved, `earlier` ones included,
+/// and once more for one that is solved again. It may stop the sweep ([`Told::Next`]).
+pub fn sweep(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    earlier: &[SolvedFrequency],
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Response {
+    let solve = |run: &Run<'_>| run.swept(settings);
+    in_run(
+        problem,
+        damping,
+        static_state,
+        settings,
+        earlier,
+        tell,
+        solve,
+    )
+}
+
+/// Solves the only frequency of `settings` as a sweep does, where the model changes from frequency to
+/// frequency. `last` is what the frequencies before it, which have the same pairs, leave to start
+/// from; `point` is the number of the frequency.
+pub fn solve_after(
+    last: &Last,
+    point: usize,
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Option<SolvedFrequency> {
+    let frequency_hz = *settings.frequencies_hz.first()?;
+    let solve = |run: &Run<'_>| run.point((point, frequency_hz), last, &mut Work::default());
+    let solved = in_run(problem, damping, static_state, settings, &[], tell, solve);
+    Some(solved)
+}
+
+/// Solves by a [`Run`], which lives as long as `solve`.
+pub(super) fn in_run<T>(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    earlier: &[SolvedFrequency],
+    tell: &(dyn Fn(Told<'_>) + Sync),
+    solve: impl FnOnce(&Run<'_>) -> T,
+) -> T {
+    let system = ContactSystem::new(problem, damping);
+    let omega = middle(&settings.frequencies_hz);
+    let levels = levels(
+        settings.resolution,
+        problem.highest_excited(),
+        |harmonics| settings.eps.of(&system, omega, harmonics),
+    );
+    let linear = static_state.linear.problem(problem, damping);
+    let holding = Holding::of(problem);
+    let slip_threshold_m = settings
+        .slip_threshold_m
+        .unwrap_or_else(|| static_state.slip_threshold_m(&levels[0].eps));
+    let inexact = InexactModel::new(&problem.reduced);
+    let mut setting = Setting {
+        periods: settings.periods,
+        slip_threshold_m,
+        ..Setting::about(
+            static_state,
+            (&system, &inexact),
+            (&levels[0].fourier, &levels[0].eps),
+        )
+    };
+    let free_slips_m = free_slips_m(&setting, omega);
+    setting.free_slips_m = &free_slips_m;
+    let run = Run {
+        linear: ContactSystem::new(&linear, damping),
+        refinement: Refinement::new(
+            setting,
+            &levels,
+            settings.resolution,
+            settings.newton,
+            settings.solver,
+            &holding,
+            tell,
+        ),
+        levels: &levels,
+        earlier: earlier
+            .iter()
+            .map(|solved| (solved.place(), solved))
+            .collect(),
+        slip_threshold_m,
+        most_seconds: settings.most_seconds,
+        estimates: settings.estimates,
+        tell,
+        stop: Stop::default(),
+    };
+    solve(&run)
+}
+
+/// Angular frequency in the middle of the range, rad/s. It serves for the whole curve, so that eps
+/// and the first attempts are the same along it.
+fn middle(frequencies_hz: &[f64]) -> f64 {
+    let ends = frequencies_hz.first().zip(frequencies_hz.last());
+    ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
+}
+
+/// State of a sweep: the last converged frequency, and the level to begin the next on.
+#[derive(Debug, Default)]
+pub struct Last {
+    neighbour: Option<Neighbour>,
+    level: usize,
+}
+
+impl Last {
+    /// Moves on to a frequency that is solved.
+    pub fn follow(&mut self, solved: &SolvedFrequency) {
+        let SolvedFrequency { orbit, mean, .. } = solved;
+        if orbit.outcome.holds() {
+            let (last, u) = (self.neighbour.as_ref(), orbit.x.clone());
+            let neighbour = Neighbour::after(last, orbit.frequency_hz, u, *mean);
+            *self = Self {
+                neighbour: Some(neighbour),
+                level: solved.next_level,
+            };
+        }
+    }
+}
+
+/// Returns `true` if a motion is closer to an answer than another at the same frequency.
+fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
+    match (orbit.outcome.has_motion(), than.outcome.has_motion()) {
+        (true, true) => orbit.estimated_error < than.estimated_error,
+        (has_motion, _) => has_motion,
+    }
+}
+
+/// Solvers and data that the frequencies of a response share.
+pub(super) struct Run<'a> {
+    /// Linear reference.
+    pub(super) linear: ContactSystem<'a>,
+    /// Solvers of a frequency, by the number of harmonics.
+    pub(super) refinement: Refinement<'a>,
+    /// Harmonics, samples and eps of the levels of the solvers.
+    pub(super) levels: &'a [Level],
+    /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
+    earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
+    /// Time limit of a frequency, as in [`SweepSettings`].
+    pub(super) most_seconds: Option<f64>,
+    /// True if errors are estimated, as in [`SweepSettings`].
+    estimates: bool,
+    /// Listener to the solution.
+    pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
+    stop: Stop,
+    /// Distance beyond which a pair counts as slipping, m.
+    pub(super) slip_threshold_m: f64,
+}
+
+impl Run<'_> {
+    /// Solves one frequency by `solve`, beginning at level `from` of solvers, and judges the solution.
+    pub(super) fn resolve<'b, 'r>(
+        &self,
+        refinement: &'b Refinement<'r>,
+        (frequency_hz, from): (f64, usize),
+        work: &mut Work,
+        solve: impl Fn(&'b FrequencySolver<'r>, &mut Work) -> Solution<'b>,
+    ) -> Resolved<'b> {
+        let (level, solved) = refinement.solve(from, work, solve);
+        self.judged(refinement, (frequency_hz, level), solved, work)
+    }
+
+    /// Judges a solution of a level of solvers by its estimated error, where errors are estimated.
+    pub(super) fn judged<'b>(
+        &self,
+        refinement: &'b Refinement<'_>,
+        (frequency_hz, level): (f64, usize),
+        solved: Solution<'b>,
+        work: &mut Work,
+    ) -> Resolved<'b> {
+        if self.estimates {
+            refinement.refined(frequency_hz, level, solved, work)
+        } else {
+            Resolved::without_estimate(level, solved)
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Returns `true` if errors are estimated.
+    pub(super) fn estimates(&self) -> bool {
+        self.estimates
+    }
+
+    /// Asks the listener before a frequency is solved. Returns `false` once it has stopped the sweep.
+    pub(super) fn goes_on(&self) -> bool {
+        (self.tell)(Told::Next(&self.stop));
+        !self.stop.is_stopped()
+    }
+
+    /// Sweeps the frequencies from both ends.
+    fn swept(&self, settings: &SweepSettings) -> Response {
+        let frequencies_hz = &settings.frequencies_hz;
+        let middle = frequencies_hz.len().div_ceil(2);
+        let points: Vec<(usize, f64)> = frequencies_hz.iter().copied().enumerate().collect();
+        let (rising, falling) = points.split_at(middle);
+        let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
+        let (mut solved, upper) = rayon::join(|| self.half(rising), || self.half(&falling));
+        solved.extend(upper.into_iter().rev());
+        if solved.len() == frequencies_hz.len() {
+            self.retry_from_other_side(&mut solved, middle);
+        }
+        let (orbits, linear): (Vec<Orbit>, Vec<_>) =
+            solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
+        Response {
+            linear,
+            linear_curve: linear_curve(&self.linear, self.harmonics(), frequencies_hz),
+            branches: vec![Branch::swept(orbits.len())],
+            orbits,
+            second_motions: Vec::new(),
+            slip_threshold_m: self.slip_threshold_m,
+        }
+    }
+
+    /// Points that an earlier run solved along one of the two branches, in the order of solution.
+    pub(super) fn earlier_along(&self, from_last: bool) -> Vec<&SolvedFrequency> {
+        let is_of =
+            |s: &&SolvedFrequency| s.along.as_ref().is_some_and(|a| a.from_last == from_last);
+        let mut found: Vec<&SolvedFrequency> =
+            self.earlier.values().copied().filter(is_of).collect();
+        found.sort_by_key(|solved| solved.orbit.point);
+        found
+    }
+
+    /// Harmonics of the lowest level.
+    pub(super) fn harmonics(&self) -> usize {
+        self.refinement.lowest().setting.fourier.harmonics()
+    }
+
+    /// Sweeps half of the range; `points` has numbers and frequencies in the order of the sweep.
+    fn half(&self, points: &[(usize, f64)]) -> Vec<SolvedFrequency> {
+        let mut last = Last::default();
+        let mut half = Vec::with_capacity(points.len());
+        for stretch in points.chunks(STRETCH) {
+            let mut work = Work::default();
+            let earlier = |point: &(usize, f64)| self.solved_before(*point, false);
+            let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
+            for (i, point) in stretch.iter().enumerate() {
+                if !self.goes_on() {
+                    return half;
+                }
+                let solved = match &known {
+                    Some(known) => known[i].clone(),
+                    None => self.point(*point, &last, &mut work),
+                };
+                last.follow(&solved);
+                (self.tell)(Told::Solved(&solved));
+                half.push(solved);
+            }
+        }
+        half
+    }
+
+    fn point(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        last: &Last,
+        work: &mut Work,
+    ) -> SolvedFrequency {
+        work.start_counting(self.most_seconds);
+        let place = (frequency_hz, last.level);
+        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
+            level.solve(frequency_hz, last.neighbour.as_ref(), work)
+        });
+        self.solved_at((point, frequency_hz), resolved, work)
+    }
+
+    /// Record of a frequency that is solved by itself.
+    fn solved_at(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        resolved: Resolved<'_>,
+        work: &Work,
+    ) -> SolvedFrequency {
+        SolvedFrequency {
+            mean: resolved.solved.balance.mean(),
+            next_level: resolved.next_level,
+            orbit: self.orbit_of(&self.refinement, resolved, (point, frequency_hz), work),
+            linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
+            again: false,
+            along: None,
+        }
+    }
+
+    /// Frequency that an earlier sweep solved.
+    fn solved_before(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        again: bool,
+    ) -> Option<&SolvedFrequency> {
+        let solved = self.earlier.get(&(point, again)).copied()?;
+        (solved.orbit.frequency_hz == frequency_hz).then_some(solved)
+    }
+
+    /// Solves each frequency that did not converge once more, from the neighbour on its other side:
+    /// the rising half downwards, then the falling half (from `middle`) upwards.
+    fn retry_from_other_side(&self, all: &mut [SolvedFrequency], middle: usize) {
+        let mut work = Work::default();
+        let downwards = (0..middle).rev().map(|i| (i, i + 1));
+        let upwards = (middle..all.len()).map(|i| (i, i.wrapping_sub(1)));
+        for (i, beside) in downwards.chain(upwards) {
+            if !self.goes_on() {
+                return;
+            }
+            let Some(neighbour) = all.get(beside) else {
+                continue;
+            };
+            let (failed, neighbour) = (&all[i], &neighbour.orbit);
+            let place = (failed.orbit.point, failed.orbit.frequency_hz);
+            let earlier = self.solved_before(place, true).cloned();
+            let again = earlier.or_else(|| self.solve_again(failed, neighbour, &mut work));
+            if let Some(again) = again {
+                (self.tell)(Told::Solved(&again));
+                all[i] = again;
+            }
+        }
+    }
+
+    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with
+    /// at least as many harmonics as that one. Returns the better of both motions; `None` if it was
+    /// not tried.
+    fn solve_again(
+        &self,
+        failed: &SolvedFrequency,
+        neighbour: &Orbit,
+        work: &mut Work,
+    ) -> Option<SolvedFrequency> {
+        let orbit = &failed.orbit;
+        let may_converge = match orbit.outcome {
+            Outcome::Converged
+            | Outcome::LeavesSlot
+            | Outcome::SlidesTooFar
+            | Outcome::NothingHolds => false,
+            Outcome::Stagnated
+            | Outcome::IterationLimit
+            | Outcome::NotPeriodic
+            | Outcome::NotFinite
+            | Outcome::TimeLimit
+            | Outcome::AccuracyNotReached => true,
+        };
+        if !may_converge || !neighbour.outcome.holds() {
+            return None;
+        }
+        let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
+        let from = if orbit.outcome.has_motion() {
+            self.refinement.level_of(neighbour.harmonics)
+        } else {
+            0
+        };
+        let neighbour = Neighbour::of(neighbour, None);
+        work.start_counting(self.most_seconds);
+        let place = (frequency_hz, from);
+        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
+            level.solve_from(frequency_hz, &neighbour, work)
+        });
+        let solved = self.solved_at((point, frequency_hz), resolved, work);
+        let mut kept = match is_better(&solved.orbit, orbit) {
+            true => solved.clone(),
+            false => failed.clone(),
+        };
+        kept.again = true;
+        kept.orbit.newton_iterations = orbit.newton_iterations + solved.orbit.newton_iterations;
+        kept.orbit.krylov_iterations = orbit.krylov_iterations + solved.orbit.krylov_iterations;
+        let residuals = [&orbit.newton_residuals[..], &solved.orbit.newton_residuals];
+        kept.orbit.newton_residuals = residuals.concat();
+        Some(kept)
+    }
+
+    pub(super) fn orbit_of(
+        &self,
+        refinement: &Refinement<'_>,
+        resolved: Resolved<'_>,
+        (point, frequency_hz): (usize, f64),
+        work: &Work,
+    ) -> Orbit {
+        let Solution {
+            balance,
+            u,
+            evaluation,
+            end,
+        } = resolved.solved;
+        let mut outcome = Outcome::from(end.status);
+        if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
+            outcome = Outcome::NotPeriodic;
+        } else if !outcome.is_converged()
+            && refinement.lowest().excitation_exceeds_preload(frequency_hz)
+        {
+            outcome = Outcome::LeavesSlot;
+        } else if outcome.is_converged() && !resolved.is_accurate {
+            outcome = Outcome::AccuracyNotReached;
+        }
+        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
+        orbit.point = point;
+        orbit.residual = end.measure;
+        orbit.estimated_error = resolved.estimated_errors.iter().copied().reduce(f64::max);
+        orbit.observed_error = resolved.estimated_errors;
+        orbit
+            .observed_error
+            .truncate(orbit.observed_amplitude.len());
+        orbit.newton_iterations = work.newton_iterations;
+        orbit.newton_residuals = work.residuals.clone();
+        orbit.krylov_iterations = work.krylov_iterations;
+        orbit
+    }
+}
+
+#[cfg(test)]
+mod of_a_mass;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::made_up::recorded;
+    use crate::dlft::static_state::static_state;
+    use crate::problem::dovetail72::{damping, dovetail72};
+
+    /// Static state and a sweep to where all pairs slip, with the harmonics that an accuracy needs.
+    fn computed(threads: usize) -> (StaticState, Response) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let problem = dovetail72(3.0);
+            let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+            let damping = damping(&problem);
+            let frequencies_hz = [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec();
+            let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.03));
+            let state = static_state(&problem, 10, settings.newton);
+            let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
+            (state, response)
+        })
+    }
+
+    #[test]
+    fn static_state_and_response_do_not_depend_on_the_number_of_threads() {
+        let [one, three] = [1, 3].map(computed);
+        assert!(one.0.outcome.is_converged());
+        let mut converged = one.1.orbits.iter().map(|o| o.outcome.is_converged());
+        assert!(converged.all(|c| c));
+        let sliding = |c: &&crate::dlft::PairCycle| c.slid_m > one.1.slip_threshold_m;
+        let slipping = |o: &Orbit| o.cycles.iter().filter(sliding).count();
+        assert!(one.1.orbits.iter().any(|o| slipping(o) == o.cycles.len()));
+        // The texts of numbers that differ in a bit differ, those of zeros by their sign.
+        assert!(format!("{one:?}") == format!("{three:?}"));
+    }
+
+    /// Both halves are interrupted within their first or second stretch or between both, and the
+    /// records of a half come in the order in which it was swept.
+    #[test]
+    fn a_sweep_that_was_broken_off_goes_on_to_the_same_bits() {
+        let problem = dovetail72(3.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let frequencies_hz: Vec<f64> = (0..60)
+            .map(|i| first_hz * (0.984 + 3.3e-4 * f64::from(i)))
+            .collect();
+        let middle = frequencies_hz[30];
+        let settings = SweepSettings::new(frequencies_hz, Resolution::fixed(1, 32));
+        let state = static_state(&problem, 10, settings.newton);
+        let damping = damping(&problem);
+        let run = |earlier: &[SolvedFrequency]| {
+            recorded(|tell| sweep(&problem, damping, &state, &settings, earlier, tell))
+        };
+        let (whole, records) = run(&[]);
+        assert_eq!(records.len(), 60);
+        for (rising, falling) in [(27, 29), (20, 3), (0, 20)] {
+            let is_rising = |s: &&SolvedFrequency| s.orbit.frequency_hz < middle;
+            let (of_rising, of_falling): (Vec<_>, Vec<_>) = records.iter().partition(is_rising);
+            let taken = of_rising.into_iter().take(rising);
+            let mut earlier: Vec<SolvedFrequency> = taken
+                .chain(of_falling.into_iter().take(falling))
+                .cloned()
+                .collect();
+            for solved in &mut earlier {
+                solved.orbit.krylov_iterations += MARK;
+            }
+            let (mut resumed, told) = run(&earlier);
+            assert_eq!(told.len(), 60);
+            let marked = resumed.orbits.iter_mut();
+            let marked = marked.filter(|o| o.krylov_iterations >= MARK);
+            let taken = marked.map(|o| o.krylov_iterations -= MARK).count();
+            // Those of complete stretches: 20, 10.
+            assert_eq!(taken, rising / 20 * 20 + falling / 20 * 20);
+            assert!(format!("{whole:?}") == format!("{resumed:?}"));
+        }
+    }
+
+    /// Marks a frequency that was solved before, to tell it from one that is solved again.
+    const MARK: usize = 1_000_000;
+}
