@@ -118,6 +118,10 @@ pub enum RunError {
     ))]
     NoCache,
 
+    /// The folder of a reduced model cannot be read or written.
+    #[error(transparent)]
+    Superelement(#[from] SuperelementError),
+
     #[error(transparent)]
     Export(#[from] ExportError),
 
@@ -130,13 +134,6 @@ pub enum RunError {
 /// Error of bodies and meshes that do not fit, before a run begins.
 impl From<ModelError> for RunError {
     fn from(error: ModelError) -> Self {
-        run::Error::from(error).into()
-    }
-}
-
-/// Error of a reduced model that is read or written outside of a run.
-impl From<SuperelementError> for RunError {
-    fn from(error: SuperelementError) -> Self {
         run::Error::from(error).into()
     }
 }
@@ -392,6 +389,7 @@ impl RunError {
             | Self::BackboneEnds { .. }
             | Self::WearEnds { .. } => ExitStatus::NotConverged,
             Self::Run(Ended(error)) => of_run(error),
+            Self::Superelement(error) => of_folder(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
     }
@@ -411,6 +409,7 @@ fn of_run(error: &run::Error) -> ExitStatus {
         Error::AtSpeed { error, .. } => of_run(error),
         Error::Model(_)
         | Error::NoMesh
+        | Error::NoReducedModel
         | Error::NoLinearMode
         | Error::UndampedMode { .. }
         | Error::Damping(_)
@@ -426,7 +425,6 @@ fn of_run(error: &run::Error) -> ExitStatus {
         | Error::NoWear
         | Error::NoAreas
         | Error::NoRotation => ExitStatus::BadInput,
-        Error::Superelement(error) => of_folder(error),
         Error::NotConverged { .. } => ExitStatus::NotConverged,
         _ => ExitStatus::Failed,
     }

@@ -113,12 +113,12 @@ fn processor() -> String {
 mod tests {
     use super::*;
     use dovetail_solver::description::Scene;
-    use dovetail_solver::run::{Error, Meshes, Options, Run, Session, solve};
+    use dovetail_solver::run::{Error, Options, Run, Session, Source, solve};
 
     #[test]
     fn the_program_is_known_by_its_libraries_and_its_processor() {
         // Linkers leave out a library that nothing in the binary uses.
-        type Whole = fn(&Scene, Option<Meshes>, Options, &Session<'_>) -> Result<Run, Error>;
+        type Whole = fn(&Scene, Source, Options, &Session<'_>) -> Result<Run, Error>;
         let whole: Whole = solve;
         std::hint::black_box(whole);
         let found = libraries();

@@ -82,14 +82,14 @@ impl Work<'_> {
         &self,
         asked: &AskedBackbone,
     ) -> Result<(String, Result<(), RunError>), RunError> {
-        let meshes = self.meshes()?;
+        let source = self.source()?;
         let question = BackboneQuestion {
             mode: asked.mode,
             observation: asked.observation.as_deref(),
             amplitudes_m: &asked.amplitudes_m,
         };
         let found =
-            self.computes(|session| run::backbone(self.scene, meshes, &question, session))?;
+            self.computes(|session| run::backbone(self.scene, source, &question, session))?;
         let force_n = force_n(self.scene);
         if found.backbone.points.is_empty() {
             return Err(Error::NoBackbone.into());

@@ -64,8 +64,8 @@ impl Work<'_> {
             scene_with(&[asked.over.set(value)])?;
         }
         asked.over.check_is_read(&[], scene_with)?;
-        let meshes = self.meshes()?;
-        let found = self.computes(|session| run::curve(&question, &scene_at, meshes, session));
+        let source = self.source()?;
+        let found = self.computes(|session| run::curve(&question, &scene_at, source, session));
         let found = match (found, wrong.into_inner()) {
             (Ok(found), _) => found,
             (Err(_), Ok(Some(error))) => return Err(error),

@@ -47,8 +47,8 @@ use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
-    self, Bodies, Condensed, Error, Meshes, NodalDiameters, Options, Reduced, Run, Session, Stage,
-    Verification, Verified,
+    self, Bodies, Condensed, Error, Meshes, NodalDiameters, Options, Reduced, Run, Session, Source,
+    Stage, Verification, Verified,
 };
 
 /// Scene with the means of the commands about it.
@@ -64,11 +64,19 @@ pub struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Meshes of a scene about bodies; `None` for other scenes.
-    fn meshes(&self) -> Result<Option<Meshes>, RunError> {
-        let Some(assembly) = self.scene.assembly() else {
-            return Ok(None);
+    /// What the scene is about: the meshes of its bodies, or its reduced model.
+    fn source(&self) -> Result<Source, RunError> {
+        let assembly = match &self.scene.subject {
+            Subject::Assembly(assembly) => assembly,
+            Subject::ReducedModel(spec) => {
+                let _stage = self.reporter.stage(Stage::ReducedModel);
+                return Ok(dovetail_superelement::read(&spec.folder)?.into());
+            }
         };
+        self.meshes(assembly).map(Source::from)
+    }
+
+    fn meshes(&self, assembly: &Assembly) -> Result<Meshes, RunError> {
         let made_in = MadeIn {
             folder: &self.folder,
             cache: &self.cache,
@@ -78,7 +86,7 @@ impl Work<'_> {
             files.locked().comes_from(origin);
         }
         let files = meshing::named_files(assembly, &self.reporter)?;
-        Ok(Some(Meshes { mesh, files }))
+        Ok(Meshes { mesh, files })
     }
 
     /// Begins a search that can be resumed, in files if there are any, and notes how many motions of an
@@ -108,13 +116,9 @@ impl Work<'_> {
 
     /// Bodies and meshes of a scene that must have meshes.
     fn meshed(&self) -> Result<(&Assembly, Meshes), RunError> {
-        let assembly = self.scene.assembly();
-        let meshes = assembly
-            .and_then(|_| self.meshes().transpose())
-            .transpose()?;
-        match (assembly, meshes) {
-            (Some(assembly), Some(meshes)) => Ok((assembly, meshes)),
-            _ => Err(RunError::NoMesh {
+        match self.scene.assembly() {
+            Some(assembly) => Ok((assembly, self.meshes(assembly)?)),
+            None => Err(RunError::NoMesh {
                 scene: self.scene.name.clone(),
             }),
         }
@@ -136,8 +140,8 @@ impl Work<'_> {
     /// # Errors
     /// Errors of the meshes and of the run; a file that cannot be written.
     pub fn solve(&self, options: Options) -> Result<Run, RunError> {
-        let meshes = self.meshes()?;
-        let run = self.computes(|session| run::solve(self.scene, meshes, options, session))?;
+        let source = self.source()?;
+        let run = self.computes(|session| run::solve(self.scene, source, options, session))?;
         if let (Some(files), false) = (&self.files, run.held_omega2.is_empty()) {
             files.locked().held_modes(&run)?;
         }
@@ -149,8 +153,8 @@ impl Work<'_> {
     /// # Errors
     /// Errors of [`Work::solve`].
     pub fn static_state(&self, options: Options) -> Result<Run, RunError> {
-        let meshes = self.meshes()?;
-        self.computes(|session| run::static_state(self.scene, meshes, options, session))
+        let source = self.source()?;
+        self.computes(|session| run::static_state(self.scene, source, options, session))
     }
 
     /// Makes and checks only the mesh, and pairs its flanks.
@@ -178,9 +182,9 @@ impl Work<'_> {
         if nodal_diameter.is_some() {
             self.is_about_a_disc()?;
         }
-        let meshes = self.meshes()?;
+        let source = self.source()?;
         let found =
-            self.computes(|session| run::modes(self.scene, meshes, nodal_diameter, session))?;
+            self.computes(|session| run::modes(self.scene, source, nodal_diameter, session))?;
         let rows = match &self.files {
             Some(files) => files.locked().modal_analysis(&found)?,
             None => found.reduced.natural_frequencies(None, &found.held_omega2),
@@ -258,8 +262,8 @@ impl Work<'_> {
         // Before anything is meshed.
         asked.check()?;
         run::at_one_speed(self.scene, "an integration in time needs one speed")?;
-        let meshes = self.meshes()?;
-        let verified = self.computes(|session| run::verify(self.scene, meshes, asked, session))?;
+        let source = self.source()?;
+        let verified = self.computes(|session| run::verify(self.scene, source, asked, session))?;
         self.reporter.judge(&verified.run);
         if let Some(files) = &self.files {
             files.locked().verification(&verified, asked)?;
@@ -317,7 +321,7 @@ impl Work<'_> {
             .transpose()?;
         let (_, meshes) = self.meshed()?;
         self.computes(|session| {
-            let reduced = Reduced::of(self.scene, Some(meshes), session)?;
+            let reduced = Reduced::of(self.scene, meshes.into(), session)?;
             let bodies: Option<&Bodies> = reduced.bodies.as_ref().filter(|_| held_modes);
             bodies.map(|bodies| bodies.held_modes(session)).transpose()
         })?;

@@ -12,7 +12,7 @@ use crate::words::{figure, percent, quantity, rounded, short, supported_digits, 
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::loss_factor;
-use dovetail_solver::run::{self, Error, Meshes, PeakRange, Peaks};
+use dovetail_solver::run::{self, Error, PeakRange, Peaks, Source};
 
 /// Peaks that are asked for.
 #[derive(Debug, Clone)]
@@ -54,7 +54,7 @@ impl Work<'_> {
             |files| files.begin_peaks(&question.keys(), question.resume),
             "peaks were found",
         )?;
-        let meshes = self.meshes()?;
+        let source = self.source()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],
             Some(range) => range.values().into_iter().map(Some).collect(),
@@ -83,7 +83,7 @@ impl Work<'_> {
             if let Some(files) = &self.files {
                 files.locked().begin_line_of_peaks(value);
             }
-            let found = self.peaks_over(&range, &scene_at, meshes.clone())?;
+            let found = self.peaks_over(&range, &scene_at, source.clone())?;
             self.warn(question, value, &found);
             lines.push((value, found));
         }
@@ -115,14 +115,14 @@ impl Work<'_> {
         range: &PeakRange<'_>,
         scene_at: &dyn Fn(f64) -> Result<Scene, E>,
     ) -> Result<Peaks, E> {
-        self.peaks_over(range, scene_at, self.meshes()?)
+        self.peaks_over(range, scene_at, self.source()?)
     }
 
     fn peaks_over<E: From<RunError>>(
         &self,
         range: &PeakRange<'_>,
         scene_at: &dyn Fn(f64) -> Result<Scene, E>,
-        meshes: Option<Meshes>,
+        source: Source,
     ) -> Result<Peaks, E> {
         let wrong = RefCell::new(None);
         let scene_at = |value: f64| {
@@ -131,7 +131,7 @@ impl Work<'_> {
                 Error::Stopped
             })
         };
-        let found = self.computes(|session| run::peaks(range, scene_at, meshes, session));
+        let found = self.computes(|session| run::peaks(range, scene_at, source, session));
         match wrong.into_inner() {
             Some(error) => Err(error),
             None => Ok(found?),

@@ -53,14 +53,14 @@ impl Work<'_> {
             "vibrations were found",
         )?;
         let mission = asked.mission(&self.scene.mission);
-        let meshes = self.meshes()?;
+        let source = self.source()?;
         let question = WearQuestion {
             cycles: &asked.cycles,
             tolerance: asked.tolerance,
             mission: &mission,
             observation: asked.observation.as_deref(),
         };
-        let found = self.computes(|session| run::wear(self.scene, meshes, &question, session))?;
+        let found = self.computes(|session| run::wear(self.scene, source, &question, session))?;
         self.warn_of_wear(&found);
         if let Some(files) = &self.files {
             files.locked().wear(&found.course())?;

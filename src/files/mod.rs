@@ -63,7 +63,7 @@ use dovetail_solver::run::{
     Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakAt,
     PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
 };
-use dovetail_superelement::Superelement;
+use dovetail_solver::superelement::Superelement;
 
 /// Name of the mesh of a script in the folder of the results.
 pub const MESH_FILE: &str = "mesh.msh";

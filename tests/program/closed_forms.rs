@@ -9,7 +9,7 @@ use dovetail::scene;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::Options;
-use dovetail_superelement::{NamedContact, Superelement};
+use dovetail_solver::superelement::{NamedContact, Superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 

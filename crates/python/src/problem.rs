@@ -12,7 +12,7 @@ use pyo3::types::{PyBool, PyDict};
 
 use crate::arrays::{Given, complexes, has_shape, real_vector, reals, table, vector};
 use crate::balance::{PyBalance, quietly};
-use crate::errors::{self, of_library, value};
+use crate::errors::{self, of_library, of_run, value};
 use crate::matrices::{self, PyPair, harmonics_of, law_of, on_dofs};
 use crate::pairs::PyPairs;
 use crate::response::PyResponse;
@@ -42,7 +42,7 @@ use dovetail_solver::results::modes::hertz;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run;
 use dovetail_solver::spectrum::blocks;
-use dovetail_superelement::{NamedContact, Superelement};
+use dovetail_solver::superelement::{NamedContact, Superelement};
 
 /// Steps in which the steady load is applied by default, as in a scene.
 const LOAD_STEPS: usize = 10;
@@ -528,7 +528,8 @@ impl PyProblem {
         if !force_n.is_finite() {
             return Err(value(format!("force_n is {force_n}; it must be finite")));
         }
-        let read = dovetail_superelement::read(&folder).map_err(|error| of_library(py, error))?;
+        let read =
+            dovetail_superelement::read(&folder).map_err(|error| of_run(py, &error.into()))?;
         let pairs = PairTable::of_superelement(&read, law);
         let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
@@ -586,7 +587,7 @@ impl PyProblem {
             areas_m2: known.and_then(|known| known.rows.iter().map(|row| row.area_m2).collect()),
         };
         std::fs::create_dir_all(&folder)?;
-        dovetail_superelement::write(&folder, &element).map_err(|error| of_library(py, error))
+        dovetail_superelement::write(&folder, &element).map_err(|error| of_run(py, &error.into()))
     }
 
     fn __repr__(&self) -> String {

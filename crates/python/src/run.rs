@@ -15,7 +15,6 @@ use crate::pairs::PyPairs;
 use crate::problem::PyProblem;
 use crate::response::PyResponse;
 use crate::running::watched;
-use crate::scene::PyScene;
 use crate::statics::PyStaticState;
 use crate::subject::Subject;
 use dovetail::cache::{Cache, CacheSettings};
@@ -246,16 +245,6 @@ impl PyRun {
     }
 }
 
-/// Question for the peaks over a key.
-#[derive(Debug, Clone, Copy)]
-pub struct PeakQuestion<'a> {
-    pub key: &'a str,
-    pub values: &'a [f64],
-    pub observation: Option<&'a str>,
-    pub amplitude_m: Option<f64>,
-    pub logarithmic: bool,
-}
-
 /// Error of a scene with a key set, or of the run.
 enum PeakError {
     Scene(SceneError),
@@ -268,28 +257,20 @@ impl From<RunError> for PeakError {
     }
 }
 
-/// Peaks over the values of a key.
+/// Peaks over a range of values. `scene_at` gives the scene of a value, as in [`Work::peaks_at`].
+///
+/// [`Work::peaks_at`]: dovetail::commands::Work::peaks_at
 pub fn peaks(
     py: Python<'_>,
-    scene: &PyScene,
+    scene: &Scene,
+    scene_at: &(dyn Fn(f64) -> Result<Scene, SceneError> + Sync),
     cache: &Cache,
     progress: Option<&Bound<'_, PyAny>>,
-    question: PeakQuestion<'_>,
+    range: &PeakRange<'_>,
 ) -> PyResult<PyPeaks> {
-    let range = PeakRange {
-        values: question.values,
-        logarithmic: question.logarithmic,
-        observation: question.observation,
-        amplitude_m: question.amplitude_m,
-        start: None,
-    };
-    let key = question.key;
-    let scene_at = |value: f64| {
-        let with = scene.scene_with(&[format!("{key}={value:?}")]);
-        with.map_err(PeakError::Scene)
-    };
-    let (found, _) = done(py, scene.scene(), cache, progress, |work| {
-        work.peaks_at(&range, &scene_at)
+    let scene_at = |value: f64| scene_at(value).map_err(PeakError::Scene);
+    let (found, _) = done(py, scene, cache, progress, |work| {
+        work.peaks_at(range, &scene_at)
     })?;
     match found {
         Ok(found) => Ok(PyPeaks::of(found)),

@@ -291,23 +291,25 @@ impl PyScene {
                 "values that are spaced in their logarithm have to be positive: give logarithmic=False",
             ));
         }
+        let scene_at = |value: f64| own.scene_with(&[format!("{key}={value:?}")]);
         // What is wrong with the key is told before anything is computed.
         for value in &values {
-            own.scene_with(&[format!("{key}={value:?}")])
-                .map_err(|error| errors::of_scene(slf.py(), &error))?;
+            scene_at(*value).map_err(|error| errors::of_scene(slf.py(), &error))?;
         }
+        let range = dovetail_solver::run::PeakRange {
+            values: &values,
+            logarithmic,
+            observation: observation.as_deref(),
+            amplitude_m,
+            start: None,
+        };
         run::peaks(
             slf.py(),
-            &own,
+            own.scene(),
+            &scene_at,
             &kept,
             Some(&progress),
-            run::PeakQuestion {
-                key,
-                values: &values,
-                observation: observation.as_deref(),
-                amplitude_m,
-                logarithmic,
-            },
+            &range,
         )
     }
 }

@@ -46,7 +46,7 @@ pub fn solve() -> Result<Run, Box<dyn Error>> {
     // Nobody listens, and nothing is kept.
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    let run = run::solve(&scene, Some(mesh.into()), Options::default(), &session)?;
+    let run = run::solve(&scene, mesh.into(), Options::default(), &session)?;
     run.verdict()?;
     Ok(run)
 }

@@ -41,14 +41,15 @@
 //!     engine_orders: Vec::new(),
 //!     mission: Vec::new(),
 //! };
+//! let model = dovetail_superelement::read(folder.as_ref())?;
 //! // Nobody listens, and nothing is kept.
-//! let run = solve(&scene, None, Options::default(), &Session::new(&mut (), &mut ()))?;
+//! let run = solve(&scene, model.into(), Options::default(), &Session::new(&mut (), &mut ()))?;
 //! run.verdict()?;
 //! let response = run.response.expect("a static state").response;
 //! let peak = peak(&response, 0).expect("a motion");
 //! let without_slip = linear_peak(&response, 0).expect("a curve");
 //! assert!(peak.amplitude_m < 0.9 * without_slip.amplitude_m);
-//! # Ok::<(), dovetail_solver::run::Error>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 #![forbid(unsafe_code)]
@@ -58,6 +59,8 @@ pub mod description;
 pub mod results;
 pub mod run;
 
-pub use dovetail_dynamics::{contact, damping, dlft, excitation, integration, problem, reduced};
+pub use dovetail_dynamics::{
+    contact, damping, dlft, excitation, integration, problem, reduced, superelement,
+};
 pub use dovetail_numerics::{memory, space, spectrum};
 pub use dovetail_structure::{fem, model, reduction, structure};

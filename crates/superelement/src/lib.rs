@@ -40,32 +40,8 @@ use serde::{Deserialize, Serialize};
 use dovetail_dynamics::excitation::NamedExcitation;
 use dovetail_dynamics::reduced::Quantity;
 use dovetail_dynamics::reduced::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
+use dovetail_dynamics::superelement::{NamedContact, Superelement};
 use dovetail_numerics::dense;
-
-/// Contents of the folder.
-#[derive(Debug, Clone)]
-pub struct Superelement {
-    /// Matrices, with the unit load of each excitation and the observed points.
-    pub model: ReducedModel,
-    /// Excitations, in the order of the unit loads.
-    pub excitations: Vec<NamedExcitation>,
-    /// Contacts, in the order of the pairs.
-    pub contacts: Vec<NamedContact>,
-    /// Positions of the pairs, m.
-    pub positions_m: Vec<[f64; 3]>,
-    /// Tributary areas of the pairs, m2, if the folder has them.
-    pub areas_m2: Option<Vec<f64>>,
-}
-
-/// Contact of a folder: a number of pairs that follow one another.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NamedContact {
-    /// Name in the results.
-    pub name: String,
-    /// Number of pairs.
-    pub pairs: usize,
-}
 
 /// Contents of `model.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use crate::contact::PairLaw;
 use crate::model::{ContactPair, Model};
-use dovetail_superelement::{NamedContact, Superelement};
+use crate::superelement::{NamedContact, Superelement};
 
 /// Properties of the pairs besides their motion.
 #[derive(Debug, Clone, PartialEq)]

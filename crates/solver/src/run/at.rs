@@ -2,7 +2,7 @@
 //! searches over a value of the scene, such as [`peaks()`](super::peaks()) and a run-up
 //! (`run_up.rs`), make at each of their values.
 
-use super::bodies::Meshes;
+use super::bodies::Source;
 use super::error::Error;
 use super::reduced::Reduced;
 use super::response::{at_one_speed, frequencies_hz, off_undamped_modes, settings};
@@ -79,14 +79,14 @@ impl At {
     /// [`Error::AllBonded`], [`Error::AlongEngineOrder`]; those of [`Reduced::of`] and of [`At::about`].
     pub fn of(
         (value, scene): (f64, Scene),
-        meshes: Option<&Meshes>,
+        source: &Source,
         before: Option<&At>,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
         at_one_speed(&scene, "peaks are those over the frequency at one speed")?;
         let reduced = match before.and_then(|before| before.reduced_for(&scene)) {
             Some(reduced) => reduced,
-            None => Reduced::of(&scene, meshes.cloned(), session)?,
+            None => Reduced::of(&scene, source.clone(), session)?,
         };
         if reduced.problem.laws.is_empty() {
             let why = "peaks without friction are those of the linear response, which `run` has";

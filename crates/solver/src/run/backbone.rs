@@ -1,7 +1,7 @@
 //! Backbone of a mode of a scene: its frequency and damping over its amplitude
 //! ([`crate::dlft::backbone`]).
 
-use super::bodies::Meshes;
+use super::bodies::Source;
 use super::error::Error;
 use super::reduced::Reduced;
 use super::response::{frequencies_hz, settings};
@@ -66,11 +66,11 @@ pub struct ModeBackbone {
 /// without a contact that can slip or open; [`Error::Stopped`] by the observer.
 pub fn backbone(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     question: &BackboneQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<ModeBackbone, Error> {
-    let reduced = Reduced::of(scene, meshes, session)?;
+    let reduced = Reduced::of(scene, source, session)?;
     if reduced.problem.laws.is_empty() {
         let why = "the frequency and the damping of a mode then do not depend on its amplitude";
         return Err(Error::AllBonded { why });

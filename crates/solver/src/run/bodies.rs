@@ -17,6 +17,7 @@ use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
 use crate::results::modes::{ModeKind, ModeShape, hertz};
 use crate::results::recovery::NodalField;
 use crate::structure::Structure;
+use crate::superelement::Superelement;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::spectrum::{Spectrum, blocks, cosine, sine};
@@ -28,6 +29,33 @@ pub struct Meshes {
     pub mesh: Mesh,
     /// Contents of the other files that it names.
     pub files: NamedFiles,
+}
+
+/// Contents of the files that a scene names, which the caller has read.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// Meshes of a scene about bodies.
+    Meshes(Meshes),
+    /// Reduced model of a scene about one.
+    ReducedModel(Box<Superelement>),
+}
+
+impl From<Meshes> for Source {
+    fn from(meshes: Meshes) -> Self {
+        Self::Meshes(meshes)
+    }
+}
+
+impl From<Mesh> for Source {
+    fn from(mesh: Mesh) -> Self {
+        Self::Meshes(mesh.into())
+    }
+}
+
+impl From<Superelement> for Source {
+    fn from(element: Superelement) -> Self {
+        Self::ReducedModel(Box::new(element))
+    }
 }
 
 impl From<Mesh> for Meshes {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::at::At;
-use super::bodies::{Bound, Meshes, problem};
+use super::bodies::{Bound, Source, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
 use super::outcome::{CurveInputs, ResponseInputs};
@@ -65,7 +65,7 @@ pub struct Curve {
 pub fn curve(
     question: &CurveQuestion<'_>,
     scene_at: &SceneAt<'_>,
-    meshes: Option<Meshes>,
+    source: Source,
     session: &Session<'_>,
 ) -> Result<Curve, Error> {
     let range = &question.range;
@@ -78,7 +78,7 @@ pub fn curve(
         &scene,
         "a curve over a value has one frequency at one speed",
     )?;
-    let first = First::of((from, scene), meshes, range.frequency_hz, session)?;
+    let first = First::of((from, scene), source, range.frequency_hz, session)?;
     let observation = first.at.reduced.observed(question.observation)?;
     // What cannot be computed at the other end is told before anything is solved.
     let other = first.model((to, last))?;
@@ -169,7 +169,7 @@ fn followed(
 /// Model of the first value, from which those of the others are made.
 struct First {
     at: At,
-    meshes: Option<Meshes>,
+    source: Source,
     /// Inputs of its reduction; `None` for a reduced model that is read.
     inputs: Option<ReductionInputs>,
 }
@@ -177,11 +177,11 @@ struct First {
 impl First {
     fn of(
         (value, scene): (f64, Scene),
-        meshes: Option<Meshes>,
+        source: Source,
         frequency_hz: f64,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
-        let reduced = Reduced::of(&scene, meshes.clone(), session)?;
+        let reduced = Reduced::of(&scene, source.clone(), session)?;
         if reduced.problem.laws.is_empty() {
             let why = "the amplitude is then proportional to the force, and `run` has it";
             return Err(Error::AllBonded { why });
@@ -193,7 +193,7 @@ impl First {
         let harmonics = at.settings.resolution.most_harmonics();
         let (problem, frequencies_hz) = (&at.reduced.problem, &at.settings.frequencies_hz);
         off_undamped_modes(problem, &at.state, at.damping, frequencies_hz, harmonics)?;
-        Ok(Self { at, meshes, inputs })
+        Ok(Self { at, source, inputs })
     }
 
     /// Model of a scene at another value, made without a word.
@@ -217,10 +217,12 @@ impl First {
         let Subject::Assembly(assembly) = &scene.subject else {
             return match self.at.reduced_for(scene) {
                 Some(reduced) => Ok(reduced),
-                None => Reduced::of(scene, None, session),
+                None => Reduced::of(scene, self.source.clone(), session),
             };
         };
-        let meshes = self.meshes.as_ref().ok_or(Error::NoMesh)?;
+        let Source::Meshes(meshes) = &self.source else {
+            return Err(Error::NoMesh);
+        };
         let bound = Bound::of(assembly, meshes, session)?;
         let wanted = stuck_modes(scene);
         if self.inputs.as_ref() != Some(&inputs(&bound.model, wanted, scene)) {

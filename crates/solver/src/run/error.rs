@@ -13,7 +13,6 @@ use crate::results::modes::ModeKind;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
 use dovetail_numerics::memory::TooLittle;
-use dovetail_superelement::SuperelementError;
 
 /// Place of a fault of a static state: a point of its load path, counted from 0, or its end.
 pub fn static_place(point: Option<usize>) -> String {
@@ -75,9 +74,6 @@ pub enum Error {
         /// Task.
         task: &'static str,
     },
-    /// The folder of a reduced model cannot be read.
-    #[error(transparent)]
-    Superelement(#[from] SuperelementError),
     /// The ratio of damping refers to a mode that does not exist.
     #[error(transparent)]
     Damping(#[from] DampingError),
@@ -87,6 +83,9 @@ pub enum Error {
     /// Bodies have no mesh, or the scene is about a reduced model where bodies are needed.
     #[error("there is no mesh")]
     NoMesh,
+    /// The scene is about a reduced model, and meshes were given.
+    #[error("there is no reduced model")]
+    NoReducedModel,
     /// The range of frequencies refers to a mode that does not exist.
     #[error("the range of frequencies counts from the first linear mode, and this model has none")]
     NoLinearMode,

@@ -40,7 +40,7 @@ mod wear;
 mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
-pub use bodies::{Bodies, Bound, Meshes, problem};
+pub use bodies::{Bodies, Bound, Meshes, Source, problem};
 pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};
@@ -94,11 +94,11 @@ pub struct Options {
 /// The error of a stage; [`Error::Stopped`] by the observer or the store.
 pub fn solve(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
-    let mut run = static_state(scene, meshes, options, session)?;
+    let mut run = static_state(scene, source, options, session)?;
     if run.verdict().is_err() {
         return Ok(run);
     }
@@ -183,11 +183,11 @@ fn along_frequency(
 /// The error of a stage; [`Error::Stopped`] by the observer.
 pub fn static_state(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
-    let reduced = Reduced::of(scene, meshes, session)?;
+    let reduced = Reduced::of(scene, source, session)?;
     let statics = statics(scene, &reduced, options.fields, session)?;
     session.tell(&Event::StaticState {
         reduced: &reduced,
@@ -275,12 +275,12 @@ pub struct ModalAnalysis {
 /// [`Error::TooManyDiameters`].
 pub fn modes(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     nodal_diameter: Option<usize>,
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
     let scene = &scene.with_sectors_in_phase();
-    let reduced = Reduced::of(scene, meshes, session)?;
+    let reduced = Reduced::of(scene, source, session)?;
     judge_prestress(scene, &reduced, session)?;
     let (mut held_omega2, mut shapes, mut nodal_diameters) = (Vec::new(), Vec::new(), None);
     if let Some(bodies) = &reduced.bodies {
@@ -326,7 +326,7 @@ pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Co
     let (of_one_newton, force_n) = of_one_newton(assembly);
     let mut excited = scene.clone();
     excited.subject = Subject::Assembly(Box::new(of_one_newton));
-    let reduced = Reduced::of(&excited, Some(meshes), session)?;
+    let reduced = Reduced::of(&excited, meshes.into(), session)?;
     if reduced.pairs.rows.is_empty() {
         let why = "a reduced model is about the pairs of its contacts";
         return Err(Error::AllBonded { why });

@@ -6,7 +6,7 @@
 //! resonance has taken over meanwhile; its peak is then followed back to where it is the lower one.
 
 use super::at::At;
-use super::bodies::Meshes;
+use super::bodies::Source;
 use super::error::Error;
 use super::outcome::{PeakAt, PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
@@ -86,14 +86,14 @@ pub struct Peaks {
 pub fn peaks<E: From<Error>>(
     range: &PeakRange<'_>,
     scene_at: impl Fn(f64) -> Result<Scene, E>,
-    meshes: Option<Meshes>,
+    source: Source,
     session: &Session<'_>,
 ) -> Result<Peaks, E> {
     let solved = AtomicUsize::new(0);
     let mut search = Search {
         range,
         scene_at,
-        meshes,
+        source,
         session,
         observation: 0,
         at: None,
@@ -240,7 +240,7 @@ impl At {
 struct Search<'a, 'o, F> {
     range: &'a PeakRange<'a>,
     scene_at: F,
-    meshes: Option<Meshes>,
+    source: Source,
     session: &'a Session<'o>,
     /// Number of the observed displacement.
     observation: usize,
@@ -267,13 +267,13 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
 
     /// Model of a value. All models but the first are made without a word.
     fn model(&self, value: f64, scene: Scene) -> Result<At, Error> {
-        let (scene, meshes) = ((value, scene), self.meshes.as_ref());
+        let (scene, source) = ((value, scene), &self.source);
         let made = if self.at.is_none() && self.range.start.is_none() {
-            At::of(scene, meshes, None, self.session)
+            At::of(scene, source, None, self.session)
         } else {
             let (mut store, mut nobody) = (self.session.store(), ());
             let silent = Session::new(&mut nobody, &mut **store);
-            At::of(scene, meshes, self.at.as_ref(), &silent)
+            At::of(scene, source, self.at.as_ref(), &silent)
         };
         self.session.goes_on()?;
         made

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use super::bodies::{Bodies, Bound, Meshes, problem};
+use super::bodies::{Bodies, Bound, Meshes, Source, problem};
 use super::error::Error;
 use super::kept::{KeptReduction, Key, ReductionInputs, ReductionModes};
 use super::prestress::{is_of_contact, reduce, settle, stressed};
@@ -26,22 +26,19 @@ use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
 
 impl Reduced {
-    /// Binds, assembles and reduces a scene about meshes, or reads the folder of its reduced model.
+    /// Binds, assembles and reduces a scene about meshes, or takes the reduced model that it is about.
     ///
     /// # Errors
-    /// [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of binding,
-    /// finite elements, prestress and reduction; a folder that cannot be read.
-    pub fn of(scene: &Scene, meshes: Option<Meshes>, session: &Session<'_>) -> Result<Self, Error> {
-        let reduced = match &scene.subject {
-            Subject::Assembly(assembly) => {
-                let meshes = meshes.ok_or(Error::NoMesh)?;
+    /// [`Error::NoMesh`] and [`Error::NoReducedModel`] where `source` is not what the scene is about;
+    /// those of binding, finite elements, prestress and reduction.
+    pub fn of(scene: &Scene, source: Source, session: &Session<'_>) -> Result<Self, Error> {
+        let reduced = match (&scene.subject, source) {
+            (Subject::Assembly(assembly), Source::Meshes(meshes)) => {
                 let bound = Bound::of(assembly, &meshes, session)?;
                 drop(meshes);
                 Self::of_bound(bound, stuck_modes(scene), scene, session)?
             }
-            Subject::ReducedModel(spec) => {
-                let _stage = session.stage(Stage::ReducedModel);
-                let element = dovetail_superelement::read(&spec.folder)?;
+            (Subject::ReducedModel(spec), Source::ReducedModel(element)) => {
                 let pairs = PairTable::of_superelement(&element, spec.law);
                 let reduced = match scene.response.stuck_modes {
                     Some(modes) => element.model.with_modes(modes),
@@ -60,6 +57,8 @@ impl Reduced {
                     of_folder: element.excitations,
                 }
             }
+            (Subject::Assembly(_), Source::ReducedModel(_)) => return Err(Error::NoMesh),
+            (Subject::ReducedModel(_), Source::Meshes(_)) => return Err(Error::NoReducedModel),
         };
         session.tell(&Event::Reduced(&reduced))?;
         Ok(reduced)

@@ -2,7 +2,7 @@
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::bodies::Meshes;
+use super::bodies::Source;
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, StaticResult};
 use super::reduced::Reduced;
@@ -90,7 +90,7 @@ pub struct Verified {
 /// [`Error::NotConverged`] where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     asked: &Verification,
     session: &Session<'_>,
 ) -> Result<Verified, Error> {
@@ -98,7 +98,7 @@ pub fn verify(
     at_one_speed(scene, "an integration in time needs one speed")?;
     without_influence(scene, "an integration in time")?;
     let scene = &with_modes_of_harmonics(scene);
-    let reduced = Reduced::of(scene, meshes, session)?.with_all_waves(scene, session)?;
+    let reduced = Reduced::of(scene, source, session)?.with_all_waves(scene, session)?;
     let problem = &reduced.problem;
     if problem.laws.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";

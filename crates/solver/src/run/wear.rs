@@ -11,7 +11,7 @@
 //! Worn depth is clearance: nothing but the laws of the pairs changes, and the reduced model stays.
 
 use super::at::At;
-use super::bodies::Meshes;
+use super::bodies::Source;
 use super::error::Error;
 use super::outcome::usable;
 use super::peaks::counting;
@@ -104,12 +104,12 @@ impl Wear {
 /// [`Error::Stopped`] by the observer. Later errors are no errors: see [`Wear::ended`].
 pub fn wear(
     scene: &Scene,
-    meshes: Option<Meshes>,
+    source: Source,
     question: &WearQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<Wear, Error> {
     at_one_speed(scene, "contacts wear at one speed")?;
-    let at = At::of((0.0, scene.clone()), meshes.as_ref(), None, session).map_err(|e| match e {
+    let at = At::of((0.0, scene.clone()), &source, None, session).map_err(|e| match e {
         Error::AllBonded { .. } => Error::AllBonded {
             why: "nothing then slides, and nothing wears",
         },

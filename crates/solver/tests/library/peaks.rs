@@ -1,6 +1,6 @@
 //! Peaks over a value of the scene, beside the peaks of whole curves.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
@@ -12,14 +12,11 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::results::quantities::peak;
-use dovetail_solver::run::{
-    self, Error, Meshes, Options, PeakRange, Peaks, Session, peaks as peaks_over,
-};
-use dovetail_superelement::{NamedContact, Superelement, write};
+use dovetail_solver::run::{self, Error, Options, PeakRange, Peaks, Session, peaks as peaks_over};
+use dovetail_solver::superelement::{NamedContact, Superelement};
 use faer::Mat;
 
 use crate::shared_problems::diagonal;
-use dovetail_testkit::folder::Folder;
 
 /// A mass of 1 kg on a spring of 1 N/m in front of a stop of 5 N/m at 1 m, and a second one that
 /// nothing couples with it, on 4 N/m. What is observed is the sum of both, of which the second one
@@ -40,7 +37,7 @@ fn stop_and_mass() -> ReducedModel {
 }
 
 /// Scene about the model under a force.
-fn scene(folder: &Path, force_n: f64) -> Scene {
+fn scene(force_n: f64) -> Scene {
     let range = FrequencyRange::Hz {
         from_hz: 0.1,
         to_hz: 0.4,
@@ -50,7 +47,7 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
     Scene {
         name: "stop".to_owned(),
         subject: Subject::ReducedModel(ReducedModelSpec {
-            folder: folder.to_owned(),
+            folder: PathBuf::new(),
             law: PairLaw {
                 stiffness: Some(PairStiffness::new(5.0, 1.0)),
                 ..PairLaw::rigid(0.0, 1.0)
@@ -72,10 +69,9 @@ fn scene(folder: &Path, force_n: f64) -> Scene {
     }
 }
 
-/// Folder with the model.
-fn folder(name: &str) -> Folder {
-    let folder = Folder::new(name);
-    let element = Superelement {
+/// The model with its names.
+fn element() -> Superelement {
+    Superelement {
         model: stop_and_mass(),
         excitations: vec![NamedExcitation::cosine("force")],
         contacts: vec![NamedContact {
@@ -84,13 +80,11 @@ fn folder(name: &str) -> Folder {
         }],
         positions_m: vec![[0.0; 3]],
         areas_m2: None,
-    };
-    write(&folder, &element).unwrap();
-    folder
+    }
 }
 
-fn over_forces(folder: &Path, values: &[f64], amplitude_m: Option<f64>) -> Peaks {
-    over(values, amplitude_m, |force_n| scene(folder, force_n))
+fn over_forces(values: &[f64], amplitude_m: Option<f64>) -> Peaks {
+    over(values, amplitude_m, scene)
 }
 
 fn over(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) -> Peaks {
@@ -103,19 +97,24 @@ fn over(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) 
     };
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    peaks_over(&range, |value| Ok::<_, Error>(scene(value)), None, &session).unwrap()
+    peaks_over(
+        &range,
+        |value| Ok::<_, Error>(scene(value)),
+        element().into(),
+        &session,
+    )
+    .unwrap()
 }
 
 /// Highest peak of the whole curve: frequency and amplitude.
-fn of_curve(folder: &Path, force_n: f64) -> [f64; 2] {
-    of_scene(&scene(folder, force_n))
+fn of_curve(force_n: f64) -> [f64; 2] {
+    of_scene(&scene(force_n))
 }
 
 fn of_scene(scene: &Scene) -> [f64; 2] {
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    let meshes: Option<Meshes> = None;
-    let run = run::solve(scene, meshes, Options::default(), &session).unwrap();
+    let run = run::solve(scene, element().into(), Options::default(), &session).unwrap();
     let top = peak(&run.response.unwrap().response, 0).unwrap();
     [top.frequency_hz, top.amplitude_m]
 }
@@ -124,13 +123,12 @@ fn of_scene(scene: &Scene) -> [f64; 2] {
 /// forces.
 #[test]
 fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told() {
-    let folder = folder("stop_peaks");
     let values = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
-    let found = over_forces(&folder, &values, None);
+    let found = over_forces(&values, None);
     assert!(found.missing.is_empty());
     assert_eq!(found.rows.len(), values.len());
     for (row, force_n) in found.rows.iter().zip(values) {
-        let [frequency_hz, amplitude_m] = of_curve(&folder, force_n);
+        let [frequency_hz, amplitude_m] = of_curve(force_n);
         let off = row.orbit.observed_amplitude[0] / amplitude_m - 1.0;
         assert!(off.abs() < 1e-3, "{force_n} N: {off:e}");
         let off = row.orbit.frequency_hz / frequency_hz - 1.0;
@@ -147,10 +145,9 @@ fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told
 /// The stop asks for more harmonics where the mass meets it.
 #[test]
 fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
-    let folder = folder("accurate_peaks");
     let accuracy = 0.005;
     let with = |force_n: f64, resolution: Resolution| {
-        let mut scene = scene(&folder, force_n);
+        let mut scene = scene(force_n);
         scene.response.resolution = resolution;
         scene
     };
@@ -176,18 +173,17 @@ fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
 
 #[test]
 fn a_force_is_found_whose_peak_has_an_amplitude() {
-    let folder = folder("stop_amplitude");
-    let found = over_forces(&folder, &[0.02, 0.1, 0.4], Some(1.5));
+    let found = over_forces(&[0.02, 0.1, 0.4], Some(1.5));
     let [force_n] = found.reached[..] else {
         panic!("{:?}", found.reached);
     };
-    let [_, amplitude_m] = of_curve(&folder, force_n);
+    let [_, amplitude_m] = of_curve(force_n);
     assert!(
         (amplitude_m / 1.5 - 1.0).abs() < 1e-3,
         "{force_n}: {amplitude_m}"
     );
     assert!(found.rows.windows(2).all(|two| two[0].value < two[1].value));
-    let none = over_forces(&folder, &[0.02, 0.03], Some(100.0));
+    let none = over_forces(&[0.02, 0.03], Some(100.0));
     assert!(none.reached.is_empty());
 }
 
@@ -195,9 +191,8 @@ fn a_force_is_found_whose_peak_has_an_amplitude() {
 /// force.
 #[test]
 fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
-    let folder = folder("stop_range");
     let scene_at = |force_n: f64| {
-        let mut scene = scene(&folder, force_n);
+        let mut scene = scene(force_n);
         scene.response.range = FrequencyRange::Hz {
             from_hz: 0.1,
             to_hz: 0.19,
@@ -213,7 +208,7 @@ fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
     };
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    let found = peaks_over(&range, scene_at, None, &session).unwrap();
+    let found = peaks_over(&range, scene_at, element().into(), &session).unwrap();
     assert_eq!(found.rows.len(), 2);
     let [(value, error)] = &found.missing[..] else {
         panic!("{:?}", found.missing);
@@ -224,6 +219,6 @@ fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
         observation: Some("hub"),
         ..range
     };
-    let refused = peaks_over(&other, scene_at, None, &session);
+    let refused = peaks_over(&other, scene_at, element().into(), &session);
     assert!(matches!(refused, Err(Error::NoObservation { .. })));
 }

@@ -1,7 +1,7 @@
 //! Wear of a rigid flat punch, which rubs on rigid ground through an elastic layer: beside Archard's
 //! law for the volume, and a closed form of the pressures that does not come from finite elements.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
@@ -14,8 +14,7 @@ use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use dovetail_solver::run::{Error, Session, Wear, WearQuestion, wear};
-use dovetail_superelement::{NamedContact, Superelement, write};
-use dovetail_testkit::folder::Folder;
+use dovetail_solver::superelement::{NamedContact, Superelement};
 use faer::Mat;
 
 use crate::shared_problems::{damping_of, dovetail72, respond};
@@ -76,10 +75,9 @@ fn punch(shear: f64) -> ReducedModel {
     }
 }
 
-fn folder(name: &str, shear: f64, areas_m2: Option<Vec<f64>>) -> Folder {
-    let folder = Folder::new(name);
+fn element(shear: f64, areas_m2: Option<Vec<f64>>) -> Superelement {
     let pairs = NORMAL_N_M.len();
-    let element = Superelement {
+    Superelement {
         model: punch(shear),
         excitations: vec![NamedExcitation::cosine("force")],
         contacts: vec![NamedContact {
@@ -88,12 +86,10 @@ fn folder(name: &str, shear: f64, areas_m2: Option<Vec<f64>>) -> Folder {
         }],
         positions_m: (0..pairs).map(|i| [1e-3 * i as f64, 0.0, 0.0]).collect(),
         areas_m2,
-    };
-    write(&folder, &element).unwrap();
-    folder
+    }
 }
 
-fn scene(folder: &Path, force_n: f64, wear_m2_n: f64) -> Scene {
+fn scene(force_n: f64, wear_m2_n: f64) -> Scene {
     let range = FrequencyRange::Hz {
         from_hz: 120.0,
         to_hz: 200.0,
@@ -103,7 +99,7 @@ fn scene(folder: &Path, force_n: f64, wear_m2_n: f64) -> Scene {
     Scene {
         name: "punch".to_owned(),
         subject: Subject::ReducedModel(ReducedModelSpec {
-            folder: folder.to_owned(),
+            folder: PathBuf::new(),
             law: PairLaw {
                 wear_m2_n,
                 ..PairLaw::rigid(FRICTION, 0.0)
@@ -126,6 +122,7 @@ fn scene(folder: &Path, force_n: f64, wear_m2_n: f64) -> Scene {
 }
 
 fn worn(
+    element: &Superelement,
     scene: &Scene,
     cycles: &[f64],
     tolerance: f64,
@@ -140,7 +137,7 @@ fn worn(
     let (mut observer, mut store) = ((), ());
     wear(
         scene,
-        None,
+        element.clone().into(),
         &question,
         &Session::new(&mut observer, &mut store),
     )
@@ -189,10 +186,10 @@ fn forces_n(cycles: f64, slides_m: f64) -> Vec<f64> {
 /// uniform one, N / A.
 #[test]
 fn a_punch_in_gross_slip_wears_at_the_rate_of_its_friction_and_ends_with_uniform_pressure() {
-    let folder = folder("wear_punch", 1e3, areas());
-    let scene = scene(&folder, 400.0, WEAR_M2_N);
+    let element = element(1e3, areas());
+    let scene = scene(400.0, WEAR_M2_N);
     let ends = [3e6, 2e7, 1e10];
-    let found = worn(&scene, &ends, 0.02, &AT_FREQUENCY).unwrap();
+    let found = worn(&element, &scene, &ends, 0.02, &AT_FREQUENCY).unwrap();
     assert!(found.ended.is_none(), "{:?}", found.ended);
     let course = found.course();
     for block in course.blocks {
@@ -234,17 +231,24 @@ fn a_punch_in_gross_slip_wears_at_the_rate_of_its_friction_and_ends_with_uniform
 /// what a block assumes of the sliding then is not so at its end.
 #[test]
 fn half_the_cycles_of_each_block_change_the_depths_by_less_than_the_tolerance() {
-    let folder = folder("wear_blocks", 0.2, areas());
+    let element = element(0.2, areas());
     for (mission, force_n) in [(&AT_FREQUENCY, 60.0), (&[MissionPart::only(None)], 40.0)] {
-        let scene = scene(&folder, force_n, WEAR_M2_N);
+        let scene = scene(force_n, WEAR_M2_N);
         let tolerance = 0.01;
-        let whole = worn(&scene, &[1e8], tolerance, mission).unwrap();
+        let whole = worn(&element, &scene, &[1e8], tolerance, mission).unwrap();
         assert!(whole.ended.is_none(), "{:?}", whole.ended);
         let ends = whole.blocks.windows(2).flat_map(|two| {
             let [before, after] = [two[0].cycles, two[1].cycles];
             [0.5 * (before + after), after]
         });
-        let halved = worn(&scene, &ends.collect::<Vec<f64>>(), tolerance, mission).unwrap();
+        let halved = worn(
+            &element,
+            &scene,
+            &ends.collect::<Vec<f64>>(),
+            tolerance,
+            mission,
+        )
+        .unwrap();
         let whole_blocks = whole.blocks.len();
         let [whole, halved] = [&whole, &halved].map(|wear| wear.blocks.last().unwrap());
         let most_m = halved.depth_m.iter().copied().fold(0.0, f64::max);
@@ -263,15 +267,15 @@ fn half_the_cycles_of_each_block_change_the_depths_by_less_than_the_tolerance() 
 
 #[test]
 fn a_mission_wears_by_the_shares_of_its_parts() {
-    let folder = folder("wear_mission", 1e3, areas());
-    let scene = scene(&folder, 400.0, WEAR_M2_N);
+    let element = element(1e3, areas());
+    let scene = scene(400.0, WEAR_M2_N);
     let part = |share, hz, force_scale| MissionPart {
         share,
         frequency_hz: Some(hz),
         force_scale,
     };
     let rates = |mission: &[MissionPart]| {
-        let found = worn(&scene, &[1.0], 0.1, mission).unwrap();
+        let found = worn(&element, &scene, &[1.0], 0.1, mission).unwrap();
         let block = &found.blocks[0];
         (
             found.course().volume_rate_m3(block),
@@ -336,11 +340,11 @@ fn a_static_state_goes_on_from_itself_and_keeps_its_friction() {
 
 #[test]
 fn what_cannot_wear_says_why() {
-    let known = folder("wear_errors", 1e3, areas());
-    let without = folder("wear_no_areas", 1e3, None);
-    let error = |folder: &Path, wear_m2_n: f64| {
-        let scene = scene(folder, 400.0, wear_m2_n);
-        worn(&scene, &[1.0], 0.1, &AT_FREQUENCY).unwrap_err()
+    let known = element(1e3, areas());
+    let without = element(1e3, None);
+    let error = |element: &Superelement, wear_m2_n: f64| {
+        let scene = scene(400.0, wear_m2_n);
+        worn(element, &scene, &[1.0], 0.1, &AT_FREQUENCY).unwrap_err()
     };
     assert!(matches!(error(&known, 0.0), Error::NoWear));
     assert!(matches!(error(&without, WEAR_M2_N), Error::NoAreas));
