@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """This working tree beside another commit on one machine: ratios of times, with their spread.
 
-    make against REV=24db848a                  # inputs that take minutes: all but the builds
+    make against REV=24db848a                  # the inputs that need minutes: all but the builds
     python3 benches/against.py 24db848a --only paper,kernels --pairs 5
     python3 benches/against.py 24db848a --only build,incremental,wheel
 
@@ -69,7 +69,7 @@ class Side:
 
 
 def usage(work):
-    """Seconds of the clock and of the processor that `work` takes in processes of its own."""
+    """Seconds of the clock and of the processor of the processes that `work` starts."""
     before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     work()
     wall, after = time.monotonic() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -150,7 +150,7 @@ def row(name, pairs, note=""):
 
 
 def alternately(work, sides, count):
-    """Usages of both sides, which take turns in beginning."""
+    """Usages of both sides, which begin in turn."""
     pairs = []
     for number in range(count):
         order = sides if number % 2 == 0 else sides[::-1]

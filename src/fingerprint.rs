@@ -42,8 +42,8 @@ pub fn fingerprint() -> Option<[u8; 32]> {
     })
 }
 
-/// Key of the program in hashes of what it computes from: its fingerprint, or where the executable
-/// cannot be read a key of this process alone, which nothing that another one computed has.
+/// Key of the program in hashes of its inputs: its fingerprint or, if the executable
+/// cannot be read, a key of this process, which no result of another process has.
 pub fn key() -> [u8; 32] {
     static KEY: OnceLock<[u8; 32]> = OnceLock::new();
     *KEY.get_or_init(|| key_of(fingerprint()))

@@ -142,7 +142,7 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
     )
 }
 
-/// Lines of a run. `nonlinear` is the heading of the response beside the linear one; `None` if all
+/// Lines of a run. `nonlinear` is the heading of the response next to the linear one; `None` if all
 /// contacts are bonded, and the response is linear.
 fn lines(summary: &Summary, peaks: &[PeakLines], nonlinear: Option<&str>, report: &Path) -> String {
     let mut text = String::from("\n");

@@ -101,7 +101,7 @@ impl KeyRange {
     /// Checks that the result depends on the key, with these other keys set.
     ///
     /// # Errors
-    /// [`RunError::KeyNotRead`]; those of `scene_with`.
+    /// [`RunError::KeyNotRead`]; the errors of `scene_with`.
     pub(super) fn check_is_read<E: From<RunError>>(
         &self,
         also: &[String],
@@ -147,7 +147,7 @@ pub(super) fn between_by_ratio([from, to]: [f64; 2], share: f64) -> f64 {
 }
 
 /// Scene without the keys that neither peaks nor curves read: names, engine orders, the mission of a
-/// wear, and the strengths and wear coefficients of what vibrates.
+/// wear, and the strengths and wear coefficients of the subject.
 fn as_read(mut scene: Scene) -> Scene {
     scene.name.clear();
     scene.engine_orders.clear();

@@ -2,7 +2,7 @@
 //!
 //! The locked file stays when its process ends. If it were removed, a process that waits for the
 //! removed file and one that makes a new file would both hold a lock. A file that somebody else
-//! removes is told by its number: what is locked must be the file that the path names.
+//! removes has another number: the locked file must be the file that the path names.
 
 use std::fs::{File, TryLockError};
 use std::io;

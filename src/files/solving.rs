@@ -37,7 +37,7 @@ pub(super) struct Solving {
 }
 
 impl Solving {
-    /// Words of what is solved. `follows`: a response over several frequencies is a curve that is
+    /// Words for the points that are solved. `follows`: a response over several frequencies is a curve that is
     /// followed, whose points are not known before.
     pub fn progress(&self, follows: bool) -> String {
         let (solved, all) = (self.solved.len(), self.frequencies_hz.len());

@@ -213,7 +213,7 @@ section! {
             "density",
             "4430";
         mass_kg: Number("kg", Limits::POSITIVE), "- or `density_kg_m3`",
-            "mass of the body, in place of `density_kg_m3`: the density is the mass over the volume \
+            "mass of the body, instead of `density_kg_m3`: the density is the mass over the volume \
              of the elements",
             "0.35";
         endurance_pa: Number("Pa", Limits::POSITIVE), "none: stress is not judged",

@@ -192,7 +192,7 @@ mod tests {
         let mut elsewhere = record.clone();
         elsewhere.machine_hash = "n".into();
         assert!(!was_broken_off(&elsewhere, folder.path()));
-        // A program that cannot read itself does not know what is its own.
+        // A program that cannot read itself does not know its own results.
         let mut unknown = record.clone();
         unknown.machine_hash.clear();
         prepare(&unknown, folder.path()).unwrap();

@@ -71,7 +71,7 @@ impl Plan {
 /// [`ExportError::Busy`](crate::export::ExportError::Busy) if another process runs the case; its
 /// folder is then left unchanged.
 fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyError> {
-    // The run takes the lock of the folder itself.
+    // The run locks the folder itself.
     let _of_case = FolderLock::take_named(folder, CASE_LOCK)?;
     drop(FolderLock::take(folder)?);
     let resumed = folder::was_broken_off(record, folder).then_some("--resume");

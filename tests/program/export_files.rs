@@ -247,7 +247,7 @@ fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
 }
 
 /// Each observed amplitude has an error of its own. Console, tables and report have the error of the
-/// first one beside the peak.
+/// first one next to the peak.
 #[test]
 fn the_error_of_the_peak_is_that_of_the_observation_shown() {
     let mut run = run(ElementOrder::Linear, 2, 2);

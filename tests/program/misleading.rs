@@ -398,7 +398,7 @@ fn a_warning_comes_once() {
 }
 
 /// A lower block that is moved across the slot is as in a fir tree, and one that is moved along it, or far
-/// across, may stand beside its place.
+/// across, may be next to its place.
 #[test]
 fn flanks_that_protrude_across_the_slot_are_not_warned_of() {
     let folder = folder("misleading-protrude", ElementType::HEX8);

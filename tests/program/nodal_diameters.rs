@@ -558,7 +558,7 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
         &warnings,
         "the air drives & mode 1, at & damping ratio of \u{2212}",
     );
-    // A drive that the damping of the scene exceeds is none in a run-up, with the fields and without.
+    // Damping that exceeds the aerodynamic drive prevents flutter in a run-up, with the fields and without.
     folder.write("mild.csv", air(0.25 * stiffness * 3e-6 * TAU * hz));
     let mild = in_a_flow(0, &own.replace("air.csv", "mild.csv"));
     let turning =
@@ -829,7 +829,7 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
     }
 }
 
-/// An axis that is not that of the faces is an error or a warning. Those of the mesh are neither.
+/// An axis that differs from the axis of the faces is an error or a warning. The axis of the mesh is neither.
 #[test]
 fn no_sector_with_a_displaced_or_tilted_axis_is_joined_in_silence() {
     let out = Folder::new("displaced_axis");

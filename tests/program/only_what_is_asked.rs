@@ -211,7 +211,7 @@ fn a_cause_that_acts_on_many_nodes_keeps_no_unknown() {
 #[test]
 fn bonded_flanks_answer_like_stuck_ones() {
     // Between two bodies of quadratic elements the mid-edge nodes of stuck flanks follow their corners,
-    // and those of bonded flanks move by themselves.
+    // and the unknowns of bonded flanks move by themselves.
     for (scene, tolerance) in [(PATCH.to_owned(), 1e-3), (alone(), 1e-12)] {
         let stuck = Run::new("stuck", &scene, &["response.points=9", HARMONICS]);
         let set = ["response.points=9", HARMONICS, "contact.0.law=bonded"];

@@ -148,7 +148,7 @@ fn what_cannot_be_gone_through_is_refused_with_a_remedy() {
     assert_eq!(said.matches("no peak at").count(), 1, "{said}");
 }
 
-/// The wear of a pair is no part of its vibration.
+/// Wear does not change the vibration of a pair.
 #[test]
 fn a_key_that_no_motion_depends_on_is_refused() {
     let out = Folder::new("peaks_unread");

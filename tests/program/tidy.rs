@@ -110,7 +110,7 @@ fn imports_point_one_way() {
                 own.is_some(),
                 "give {module} of {folder} a place in LIBRARIES"
             );
-            // What the façade hands on from the packages below it is no module of its own.
+            // A module that the façade hands on from a package below it has no place.
             place(import) < own
         }));
     }
@@ -127,7 +127,7 @@ fn imports_point_one_way() {
     );
 }
 
-/// The packages of the libraries, each with those of this workspace that it needs.
+/// The packages of the libraries, each with the packages of this workspace that it needs.
 const NEEDED: [(&str, &str); 6] = [
     ("numerics", ""),
     ("dynamics", "numerics"),

@@ -27,7 +27,7 @@ impl Excitation {
     }
 }
 
-/// Dependence of a harmonic load on its own frequency, `harmonic` times that of the response.
+/// Dependence of a harmonic load on its own frequency, `harmonic` times the frequency of the response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Growth {
     /// The load is the same at all frequencies.

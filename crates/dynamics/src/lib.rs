@@ -3,7 +3,7 @@
 //! - [`reduced`]: matrices on the relative displacements of contact pairs and on modes.
 //! - [`damping`]: coefficients of damping.
 //! - [`excitation`]: harmonic excitations of a reduced model.
-//! - [`superelement`]: a reduced model with the names of what it is made of.
+//! - [`superelement`]: a reduced model with the names of its contacts and excitations.
 //! - [`contact`]: the laws of pairs.
 //! - [`problem`]: a reduced model with laws and excitations, and its dynamic stiffness.
 //! - [`dlft`]: static state, harmonic balance, continuation, backbones.

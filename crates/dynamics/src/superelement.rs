@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::excitation::NamedExcitation;
 use crate::reduced::ReducedModel;
 
-/// Reduced model with what a reader of its results needs.
+/// Reduced model with the names and positions that its results refer to.
 #[derive(Debug, Clone)]
 pub struct Superelement {
     /// Matrices, with the unit load of each excitation and the observed points.

@@ -75,7 +75,7 @@ mod tests {
                 assert!((found - curved).abs() < 1e-13, "{found}");
             }
         }
-        // Of x + 0.2 x^2 the derivative is 1 + 0.4 x; the mean of x is 1/4.
+        // The derivative of x + 0.2 x^2 is 1 + 0.4 x; the mean of x is 1/4.
         let nodes = reference_nodes(ElementType::TET10).into_iter();
         let nodes = nodes.map(|[x, y, z]| [x + 0.2 * x * x, y, z]).collect();
         let found = volume_m3([(ElementType::TET10, nodes)].into_iter());

@@ -5,7 +5,7 @@ use faer::Mat;
 /// Array of a file whose entries follow column by column.
 ///
 /// # Panics
-/// If the file is no such array.
+/// If the file is not such an array.
 pub fn dense(path: &str) -> Mat<f64> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let mut numbers = text

@@ -79,7 +79,7 @@ impl LoadPath {
 /// The load is applied along the path from the stuck, unloaded state, the interference of pairs of
 /// negative clearance on its first leg. Friction keeps what the path leaves. Motions that nothing
 /// holds are retained. eps is the stiffness of each pair: it influences only the iterations, not the
-/// state. Where a step of the path does not converge, or nothing holds the bodies at one of its points
+/// state. If a step of the path does not converge, or nothing holds the bodies at one of its points
 /// or in the end ([`Outcome::NothingHolds`]), all pairs of the linear reference stick.
 pub fn static_state(
     problem: &Problem,

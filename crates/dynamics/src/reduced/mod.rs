@@ -135,7 +135,7 @@ impl ReducedModel {
     }
 
     /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of
-    /// its two tangential diagonal entries for both. Where nothing elastic opposes a direction, that of
+    /// its two tangential diagonal entries for both. If nothing elastic opposes a direction, the stiffness of
     /// the other one of the pair stands for it, else the largest of all pairs, and 1 in a model without
     /// stiffness.
     pub fn diagonal_stiffness(&self) -> Vec<f64> {

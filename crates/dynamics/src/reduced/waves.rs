@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::influence::Influence;
 use super::{Load, ObservedPoint, ReducedModel};
 
-/// Largest nodal diameter of a disc of so many sectors: its waves are those of no other one.
+/// Largest nodal diameter of a disc with this number of sectors. Larger ones have the waves of smaller ones.
 pub const fn largest_nodal_diameter(sectors: usize) -> usize {
     sectors / 2
 }

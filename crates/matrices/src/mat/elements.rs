@@ -1,5 +1,5 @@
 //! Elements of a file of Matlab and their numbers, read one after the other, whether they are
-//! compressed or not. This file alone knows flate2.
+//! compressed or not. No other file uses flate2.
 
 use std::io::{ErrorKind, Read as _};
 
@@ -97,7 +97,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Type and length of the next element. Up to four bytes of data stand in the tag itself.
+    /// Type and length of the next element. The tag itself holds up to four bytes of data.
     pub fn tag(&mut self, what: &str) -> Read<(u32, usize)> {
         if let Some(padding) = self.padding.take() {
             self.fill(&mut [0; 8][..padding], what)?;

@@ -17,7 +17,7 @@ pub(super) struct Found {
     pub exhausted: bool,
 }
 
-/// Entry of the start vector: our own, so that every run is the same; another one for each seed.
+/// Entry of the start vector, which is the same in every run and differs from seed to seed.
 pub(super) fn start_entry(i: usize, seed: usize) -> f64 {
     let mixed = ((i + 1) as u64 + ((seed as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

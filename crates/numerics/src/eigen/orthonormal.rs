@@ -18,7 +18,7 @@ const DEPENDENT: f64 = 1e-12;
 /// orthogonal to them in one step. The first of two rounds may leave an error of rounding over
 /// this.
 const INDEPENDENT: f64 = 1e-10;
-/// Number of rows that one task takes.
+/// Number of rows of one task.
 pub(super) const ROWS: usize = 8192;
 
 /// Makes the columns of `u`, already orthogonal to `basis` except for rounding, orthonormal in the

@@ -126,8 +126,8 @@ pub struct FreeSides<'m> {
     pub along: Option<usize>,
 }
 
-/// Supported bodies with free sides round the axis that hold a body farther out: most likely they are
-/// a sector of a disc.
+/// Supported bodies that hold a body farther out and whose sides across the circumference are free.
+/// Such a body is probably a sector of a disc.
 pub fn free_sides(model: &Model) -> impl Iterator<Item = FreeSides<'_>> {
     let rotation = model.rotation.as_ref();
     let rotation = rotation.filter(|r| r.speed_rad_s > 0.0 && model.cyclic.is_none());
@@ -178,7 +178,7 @@ fn holds_any(model: &Model, body: usize, is_kind: &dyn Fn(usize) -> bool) -> boo
     others.into_iter().any(is_kind)
 }
 
-/// Direction round the axis at the middle of a body; `None` if the middle is on the axis.
+/// Circumferential direction at the middle of a body; `None` if the middle is on the axis.
 fn tangent(body: &Body, rotation: &Rotation) -> Option<Vector> {
     let mut mean = [0.0; 3];
     for x in &body.nodes_m {

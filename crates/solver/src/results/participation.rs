@@ -32,7 +32,7 @@ pub struct Participation {
 }
 
 /// Shares in the modes of a linear reference whose resonances lie from `from_hz` to `to_hz`, of a
-/// problem about bodies with these masses, kg. `None` if there are no such modes, or no force acts.
+/// problem about bodies with these masses, kg. `None` without such modes or forces.
 pub fn participation(
     problem: &Problem,
     linear: &LinearReference,

@@ -26,11 +26,11 @@ use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
 
 impl Reduced {
-    /// Binds, assembles and reduces a scene about meshes, or takes the reduced model that it is about.
+    /// Binds, assembles and reduces a scene about meshes, or uses the reduced model that it is about.
     ///
     /// # Errors
-    /// [`Error::NoMesh`] and [`Error::NoReducedModel`] where `source` is not what the scene is about;
-    /// those of binding, finite elements, prestress and reduction.
+    /// [`Error::NoMesh`] and [`Error::NoReducedModel`] if `source` does not fit the scene;
+    /// the errors of binding, finite elements, prestress and reduction.
     pub fn of(scene: &Scene, source: Source, session: &Session<'_>) -> Result<Self, Error> {
         let reduced = match (&scene.subject, source) {
             (Subject::Assembly(assembly), Source::Meshes(meshes)) => {

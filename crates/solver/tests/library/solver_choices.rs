@@ -41,7 +41,7 @@ struct Case {
     exceeds: bool,
 }
 
-/// Pairs of 1 kg, each on a spring of 1 N/m along its normal and, unless friction alone holds them,
+/// Pairs of 1 kg, each on a spring of 1 N/m along its normal and, unless only friction holds them,
 /// along the contact; neighbours are joined along the contact.
 fn stiffness(case: Case) -> Mat<f64> {
     let n = 3 * case.pairs;
@@ -231,7 +231,7 @@ fn all_solvers_and_choices_of_eps_agree_on_the_motion() {
                 }
             }
         }
-        // The solver alone changes nothing, its estimates included.
+        // Another solver changes nothing, its estimates included.
         let of = |solver: Solver| {
             let swept = all
                 .iter()

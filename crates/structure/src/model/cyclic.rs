@@ -22,7 +22,7 @@ use dovetail_numerics::space::{Vector, cross, diagonal, norm, sub};
 
 /// Sine of the largest angle by which a pitch turns an axis along which a face is held.
 const UNTURNED: f64 = 1e-9;
-/// Distance of a node from the axis, relative to the size of its face, below which it lies on the axis.
+/// Distance of a node from the axis, relative to the size of its face, below which it is on the axis.
 const ON_AXIS: f64 = 1e-6;
 /// Least share of each face that lies on the other one.
 const COVERED: f64 = 0.99;

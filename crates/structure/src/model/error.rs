@@ -427,14 +427,14 @@ pub enum ModelError {
 pub struct Subject<'e> {
     /// Item of the description, in the words of the error: ``contact `joint` ``, `load 1`.
     pub item: String,
-    /// Name that the item gives, such as that of a group; `None` if the error is about all of the item.
+    /// Name that the item gives, such as the name of a group; `None` if the error is about the whole item.
     pub name: Option<&'e str>,
-    /// Names that exist in its place; empty if the name itself exists.
+    /// Names that exist; empty if the name itself exists.
     pub available: &'e [String],
 }
 
 impl ModelError {
-    /// Part of the description that the error is about; `None` if there is no single one.
+    /// Part of the description that the error is about; `None` for several parts.
     pub fn subject(&self) -> Option<Subject<'_>> {
         let of = |item: String, name| Subject {
             item,

@@ -7,7 +7,7 @@ use super::{Material, MaterialSpec, ModelError};
 use dovetail_mesh::{Mesh, MeshMaterial};
 
 /// Material of the body `body`, whose elements are `elements`. `volume_m3` is called where the body
-/// has a mass in place of a density.
+/// has a mass instead of a density.
 pub(super) fn material(
     spec: &MaterialSpec,
     mesh: &Mesh,

@@ -229,7 +229,7 @@ mod tests {
     const SIZE: [f64; 2] = [3e-2, 1e-2];
     const FAR: Reach = Reach::OfFacets(0.5);
 
-    /// Rectangle of that size with its lines bent inside: cells that are no parallelograms.
+    /// Rectangle of this size with its lines bent inside, whose cells are not parallelograms.
     fn bent([u, v]: [f64; 2]) -> Vector {
         let inside = u * (1.0 - u) * v * (1.0 - v);
         let (u, v) = (u * u * 0.4 + 0.6 * u + 0.7 * inside, v - 0.6 * inside);
@@ -298,7 +298,7 @@ mod tests {
         let slave = grid([9, 4], false, false, even);
         let master = grid([6, 5], false, true, turned);
         let mortar = found(&slave, &master, FAR);
-        // Both have the same area, and so has what they share.
+        // Both have the same area, and so has the part that they share.
         let [own, other] = mortar.opposite.covered;
         assert!((0.3..0.9).contains(&own), "{own}");
         assert!((own - other).abs() < 1e-12, "{own} {other}");
@@ -325,7 +325,7 @@ mod tests {
         }
     }
 
-    /// The shape functions of a quadrilateral far from a parallelogram are no polynomials in its
+    /// The shape functions of a quadrilateral far from a parallelogram are not polynomials in its
     /// plane. Its nodes have the areas all the same, which are polynomials in the coordinates of
     /// the element.
     #[test]

@@ -1,7 +1,7 @@
 //! Course of a backbone from one amplitude to the next.
 //!
 //! The parameter is the logarithm of q, the amplitude of the tracked mode, or of a relative
-//! displacement where no stuck mode takes part. A point starts from the
+//! displacement where no stuck mode moves. A point starts from the
 //! last two, whose vibrations over q, means, frequencies and damping ratios are continued along
 //! lines. A step that fails is halved.
 
