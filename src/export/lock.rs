@@ -56,28 +56,45 @@ impl FolderLock {
     fn of_file(path: &Path) -> io::Result<Option<Self>> {
         let begun = Instant::now();
         loop {
-            let mut options = File::options();
-            let options = options.read(true).write(true).create(true).truncate(false);
-            // Opening a named pipe would wait for its other end.
-            if path.exists() {
-                input::check(path)?;
+            match attempt(path, opened(path)?)? {
+                Attempt::Taken(lock) => return Ok(Some(lock)),
+                Attempt::Replaced => {}
+                Attempt::Held if begun.elapsed() > LONGEST_WAIT => return Ok(None),
+                Attempt::Held => std::thread::sleep(Duration::from_millis(10)),
             }
-            let file = options.open(path)?;
-            match file.try_lock() {
-                Ok(()) if is_at(path, &file)? => {
-                    return Ok(Some(Self { locked: Some(file) }));
-                }
-                // Somebody has removed it: the next one is at the path.
-                Ok(()) => continue,
-                Err(TryLockError::Error(_)) => return Ok(Some(Self { locked: None })),
-                Err(TryLockError::WouldBlock) => {}
-            }
-            if begun.elapsed() > LONGEST_WAIT {
-                return Ok(None);
-            }
-            std::thread::sleep(Duration::from_millis(10));
         }
     }
+}
+
+/// File that is locked, which is created if it is missing.
+fn opened(path: &Path) -> io::Result<File> {
+    // Opening a named pipe would wait for its other end.
+    if path.exists() {
+        input::check(path)?;
+    }
+    let mut options = File::options();
+    let options = options.read(true).write(true).create(true).truncate(false);
+    options.open(path)
+}
+
+/// End of an attempt to lock an open file.
+#[derive(Debug)]
+enum Attempt {
+    Taken(FolderLock),
+    /// Somebody else has it.
+    Held,
+    /// The path names another file by now, or none.
+    Replaced,
+}
+
+/// Locks a file that was opened at this path.
+fn attempt(path: &Path, file: File) -> io::Result<Attempt> {
+    Ok(match file.try_lock() {
+        Ok(()) if is_at(path, &file)? => Attempt::Taken(FolderLock { locked: Some(file) }),
+        Ok(()) => Attempt::Replaced,
+        Err(TryLockError::Error(_)) => Attempt::Taken(FolderLock { locked: None }),
+        Err(TryLockError::WouldBlock) => Attempt::Held,
+    })
 }
 
 /// Returns `true` if `path` names this open file.
@@ -145,6 +162,24 @@ mod tests {
             std::fs::remove_file(path.join(LOCK)).unwrap();
             drop(waited);
         });
+    }
+
+    /// Between opening and locking, somebody removes the file, and somebody else locks the next one.
+    #[test]
+    fn a_file_that_is_replaced_before_it_is_locked_is_no_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(LOCK);
+        let early = || opened(&path).unwrap();
+        let [first, second, third] = [early(), early(), early()];
+        let locked = attempt(&path, first).unwrap();
+        assert!(matches!(locked, Attempt::Taken(_)), "{locked:?}");
+        drop(locked);
+        std::fs::remove_file(&path).unwrap();
+        let removed = attempt(&path, second).unwrap();
+        assert!(matches!(removed, Attempt::Replaced), "{removed:?}");
+        let _next = FolderLock::take(folder.path()).unwrap();
+        let replaced = attempt(&path, third).unwrap();
+        assert!(matches!(replaced, Attempt::Replaced), "{replaced:?}");
     }
 
     #[test]
