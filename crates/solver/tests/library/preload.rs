@@ -102,20 +102,24 @@ fn a_mass_stays_where_an_overload_has_put_it_as_long_as_friction_holds_it() {
     }
 }
 
-/// A point of the path at which nothing holds the mass ends the way there. A spring along its normal
-/// holds it.
+/// A point of the path at which nothing holds the mass ends the way there, also if a balance is found
+/// because the load has no part along the motion that nothing holds. A spring along its normal holds
+/// the mass.
 #[test]
 fn a_point_at_which_nothing_holds_the_mass_ends_the_path() {
-    let points: [&[f64]; 2] = [&[2.0, 0.2], &[-1.0, 0.2]];
-    for (spring_n_m, outcome, ended_at) in [
-        (1.0, Outcome::Converged, None),
-        (0.0, Outcome::NothingHolds, Some(1)),
+    let lifted: [&[f64]; 2] = [&[2.0, 0.2], &[-1.0, 0.2]];
+    let pulled: [&[f64]; 2] = [&[0.0, 0.2], &[1.0, 0.2]];
+    for (points, spring_n_m, outcome, ended_at) in [
+        (lifted, 1.0, Outcome::Converged, None),
+        (lifted, 0.0, Outcome::NothingHolds, Some(1)),
+        (pulled, 1.0, Outcome::Converged, None),
+        (pulled, 0.0, Outcome::NothingHolds, Some(0)),
     ] {
         let mut problem = by_parts(0.0, [1.0, 0.2]);
         problem.reduced.stiffness[(0, 0)] = spring_n_m;
         let state = static_state(&problem, path(2, &points), NEWTON);
         let found = (state.outcome, state.ended_at);
-        assert_eq!(found, (outcome, ended_at), "{spring_n_m}");
+        assert_eq!(found, (outcome, ended_at), "{points:?}, {spring_n_m}");
         // The steady load itself holds it.
         let alone = static_state(&problem, 2, NEWTON);
         assert_eq!((alone.outcome, alone.ended_at), (Outcome::Converged, None));
