@@ -8,15 +8,17 @@ use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::eps::Eps;
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome};
+use dovetail_solver::dlft::{Orbit, Outcome, SolvedFrequency, Told};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduced::{DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 
 const DAMPING: Rayleigh = Rayleigh::of_mass(0.05);
 /// Compression of each pair at rest.
@@ -255,4 +257,44 @@ fn every_way_ends_with_an_outcome_where_the_excitation_exceeds_the_preload() {
             in_every_way(case, resolution, &[0.2]);
         }
     }
+}
+
+const ACCURACY: f64 = 0.05;
+/// Harmonics of the levels of an accuracy.
+const LEVELS: [usize; 8] = [1, 3, 5, 7, 9, 11, 15, 21];
+
+/// A record of a frequency has the mean of its motion, and the level of its harmonics or, where the
+/// error is far below the accuracy, the one below. This holds after a second attempt as well.
+#[test]
+fn a_record_has_the_mean_and_the_level_that_its_motion_was_solved_with() {
+    let problem = problem(Case {
+        pairs: 2,
+        retained: true,
+        wave: false,
+        exceeds: true,
+    });
+    let frequencies_hz = (0..16).map(|i| 0.05 + 0.015 * f64::from(i)).collect();
+    let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(ACCURACY));
+    let state = static_state(&problem, 2, settings.newton);
+    let records = Mutex::new(Vec::new());
+    let tell = |told: Told<'_>| {
+        if let Told::Solved(solved) = told {
+            records.lock().unwrap().push(solved.clone());
+        }
+    };
+    sweep(&problem, DAMPING, &state, &settings, &[], &tell);
+    let records: Vec<SolvedFrequency> = records.into_inner().unwrap();
+    for record in records.iter().filter(|r| r.orbit.outcome.has_motion()) {
+        let orbit = &record.orbit;
+        let what = format!("{} Hz, again {}", orbit.frequency_hz, record.again);
+        assert_eq!(record.mean, Mean::of(orbit), "{what}");
+        let level = LEVELS.iter().position(|h| *h == orbit.harmonics).unwrap();
+        let is_plenty = orbit.estimated_error.unwrap() <= 0.2 * ACCURACY;
+        let next = level - usize::from(is_plenty);
+        assert_eq!(record.next_level, next, "{what}");
+    }
+    let again = records.iter().filter(|r| r.again);
+    let levels: Vec<(Mean, usize)> = again.map(|r| (r.mean, r.next_level)).collect();
+    let is_retained = |of: &(Mean, usize)| of.0 == Mean::Retained;
+    assert!(levels.iter().any(is_retained), "{levels:?}");
 }
