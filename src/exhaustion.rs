@@ -70,9 +70,10 @@ thread_local! {
 /// Starts the thread that writes the last message.
 ///
 /// # Errors
-/// The system starts no thread.
+/// The system starts no thread, or has no memory for the message.
 pub fn prepare() -> io::Result<()> {
-    let reserve: Vec<u8> = Vec::with_capacity(RESERVE_BYTES);
+    let mut reserve: Vec<u8> = Vec::new();
+    reserve.try_reserve_exact(RESERVE_BYTES)?;
     let speaker = thread::Builder::new().stack_size(STACK_BYTES);
     let speaker = speaker.spawn(move || {
         while !ENDING.load(Ordering::Acquire) {

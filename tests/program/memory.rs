@@ -121,6 +121,30 @@ fn no_limit_of_memory_ends_a_run_by_a_signal() {
     assert!(refused > 2, "all levels are enough");
 }
 
+/// Below some limit the system does not load the program: it ends it, or says which library has no
+/// room. From there on each run ends with a message of the program.
+#[test]
+fn a_program_that_is_loaded_ends_with_a_message_in_the_least_memory() {
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let mut loaded = 0;
+    for limit_mib in 30..80 {
+        let out = Folder::new("memory-start");
+        let output = run(&out, limit_mib, &["--threads", "1"]).output().unwrap();
+        let words = said_in_one_line(&output);
+        let is_of_loader = words.is_empty() || words.contains("shared libraries");
+        if loaded == 0 && is_of_loader {
+            continue;
+        }
+        loaded += 1;
+        let at = format!("{limit_mib} MiB: {:?} {words}", output.status);
+        assert_eq!(output.status.code(), Some(1), "{at}");
+        assert!(words.contains("memory") && words.contains("help: "), "{at}");
+    }
+    assert!(loaded > 5, "{loaded}");
+}
+
 /// The derivative of a pair has 6003 x 6003 entries.
 #[test]
 fn a_jacobian_that_does_not_fit_is_refused_before_the_first_frequency() {
