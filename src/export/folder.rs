@@ -501,19 +501,34 @@ mod tests {
             assert!(refused.to_string().contains("other inputs"), "{refused}");
             assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         }
-        let mut unknown = summary("a");
-        unknown.program_blake3 = None;
-        assert!(!way_on(&unknown, "goes on").contains("goes on"));
-        let goes_on = "The same command with --resume goes on";
-        assert_eq!(way_on(&summary("a"), "goes on"), goes_on);
-        let refused = resume(&unknown, true).unwrap_err();
-        assert!(
-            refused.to_string().contains("cannot read the file"),
-            "{refused}"
-        );
-        assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         assert!(resume(&summary("a"), true).is_ok());
         // Without a frequency there is nothing that the inputs could differ from.
         assert!(resume(&changed, false).is_ok());
+    }
+
+    /// Two programs that cannot read their own files are not known to be the same.
+    #[test]
+    fn a_program_that_does_not_know_itself_resumes_nothing_and_says_so() {
+        let mut unknown = summary("a");
+        unknown.program_blake3 = None;
+        for earlier in [&summary("a"), &unknown] {
+            let temporary = tempfile::tempdir().unwrap();
+            let path = temporary.path();
+            let (refuse, anew) = (OtherScene::Refuse, Beginning::Anew);
+            OutputFolder::open(path, earlier, refuse, anew, false).unwrap();
+            let before = fs::read(path.join(SUMMARY)).unwrap();
+            let resumed = OutputFolder::open(path, &unknown, refuse, Beginning::Resumed, true);
+            let refused = resumed.unwrap_err();
+            assert!(
+                matches!(refused, ExportError::UnknownProgram { .. }),
+                "{refused}"
+            );
+            assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
+        }
+        let goes_on = "The same command with --resume goes on with the others";
+        assert_eq!(way_on(&summary("a"), "goes on with the others"), goes_on);
+        let way_on = way_on(&unknown, "goes on with the others");
+        assert!(way_on.starts_with("--resume cannot go on"), "{way_on}");
+        assert!(!way_on.contains("with the others"), "{way_on}");
     }
 }

@@ -51,6 +51,7 @@ use crate::export::plots::{
 };
 use crate::export::{ExportError, csv, report, vtu};
 use crate::warning::{Warning, by_weight};
+use crate::words::counted;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
@@ -672,7 +673,10 @@ impl Files {
             let is_empty = journal.is_empty();
             let why = match is_empty {
                 true => format!("{signal} before the first of its {motions}"),
-                false => format!("{signal} after {} {motions}", journal.count()),
+                false => {
+                    let one = motions.trim_end_matches('s');
+                    format!("{signal} after {}", counted(journal.count(), one, motions))
+                }
             };
             self.remove_empty_journal()?;
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
@@ -954,3 +958,6 @@ fn sweep(found: &ResponseResult) -> Sweep<'_> {
         tractions: found.tractions.as_ref(),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -53,6 +53,19 @@ fn send(signal: &str, child: &Child) {
     ended(kill, 0);
 }
 
+/// A command by another program: a copy whose file has one byte more, in `folder`. Another process
+/// writes it, since a file that is open for writing is not started.
+fn by_another_program(command: &Command, folder: &Path) -> Command {
+    let other = folder.join("dovetail");
+    let mut copy = Command::new("sh");
+    copy.args(["-c", "cp \"$0\" \"$1\" && printf x >> \"$1\""]);
+    ended(copy.arg(command.get_program()).arg(&other), 0);
+    let mut program = Command::new(other);
+    let folder = command.get_current_dir().unwrap();
+    program.current_dir(folder).args(command.get_args());
+    program
+}
+
 /// Contents of the files below the folder, by name; those of summary.json without times.
 fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
@@ -330,7 +343,20 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     let refused = told(command(&out, &other), 2);
     has(&refused, "computed from other inputs");
     assert_same(&contents(&out), &before);
+    let program = Folder::new("other-program");
+    let refused = told(
+        by_another_program(&command(&out, &["--resume"]), &program),
+        2,
+    );
+    has(&refused, "computed from other inputs");
+    assert_same(&contents(&out), &before);
+    // The journal says by itself that its frequencies are those of another program.
+    let copied = Folder::new("other-journal");
     let journal = out.join("response.journal");
+    std::fs::copy(&journal, copied.join("response.journal")).unwrap();
+    let resumed = command(&copied, &["--resume"]);
+    let refused = told(by_another_program(&resumed, &program), 2);
+    has(&refused, "computed from other inputs");
     let kept = std::fs::metadata(&journal).unwrap().len();
     assert!(kept >= 300_000);
     let child = under_way(&out, &["--resume"], kept + 100_000);

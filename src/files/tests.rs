@@ -1,0 +1,63 @@
+//! Searches of a program that cannot read its own file.
+
+use super::*;
+use dovetail_solver::description::{
+    FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
+};
+use dovetail_solver::dlft::Outcome;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::reduction::damping::DampingSpec;
+
+fn scene() -> Scene {
+    let range = FrequencyRange::Hz {
+        from_hz: 1.0,
+        to_hz: 2.0,
+    };
+    Scene {
+        name: "a".to_owned(),
+        subject: Subject::ReducedModel(ReducedModelSpec {
+            folder: "model".into(),
+            law: PairLaw::rigid(0.3, 0.0),
+            force_n: 1.0,
+        }),
+        damping: DampingSpec::Ratio {
+            ratio: 0.001,
+            linear_mode: 1,
+        },
+        modal_ratios: Vec::new(),
+        static_state: StaticSpec::default(),
+        response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
+        engine_orders: Vec::new(),
+        mission: Vec::new(),
+    }
+}
+
+#[test]
+fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Output {
+        folder: folder.path().to_path_buf(),
+        scene_file: "a.toml".into(),
+        fields: false,
+        frames: None,
+        whole_disc: false,
+        stress_points: false,
+        further_plots: Vec::new(),
+    };
+    let opened = Files::open(&scene(), &output, OtherScene::Refuse, Beginning::Beside);
+    let mut files = opened.unwrap();
+    assert_eq!(files.begin_curve(false).unwrap(), 0);
+    let motion = Orbit::without_motion(1.0, Outcome::Converged);
+    let point = SolvedFrequency::alone(motion);
+    files.keep_point(&[7; 32], &point).unwrap();
+    assert_eq!(files.begin_curve(true).unwrap(), 1);
+    files.summary.program_blake3 = None;
+    let refused = files.begin_curve(true).unwrap_err();
+    assert!(refused.to_string().contains("cannot read"), "{refused}");
+    // A search that begins anew has nothing to tell apart.
+    assert_eq!(files.begin_curve(false).unwrap(), 0);
+    files.keep_point(&[7; 32], &point).unwrap();
+    let told = files.interrupted("Ctrl-C").unwrap();
+    assert!(told.contains("after 1 motion. "), "{told}");
+    assert!(told.contains("--resume cannot go on"), "{told}");
+}
