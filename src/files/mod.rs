@@ -694,7 +694,11 @@ impl Files {
         }
         let Some(solving) = self.solving.last() else {
             self.remove_empty_journal()?;
-            let why = format!("{signal} before the first frequency");
+            let until = match self.beginning {
+                Beginning::Beside => "end",
+                Beginning::Anew | Beginning::Resumed => "first frequency",
+            };
+            let why = format!("{signal} before the {until}");
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
             return Ok(format!(
                 "ended by {why}; {folder} holds what was written until then"

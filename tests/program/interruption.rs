@@ -66,6 +66,15 @@ fn by_another_program(command: &Command, folder: &Path) -> Command {
     program
 }
 
+/// Number before these words in a text.
+#[track_caller]
+fn number_before(text: &str, words: &str) -> usize {
+    let before = text.split(words).next().unwrap();
+    let number = before.split_whitespace().last().unwrap_or_default();
+    let number = number.parse();
+    number.unwrap_or_else(|_| panic!("no number before `{words}`: {text}"))
+}
+
 /// Contents of the files below the folder, by name; those of summary.json without times.
 fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
@@ -225,10 +234,17 @@ fn a_curve_over_a_key_goes_on_to_the_table_of_an_unbroken_one() {
     let output = broken.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
     has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
-    assert_eq!(manifest(&out).state, RunState::Interrupted);
+    let summary = manifest(&out);
+    assert_eq!(summary.state, RunState::Interrupted);
+    let solved = number_before(&summary.why.unwrap(), " motions");
+    let all = whole.text("curve.csv").lines().count() - 1;
+    assert!((20..=all).contains(&solved), "{solved} of {all}");
     assert!(!out.join("curve.csv").exists() && journal.exists());
     let resumed = told(curve(&out, &["--resume"]), 0);
-    has(&resumed, "motions were solved before");
+    assert_eq!(
+        number_before(&resumed, " motions were solved before"),
+        solved
+    );
     assert_eq!(out.text("curve.csv"), whole.text("curve.csv"));
     assert!(!journal.exists());
 }
@@ -365,6 +381,63 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     assert_eq!(output.status.code(), Some(130));
     assert!(said_in_one_line(&output).contains("SIGTERM"));
     assert!(rows(&out.join("response.csv")) > solved);
+}
+
+/// The number of points of a curve that is followed is not known before its end.
+#[test]
+fn ctrl_c_counts_the_points_of_a_curve_that_is_followed() {
+    let out = Folder::new("interrupted-curve");
+    let follow = |words: &[&str]| {
+        let set = [SMALL, "response.harmonics=1"];
+        let mut run = on_scene("run", "scenes/paper.toml", &out, &set);
+        run.args(words);
+        run
+    };
+    let journal = out.join("response.journal");
+    let mut before = 0;
+    for (words, bytes) in [(&[][..], 100_000), (&["--resume"], 200_000)] {
+        let child = started(follow(words), &journal, bytes);
+        send("-INT", &child);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130));
+        let why = manifest(&out).why.unwrap();
+        assert!(why.starts_with("Ctrl-C after "), "{why}");
+        let points = number_before(&why, " points of the curve of response.csv");
+        assert_eq!(
+            points,
+            numbers(&out.join("response.csv"), "frequency_hz").len()
+        );
+        assert!(points > before, "{points} after {before}");
+        let told = said_in_one_line(&output);
+        has(&told, &format!("{why} & --resume"));
+        if before > 0 {
+            let words = " points of the curve were solved before";
+            assert_eq!(number_before(&told, words), before);
+        }
+        before = points;
+    }
+}
+
+/// Nothing of a backbone is kept before its end.
+#[test]
+fn of_an_interrupted_backbone_nothing_is_said_to_be_kept() {
+    let out = Folder::new("interrupted-backbone");
+    let set = [SMALL, "response.harmonics=3"];
+    let mut backbone = on_scene("backbone", "scenes/paper.toml", &out, &set);
+    backbone.args(["--amplitude", "1e-7:1e-4"]);
+    let child = started(backbone, &out.join("summary.json"), 1);
+    send("-INT", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let summary = manifest(&out);
+    assert_eq!(summary.state, RunState::Interrupted);
+    assert_eq!(summary.why.unwrap(), "Ctrl-C before the end");
+    let told = said_in_one_line(&output);
+    has(&told, "ended by Ctrl-C before the end");
+    assert!(
+        !told.contains("--resume") && !told.contains("frequency"),
+        "{told}"
+    );
 }
 
 #[test]
