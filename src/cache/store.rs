@@ -170,8 +170,8 @@ impl Store for RunStore<'_, '_> {
         let Some(files) = &self.files else {
             return ControlFlow::Continue(());
         };
-        self.reporter
-            .unless_failed(files.locked().keep_point(key, point))
+        let kept = files.locked().keep_point(key, point);
+        self.reporter.unless_failed(kept)
     }
 }
 

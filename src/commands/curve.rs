@@ -39,10 +39,6 @@ impl Work<'_> {
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "a curve over a value has one frequency at one speed";
         run::at_one_speed(self.scene, why).map_err(RunError::from)?;
-        self.begins(
-            |files| files.begin_curve(asked.resume),
-            "motions were solved",
-        )?;
         let question = CurveQuestion {
             key: &asked.over.key,
             range: ValueRange {
@@ -52,6 +48,10 @@ impl Work<'_> {
             },
             observation: asked.observation.as_deref(),
         };
+        self.begins(
+            |files| files.begin_curve(&question, asked.resume),
+            "motions were solved",
+        )?;
         let wrong = Mutex::new(None);
         let scene_at = |value: f64| {
             scene_with(&[asked.over.set(value)]).map_err(|error| {

@@ -10,7 +10,7 @@ use super::manifest::{PlaceSummary, StressSummary};
 use super::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::backbone::BackbonePoint;
-use dovetail_solver::dlft::branch::stable;
+use dovetail_solver::dlft::branch::{ValueCurve, stable};
 use dovetail_solver::dlft::{
     CycleCounts, CycleStatus, Orbit, Outcome, PairStatus, Response, StaticState,
 };
@@ -26,7 +26,7 @@ use dovetail_solver::results::quantities::{
 use dovetail_solver::results::resultants::{Resultant, ends_of};
 use dovetail_solver::results::stress::Singular;
 use dovetail_solver::run::{
-    Crossing, CrossingPeak, Curve, Family, NodalDiameters, Observed, PeakAt, Peaks, TractionPeak,
+    Crossing, CrossingPeak, Family, NodalDiameters, Observed, PeakAt, Peaks, TractionPeak,
     TractionRange, WearBlock, WearCourse,
 };
 use dovetail_solver::spectrum::{cosine, sine};
@@ -656,10 +656,10 @@ pub struct CurveRow<'a> {
 }
 
 impl<'a> CurveRow<'a> {
-    /// Rows of a curve over a key.
-    pub fn of(found: &'a Curve) -> Vec<Self> {
-        let (curve, response) = (&found.curve, &found.curve.response);
-        let (stable, observation) = (stable(response), found.observation);
+    /// Rows of a curve over a key: the motions of an observed displacement.
+    pub fn of(curve: &'a ValueCurve, pairs: &'a PairTable, observation: usize) -> Vec<Self> {
+        let response = &curve.response;
+        let stable = stable(response);
         let row = |index: usize| {
             let branch = response.branch_of(index);
             let of_branch = &response.branches[branch];
@@ -670,7 +670,7 @@ impl<'a> CurveRow<'a> {
                 is_stable: stable[index],
                 length: of_branch.lengths[index - of_branch.points.start],
                 observation,
-                pairs: &found.reduced.pairs,
+                pairs,
                 value: curve.values[index],
                 linear_m: linear_m.copied().filter(|linear_m| *linear_m > 0.0),
                 orbit: &response.orbits[index],

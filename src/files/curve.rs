@@ -1,14 +1,19 @@
 //! Picture of the motions at one frequency over a key.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::solving::without_fields;
 use crate::error::RunError;
 use crate::export::ExportError;
-use crate::export::csv::CurveRow;
+use crate::export::csv::{CurveRow, write_curve};
 use crate::export::plots::{Axis, Heading, Scale, Series, write_series};
 use crate::words::{rounded, short, title};
-use dovetail_solver::dlft::branch::sections;
-use dovetail_solver::run::Curve;
+use dovetail_solver::dlft::SolvedFrequency;
+use dovetail_solver::dlft::branch::{ValueRange, sections, so_far};
+use dovetail_solver::results::far_slip::ShorterSides;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::run::{Curve, CurveQuestion, Error, Reduced};
 
 /// Curve over a key for the files.
 #[derive(Debug)]
@@ -32,9 +37,72 @@ impl<'a> CurveFiles<'a> {
             key,
             frequency_hz,
             observation: found.reduced.observations()[found.observation].name.clone(),
-            rows: CurveRow::of(found),
+            rows: CurveRow::of(&found.curve, &found.reduced.pairs, found.observation),
             found,
         }
+    }
+}
+
+/// Curve under way, for the table that an interrupted one leaves.
+#[derive(Debug)]
+pub struct CurveUnderWay {
+    key: String,
+    range: ValueRange,
+    /// Name of the observed displacement; `None`: the first one.
+    observation: Option<String>,
+    /// Pairs, and number of the observed displacement, once the first model is known.
+    model: Option<(PairTable, usize)>,
+    /// Motions by their numbers, without fields.
+    solved: BTreeMap<usize, SolvedFrequency>,
+}
+
+impl CurveUnderWay {
+    /// Curve without motions.
+    pub fn of(question: &CurveQuestion<'_>) -> Self {
+        Self {
+            key: question.key.to_owned(),
+            range: question.range.clone(),
+            observation: question.observation.map(str::to_owned),
+            model: None,
+            solved: BTreeMap::new(),
+        }
+    }
+
+    /// Sets the model of the first value.
+    ///
+    /// # Errors
+    /// The observed displacement is not in the model.
+    pub fn begins_with(&mut self, reduced: &Reduced) -> Result<(), Error> {
+        let observation = reduced.observed(self.observation.as_deref())?;
+        self.model = Some((reduced.pairs.clone(), observation));
+        Ok(())
+    }
+
+    /// Adds a motion.
+    pub fn add(&mut self, solved: &SolvedFrequency) {
+        let solved = without_fields(solved);
+        self.solved.insert(solved.orbit.point, solved);
+    }
+
+    /// Writes the table of the motions so far, at the path that `file` gives. Returns `false` without
+    /// motions.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(
+        &self,
+        file: impl FnOnce() -> Result<PathBuf, ExportError>,
+    ) -> Result<bool, ExportError> {
+        let Some((pairs, observation)) = self.model.as_ref().filter(|_| !self.solved.is_empty())
+        else {
+            return Ok(false);
+        };
+        let mut response = so_far(self.solved.values().cloned());
+        ShorterSides::of(pairs).judge_response(&mut response);
+        let curve = self.range.curve(response);
+        let rows = CurveRow::of(&curve, pairs, *observation);
+        write_curve(&file()?, &self.key, &rows)?;
+        Ok(true)
     }
 }
 

@@ -29,6 +29,7 @@ use std::time::{Duration, Instant};
 pub use self::backbone::BackboneFiles;
 use self::conditions::{at_rest, in_motion, in_motion_over};
 pub use self::curve::CurveFiles;
+use self::curve::CurveUnderWay;
 pub use self::peaks::PeakLine;
 use self::peaks::PeaksFound;
 pub use self::shared::SharedFiles;
@@ -61,8 +62,9 @@ use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
-    Bodies, Campbell, Crossing, CrossingPeak, Event, ModalAnalysis, NodalDiameters, PeakAt,
-    PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified, WearCourse,
+    Bodies, Campbell, Crossing, CrossingPeak, CurveQuestion, Event, ModalAnalysis, NodalDiameters,
+    PeakAt, PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified,
+    WearCourse,
 };
 use dovetail_solver::superelement::Superelement;
 
@@ -141,6 +143,8 @@ pub struct Files {
     search: Option<(Journal, &'static str)>,
     /// Peaks that a search has found so far.
     peaks_found: PeaksFound,
+    /// Curve over a key that is being followed.
+    curve_under_way: Option<CurveUnderWay>,
     /// Worn flanks, if fields are written.
     worn: Option<WornFlanks>,
     /// Responses that have begun, the scene's own first.
@@ -208,6 +212,7 @@ impl Files {
             _lock: lock,
             search: None,
             peaks_found: PeaksFound::default(),
+            curve_under_way: None,
             worn: None,
             solving: Vec::new(),
             warnings: Vec::new(),
@@ -355,7 +360,12 @@ impl Files {
     ///
     /// # Errors
     /// Those of [`Files::begin_peaks`].
-    pub fn begin_curve(&mut self, resume: bool) -> Result<usize, RunError> {
+    pub fn begin_curve(
+        &mut self,
+        question: &CurveQuestion<'_>,
+        resume: bool,
+    ) -> Result<usize, RunError> {
+        self.curve_under_way = Some(CurveUnderWay::of(question));
         self.begin_search((CURVE_JOURNAL, "motions"), resume)
     }
 
@@ -417,7 +427,11 @@ impl Files {
             return Ok(());
         };
         journal.append(inputs, point)?;
-        Ok(journal.sync()?)
+        journal.sync()?;
+        if let Some(curve) = &mut self.curve_under_way {
+            curve.add(point);
+        }
+        Ok(())
     }
 
     /// Writes curve.csv, and draws the amplitude of the motions at one frequency over a key.
@@ -679,14 +693,19 @@ impl Files {
                 }
             };
             self.remove_empty_journal()?;
+            let curve = self.curve_under_way.as_ref();
+            let file = || self.out.file("curve.csv");
+            let table = match curve.map_or(Ok(false), |curve| curve.write(file))? {
+                true => Some("curve.csv"),
+                false => (!self.peaks_found.keys.is_empty()).then_some("peaks.csv"),
+            };
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
             if is_empty {
                 return Ok(format!("ended by {why}; there is nothing to resume"));
             }
-            let table = match self.peaks_found.keys.is_empty() {
-                true => String::new(),
-                false => format!("; {folder} has a table of those found, peaks.csv"),
-            };
+            let table = table.map_or_else(String::new, |table| {
+                format!("; {folder} has a table of those found, {table}")
+            });
             return Ok(format!(
                 "ended by {why}{table}. {}",
                 way_on(&self.summary, "does not look for them again")
@@ -779,6 +798,9 @@ impl Files {
             }
             Event::Reduced(reduced) => {
                 self.summary = summary::of_reduced(&self.summary, reduced);
+                if let Some(curve) = &mut self.curve_under_way {
+                    curve.begins_with(reduced)?;
+                }
                 if self.beginning == Beginning::Beside {
                     return Ok(());
                 }

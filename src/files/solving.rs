@@ -71,19 +71,7 @@ impl Solving {
     /// Adds a frequency, and writes its file of the flanks.
     pub fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
         let orbit = &solved.orbit;
-        let without_fields = Orbit {
-            x: Vec::new(),
-            lambda: Vec::new(),
-            modal: Vec::new(),
-            ..orbit.clone()
-        };
-        let point = SolvedFrequency {
-            orbit: without_fields,
-            linear: solved.linear.clone(),
-            along: solved.along.clone(),
-            ..*solved
-        };
-        self.solved.insert(orbit.point, point);
+        self.solved.insert(orbit.point, without_fields(solved));
         if let Some(flanks) = &mut self.flanks {
             if orbit.point >= self.listed {
                 let from = self.listed;
@@ -93,5 +81,21 @@ impl Solving {
             flanks.write(out.path(), orbit)?;
         }
         Ok(())
+    }
+}
+
+/// A solved frequency for tables.
+pub(super) fn without_fields(solved: &SolvedFrequency) -> SolvedFrequency {
+    let orbit = Orbit {
+        x: Vec::new(),
+        lambda: Vec::new(),
+        modal: Vec::new(),
+        ..solved.orbit.clone()
+    };
+    SolvedFrequency {
+        orbit,
+        linear: solved.linear.clone(),
+        along: solved.along.clone(),
+        ..*solved
     }
 }

@@ -5,6 +5,7 @@ use dovetail_solver::description::{
     FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
 };
 use dovetail_solver::dlft::Outcome;
+use dovetail_solver::dlft::branch::ValueRange;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::reduction::damping::DampingSpec;
 
@@ -46,16 +47,25 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
     };
     let opened = Files::open(&scene(), &output, OtherScene::Refuse, Beginning::Beside);
     let mut files = opened.unwrap();
-    assert_eq!(files.begin_curve(false).unwrap(), 0);
+    let question = CurveQuestion {
+        key: "reduced_model.force_n",
+        range: ValueRange {
+            values: vec![1.0, 2.0],
+            logarithmic: false,
+            frequency_hz: 1.0,
+        },
+        observation: None,
+    };
+    assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
     let motion = Orbit::without_motion(1.0, Outcome::Converged);
     let point = SolvedFrequency::alone(motion);
     files.keep_point(&[7; 32], &point).unwrap();
-    assert_eq!(files.begin_curve(true).unwrap(), 1);
+    assert_eq!(files.begin_curve(&question, true).unwrap(), 1);
     files.summary.program_blake3 = None;
-    let refused = files.begin_curve(true).unwrap_err();
+    let refused = files.begin_curve(&question, true).unwrap_err();
     assert!(refused.to_string().contains("cannot read"), "{refused}");
     // A search that begins anew has nothing to tell apart.
-    assert_eq!(files.begin_curve(false).unwrap(), 0);
+    assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
     files.keep_point(&[7; 32], &point).unwrap();
     let told = files.interrupted("Ctrl-C").unwrap();
     assert!(told.contains("after 1 motion. "), "{told}");

@@ -233,13 +233,27 @@ fn a_curve_over_a_key_goes_on_to_the_table_of_an_unbroken_one() {
     send("-INT", &broken);
     let output = broken.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    has(&said_in_one_line(&output), "Ctrl-C after & with --resume");
+    let words = "Ctrl-C after & a table of those found, curve.csv. & with --resume";
+    has(&said_in_one_line(&output), words);
     let summary = manifest(&out);
     assert_eq!(summary.state, RunState::Interrupted);
+    assert!(summary.files.iter().any(|file| file == "curve.csv"));
     let solved = number_before(&summary.why.unwrap(), " motions");
-    let all = whole.text("curve.csv").lines().count() - 1;
-    assert!((20..=all).contains(&solved), "{solved} of {all}");
-    assert!(!out.join("curve.csv").exists() && journal.exists());
+    // The table has the motions so far, as the whole one has them.
+    let motions = |of: &Folder| {
+        let column = |name: &str| numbers(&of.join("curve.csv"), name);
+        let values = column("reduced_model.force_n").into_iter();
+        values.zip(column("amplitude_m")).collect::<Vec<_>>()
+    };
+    let (found, all) = (motions(&out), motions(&whole));
+    assert_eq!(found.len(), solved);
+    assert!(
+        (20..all.len()).contains(&solved),
+        "{solved} of {}",
+        all.len()
+    );
+    assert!(found.iter().all(|motion| all.contains(motion)));
+    assert!(journal.exists());
     let resumed = told(curve(&out, &["--resume"]), 0);
     assert_eq!(
         number_before(&resumed, " motions were solved before"),

@@ -108,7 +108,10 @@ impl Reduced {
     }
 
     /// Number of the observed displacement of this name, or of the first one.
-    pub(super) fn observed(&self, name: Option<&str>) -> Result<usize, Error> {
+    ///
+    /// # Errors
+    /// [`Error::NoObservation`].
+    pub fn observed(&self, name: Option<&str>) -> Result<usize, Error> {
         let all = self.observations();
         let fits = |o: &Observed| {
             o.quantity == Quantity::Displacement && name.is_none_or(|name| o.name == name)
