@@ -9,6 +9,7 @@ use std::cell::Cell;
 use std::fmt;
 use std::io;
 use std::io::IsTerminal;
+use std::panic::{self, PanicHookInfo};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::{self, Thread};
@@ -67,7 +68,8 @@ thread_local! {
     static SPEAKS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Starts the thread that writes the last message.
+/// Starts the thread that writes the last message, which is also written if a thread panics because
+/// it cannot be started.
 ///
 /// # Errors
 /// The system starts no thread, or has no memory for the message.
@@ -84,7 +86,21 @@ pub fn prepare() -> io::Result<()> {
         speak();
     })?;
     SPEAKER.get_or_init(|| speaker.thread().clone());
+    let usual = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        if lacks_memory(panic) {
+            exhausted(0);
+        }
+        usual(panic);
+    }));
     Ok(())
+}
+
+/// Returns `true` for the panic of the standard library in a thread that it starts without memory for
+/// a stack of signals.
+fn lacks_memory(panic: &PanicHookInfo<'_>) -> bool {
+    let message = panic.payload().downcast_ref::<String>();
+    message.is_some_and(|m| m.contains("alternative stack") && m.contains("os error 12"))
 }
 
 /// Tells whether a stage reads files or computes, which the last message depends on.
