@@ -7,7 +7,6 @@ use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, MatrixSource};
-use dovetail_superelement;
 use dovetail_superelement::input;
 
 /// Files that a scene names: meshes or their script, matrices, fields, the aerodynamic influence, the

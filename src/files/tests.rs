@@ -1,13 +1,13 @@
 //! Searches of a program that cannot read its own file.
 
 use super::*;
+use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
     FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
 };
 use dovetail_solver::dlft::Outcome;
 use dovetail_solver::dlft::branch::ValueRange;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::reduction::damping::DampingSpec;
 
 fn scene() -> Scene {
     let range = FrequencyRange::Hz {

@@ -168,7 +168,7 @@ impl Wire {
                 self.send(Message::LoopAdvances(usize::from(!solved.again)));
             }
             Told::Next(stop) => self.stops(stop),
-            _ => {}
+            Told::Tries(_) => {}
         }
     }
 

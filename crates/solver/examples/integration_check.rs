@@ -15,7 +15,6 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::{LinearReference, Problem};
-use dovetail_superelement;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let comparison = comparison()?;

@@ -23,7 +23,6 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::problem::Problem;
-use dovetail_superelement;
 use faer::Mat;
 
 /// Frequency below the first mode, at which few pairs slip.

@@ -85,7 +85,7 @@ pub enum Subject {
     ReducedModel(ReducedModelSpec),
 }
 
-/// Reduced model that is read from a folder (its files: `reduction::superelement`).
+/// Reduced model of a folder, which the caller of a run reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedModelSpec {
     /// Folder of its files.

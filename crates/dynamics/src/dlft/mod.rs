@@ -64,7 +64,7 @@ pub enum Outcome {
     /// the preload presses them together: the bodies would come apart.
     LeavesSlot,
     /// The balance holds, but some pair slides so far that its two nodes do not face each other
-    /// ([`crate::results::far_slip`]).
+    /// (`far_slip` of the results).
     SlidesTooFar,
     /// No pair carries a force, and neither supports nor springs hold the bodies then: there is no
     /// static state.

@@ -2,8 +2,8 @@
 //! of the contact pairs and on the amplitudes q of modes of the stuck assembly (X = 0).
 //!
 //! Finite elements and a reduction make a [`ReducedModel`], or another program does. For a disc of
-//! equal sectors it has models of the [waves](waves) round the disc, on which the air may act
-//! ([`influence`]), or the model of [all sectors](all_sectors).
+//! equal sectors it has models of the [`waves`] in the disc, on which the air may act
+//! ([`influence`]), or the model of all sectors ([`all_sectors`]).
 
 pub mod all_sectors;
 pub mod influence;

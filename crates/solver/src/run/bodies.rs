@@ -35,20 +35,20 @@ pub struct Meshes {
 #[derive(Debug, Clone)]
 pub enum Source {
     /// Meshes of a scene about bodies.
-    Meshes(Meshes),
+    Meshes(Box<Meshes>),
     /// Reduced model of a scene about one.
     ReducedModel(Box<Superelement>),
 }
 
 impl From<Meshes> for Source {
     fn from(meshes: Meshes) -> Self {
-        Self::Meshes(meshes)
+        Self::Meshes(Box::new(meshes))
     }
 }
 
 impl From<Mesh> for Source {
     fn from(mesh: Mesh) -> Self {
-        Self::Meshes(mesh.into())
+        Meshes::from(mesh).into()
     }
 }
 

@@ -128,7 +128,7 @@ fn at_nodal_diameter(
 }
 
 /// Reduced model of a disc at a nodal diameter above 0: that of two copies of a sector
-/// ([`waves`](super::waves)). Pairs, loads, observed points and dashpots of the first copy come
+/// ([`waves`](dovetail_dynamics::reduced::waves)). Pairs, loads, observed points and dashpots of the first copy come
 /// first. The structure is one of the `sectors`, and numbers of modes are those of one sector.
 ///
 /// # Errors
