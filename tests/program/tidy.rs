@@ -2,7 +2,9 @@
 //! are in one direction, the paths and links of ARCHITECTURE.md, the README and the book exist, the
 //! identifiers of the glossary exist, and lines of prose fit a screen.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::shared_folder::files_below;
 use dovetail_testkit::folder::root;
@@ -165,6 +167,31 @@ fn packages_need_only_those_below_them() {
             );
         }
     }
+}
+
+/// A package with other features is compiled once more for the wheel, and so is everything that
+/// needs it. Cargo.toml at the root switches on the features that only the Python package needs.
+#[test]
+fn the_wheel_has_the_features_of_the_program() {
+    let features = |package: &str| {
+        let words = "tree --locked --offline --edges normal,build --prefix none --format";
+        let tree = Command::new(env!("CARGO"))
+            .args(words.split(' '))
+            .args(["{p} {f}", "--package", package])
+            .current_dir(root())
+            .output()
+            .unwrap();
+        assert!(tree.status.success(), "{tree:?}");
+        let tree = String::from_utf8(tree.stdout).unwrap();
+        let lines = tree.lines().map(|line| line.replace(" (*)", ""));
+        lines.collect::<BTreeSet<String>>()
+    };
+    let (program, wheel) = (features("dovetail"), features("dovetail-python"));
+    let others: Vec<&String> = program.difference(&wheel).collect();
+    assert!(
+        others.is_empty(),
+        "other features in the wheel: {others:#?}"
+    );
 }
 
 /// Names after every `prefix` in the code, including those of a list in braces.
