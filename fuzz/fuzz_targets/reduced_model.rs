@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use dovetail_mesh::text;
-use dovetail_superelement::FILES;
 use dovetail_solver::reduced::ReducedModel;
+use dovetail_superelement::FILES;
 
 const MARK: &[u8] = b"=== ";
 
