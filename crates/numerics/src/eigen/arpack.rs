@@ -16,6 +16,7 @@ use nalgebra_sparse::CscMatrix;
 use super::iteration::{Found, SPARE, start_entry};
 use super::{EigenError, Modes};
 use crate::sparse::{self, Cholesky};
+use crate::vector::dot;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
@@ -181,6 +182,11 @@ impl Run {
                 2 => sparse::symmetric_times(mass, vector(0), &mut product),
                 _ => break,
             }
+            // ARPACK takes norms of both. From numbers that overflow LAPACK ends the process.
+            let is_norm = |v: &[f64]| dot(v, v).is_finite() && dot(v, &product).is_finite();
+            if !is_norm(vector(0)) || !is_norm(&product) {
+                return Err(EigenError::Overflow);
+            }
             let y = at(1);
             self.work_vectors[y..y + n].copy_from_slice(&product);
         }
@@ -269,6 +275,18 @@ mod tests {
         for other in [a, b] {
             assert_eq!(first.omega2, other.omega2);
             assert_eq!(first.vectors, other.vectors);
+        }
+    }
+
+    /// LAPACK ends the process at numbers that are not finite.
+    #[test]
+    fn numbers_that_overflow_are_an_error() {
+        let (_, m, factor) = cantilever([9, 4, 3], 0.6);
+        for scale in [1e120, 1e200, 1e300] {
+            let mut heavy = m.clone();
+            heavy.values_mut().iter_mut().for_each(|v| *v *= scale);
+            let found = lowest(&heavy, &factor, 6);
+            assert!(matches!(found, Err(EigenError::Overflow)), "{scale:e}");
         }
     }
 

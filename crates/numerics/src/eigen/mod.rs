@@ -108,6 +108,10 @@ pub enum EigenError {
     Dense { unknowns: usize },
     #[error("{unknowns} unknowns are more than ARPACK's 32-bit integers can count")]
     TooLarge { unknowns: usize },
+    #[error(
+        "the iteration for the modes overflows: the stiffness and the mass differ by too many orders of magnitude; check the densities, Young's moduli and the units"
+    )]
+    Overflow,
     #[error("ARPACK's {routine} stopped with code {info}")]
     Arpack { routine: &'static str, info: i32 },
     #[error(
