@@ -490,6 +490,23 @@ mod tests {
         assert_eq!(parse(text).unwrap(), whole());
     }
 
+    /// Gmsh gives the surface between two partitions the groups of the volume, whose numbers are those
+    /// of other groups among surfaces.
+    #[test]
+    fn a_surface_between_partitions_has_no_group_of_surfaces() {
+        let with_parent = |parent: &str| {
+            let parts = format!(
+                "$EndEntities\n$PartitionedEntities\n2\n0\n0 0 1 0\n9 {parent} 2 1 2 0 0 0 1 1 1 1 3 0\n$EndPartitionedEntities\n"
+            );
+            let text = changed(&[["$EndEntities\n", &parts], ["2 2 2 1\n", "2 9 2 1\n"]]);
+            parse(text).unwrap()
+        };
+        assert_eq!(with_parent("2 2").groups, whole().groups);
+        let cut = with_parent("3 1").groups;
+        let is_empty = |group: &Group| group.dimension != 2 || group.elements.is_empty();
+        assert!(cut.values().all(is_empty));
+    }
+
     #[test]
     fn entities_are_the_groups_of_a_file_without_physical_groups() {
         let none = changed(&[

@@ -257,8 +257,11 @@ fn entity(
     let mut writer = Writer::new(source.format.encoding);
     let tag = numbers.int()?;
     writer.int(tag);
+    // An entity between partitions has the groups of the body or surface that it cuts.
+    let mut is_cut = false;
     if partitioned {
-        let _dimension_and_tag_of_parent = [numbers.int()?, numbers.int()?];
+        let [of_parent, _tag_of_parent] = [numbers.int()?, numbers.int()?];
+        is_cut = of_parent > dimension as i64;
         for _ in 0..numbers.size()? {
             numbers.int()?;
         }
@@ -272,11 +275,13 @@ fn entity(
             numbers.float()?;
         }
     }
-    let groups = numbers.size()?;
-    writer.size(groups);
-    for _ in 0..groups {
-        writer.int(numbers.int()?);
+    let mut groups = Vec::new();
+    for _ in 0..numbers.size()? {
+        groups.push(numbers.int()?);
     }
+    groups.retain(|_| !is_cut);
+    writer.size(groups.len() as u64);
+    groups.into_iter().for_each(|group| writer.int(group));
     if dimension > 0 {
         for _ in 0..numbers.size()? {
             numbers.int()?;
