@@ -259,11 +259,37 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
     assert!(!named.is_empty(), "{listed}");
     let drawn = engine_orders(&svg);
     assert!(named.is_subset(&drawn), "{named:?} {drawn:?}");
-    // The middle speed is assembled from the other two.
-    for speed in [0.0, 3500.0, 7000.0] {
+    for (speed, hz) in at_each_speed(&rows, &[0.0, 3500.0, 7000.0], &[SMALL]) {
+        assert!(listed.contains(&format!("{hz:.4}")), "{speed} rpm: {hz}");
+    }
+}
+
+/// Steady loads stress the bodies at all speeds alike.
+#[test]
+fn steady_loads_stiffen_at_each_speed_as_at_that_speed_alone() {
+    let pull = "load=[{ on = \"blade_tip\", direction = [0, 0, 1], force_n = 40000 }]";
+    let folder = Folder::new("campbell-loaded");
+    let mut command = dovetail("modes", &folder, &[SMALL, pull]);
+    ended(command.args(["--rpm", "0:7000:3"]), 0);
+    let rows = table(&folder, "modes_campbell.csv");
+    let loaded = at_each_speed(&rows, &[3500.0, 7000.0], &[SMALL, pull]);
+    let alone = Folder::new("campbell-unloaded");
+    ended(
+        dovetail("modes", &alone, &[SMALL, "rotation.speed_rpm=3500"]),
+        0,
+    );
+    let without = number(&table(&alone, "modes.csv")[0], "frequency_hz");
+    let share = loaded[0].1 / without - 1.0;
+    assert!(share > 0.01, "the load changes nothing: {share}");
+}
+
+/// Speeds and frequencies of a Campbell diagram, which have to be those of runs at each speed alone.
+fn at_each_speed(rows: &[Row], speeds_rpm: &[f64], set: &[&str]) -> Vec<(f64, f64)> {
+    let mut all = Vec::new();
+    for &speed in speeds_rpm {
         let alone = Folder::new("campbell-alone");
         let at = format!("rotation.speed_rpm={speed}");
-        ended(dovetail("modes", &alone, &[SMALL, &at]), 0);
+        ended(dovetail("modes", &alone, &[set, &[&at]].concat()), 0);
         for one in table(&alone, "modes.csv") {
             let key = ["kind", "body", "mode"];
             let found = rows.iter().find(|row| {
@@ -276,10 +302,11 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
             if let Some(found) = found {
                 let (a, b) = (number(found, "frequency_hz"), number(&one, "frequency_hz"));
                 assert!((a / b - 1.0).abs() < 1e-9, "{speed} rpm: {a} {b}");
-                assert!(listed.contains(&format!("{a:.4}")));
+                all.push((speed, a));
             }
         }
     }
+    all
 }
 
 #[test]

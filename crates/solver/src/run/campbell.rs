@@ -5,7 +5,7 @@ use super::error::Error;
 use super::prestress::assemble;
 use super::session::{Session, Stage};
 use crate::description::Scene;
-use crate::model::{Model, RotationSpec};
+use crate::model::{Model, Rotation, RotationSpec};
 use crate::reduced::waves::{largest_nodal_diameter, nodal_diameter_of};
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::sectors::modes_of_nodal_diameter;
@@ -209,8 +209,14 @@ struct Spun {
 
 impl Spun {
     fn of(model: &Model, session: &Session<'_>) -> Result<Self, Error> {
+        // At rest, the steady loads alone stress the bodies.
+        let is_loaded = model.bodies.iter().any(|body| !body.loads.is_empty());
+        let still = |rotation: &Rotation| Rotation {
+            speed_rad_s: 0.0,
+            ..rotation.clone()
+        };
         let at_rest = Model {
-            rotation: None,
+            rotation: model.rotation.as_ref().filter(|_| is_loaded).map(still),
             ..model.clone()
         };
         let (at_rest, ..) = assemble(&at_rest, session)?;
@@ -230,7 +236,10 @@ impl Spun {
         let values = body.stiffness.values_mut().iter_mut();
         values.for_each(|k| *k *= 1.0 - share);
         body.stiffness = sum(&body.stiffness, share, &fast.stiffness);
-        body.load_n = fast.load_n.iter().map(|f| share * f).collect();
+        let loads_n = rest.load_n.iter().zip(&fast.load_n);
+        body.load_n = loads_n
+            .map(|(rest, fast)| (1.0 - share) * rest + share * fast)
+            .collect();
         body
     }
 
