@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 use super::journal::JOURNAL;
 use super::manifest::{RunState, Summary};
-use super::{ExportError, create_folder, name_of_part, read_json, write_json};
+use super::{ExportError, create_folder, name_of_part, read_json, write_file, write_json};
+use dovetail_superelement::input;
 
 const SUMMARY: &str = "summary.json";
 
@@ -48,6 +49,8 @@ pub struct OutputFolder {
     keeps: bool,
     /// Summary of the run whose figures stay.
     run: Option<Box<Summary>>,
+    /// Bytes of the summary of an earlier run that is finished.
+    finished: Option<Vec<u8>>,
 }
 
 impl OutputFolder {
@@ -95,6 +98,9 @@ impl OutputFolder {
         }
         let keeps = beginning == Beginning::Beside && earlier.as_ref().is_some_and(is_same);
         let files = earlier.as_ref().map_or_else(Vec::new, |s| s.files.clone());
+        let is_finished = |earlier: &Summary| earlier.state == RunState::Finished;
+        let finished = earlier.as_ref().is_some_and(is_finished);
+        let finished = finished.then(|| input::bytes(&path.join(SUMMARY)).ok());
         let run = earlier.filter(|earlier| keeps && earlier.is_of_run());
         let folder = Self {
             path: path.to_path_buf(),
@@ -103,6 +109,7 @@ impl OutputFolder {
             earlier: files.into_iter().collect(),
             keeps,
             run: run.map(Box::new),
+            finished: finished.flatten(),
         };
         folder.write_summary(summary.clone(), RunState::Running, None)?;
         Ok(folder)
@@ -150,6 +157,21 @@ impl OutputFolder {
     /// Returns `true` if summary.json says that the run is under way.
     pub fn is_running(&self) -> bool {
         self.said.borrow().state == RunState::Running
+    }
+
+    /// Puts the summary of an earlier, finished run back, and says whether it did. This run must have
+    /// listed no files but those named `under_way`, which are not results.
+    pub fn puts_back(&self, under_way: &[&str]) -> bool {
+        let written = self.written.borrow();
+        let has_results = written.iter().any(|name| !under_way.contains(&&**name));
+        let Some(finished) = self.finished.as_ref().filter(|_| !has_results) else {
+            return false;
+        };
+        let is_back = write_file(&self.path.join(SUMMARY), finished).is_ok();
+        if is_back {
+            self.said.borrow_mut().state = RunState::Finished;
+        }
+        is_back
     }
 
     /// Path of the folder.
@@ -294,6 +316,7 @@ fn is_inside(name: &str) -> bool {
 mod tests {
     use super::*;
     use crate::export::manifest::{ResponseSummary, SceneSummary};
+    use dovetail_testkit::folder::Folder;
 
     fn summary(scene: &str) -> Summary {
         Summary {
@@ -315,6 +338,27 @@ mod tests {
         for name in names {
             super::super::write_file(&folder.file(name).unwrap(), name.as_bytes()).unwrap();
         }
+    }
+
+    #[test]
+    fn a_run_without_results_puts_the_summary_of_a_finished_one_back() {
+        let folder = Folder::new("folder-back");
+        let first = open(&folder, "a", OtherScene::Refuse).unwrap();
+        write(&first, &["response.csv"]);
+        first
+            .write_summary(summary("a"), RunState::Finished, None)
+            .unwrap();
+        let bytes = || fs::read(folder.join(SUMMARY)).unwrap();
+        let finished = bytes();
+        let second = open(&folder, "a", OtherScene::Refuse).unwrap();
+        second.list(["journal".to_owned()]).unwrap();
+        assert_ne!(bytes(), finished);
+        assert!(second.puts_back(&["journal"]));
+        assert_eq!(bytes(), finished);
+        let third = open(&folder, "a", OtherScene::Refuse).unwrap();
+        write(&third, &["response.csv"]);
+        assert!(!third.puts_back(&["journal"]));
+        assert_ne!(bytes(), finished);
     }
 
     fn names(path: &Path) -> Vec<String> {

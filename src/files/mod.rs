@@ -666,13 +666,27 @@ impl Files {
         Ok(())
     }
 
-    /// Writes summary.json of a run that failed before its last file. An error of writing is
-    /// ignored, as the error of the run is the one to report.
+    /// Writes summary.json of a run that failed before its last file. If it had no results yet and
+    /// made no mesh, the summary of a finished run that was there before stays. An error of writing
+    /// is ignored, as the error of the run is the one to report.
     pub fn failed(&self, error: &dyn Error) {
         if !self.out.is_running() {
             return;
         }
         let _ = self.remove_empty_journal();
+        if let Some((journal, _)) = self.search.as_ref().filter(|(j, _)| j.is_empty()) {
+            let _ = journal.remove();
+        }
+        let under_way = [
+            JOURNAL,
+            PEAKS_JOURNAL,
+            WEAR_JOURNAL,
+            CURVE_JOURNAL,
+            MESH_FILE,
+        ];
+        if self.origin.gmsh.is_none() && self.out.puts_back(&under_way) {
+            return;
+        }
         let _ = self.write_summary(RunState::Failed, Some(told(error)));
     }
 
