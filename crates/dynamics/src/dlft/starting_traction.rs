@@ -117,7 +117,7 @@ fn with_tractions(
     for (force, traction) in found.lambda.chunks_exact_mut(3).zip(tractions_n) {
         force[1..].copy_from_slice(traction);
     }
-    static_state_after(problem, (&found.x, &found.lambda), options)
+    static_state_after(problem, (&found).into(), options)
 }
 
 /// Share of a turn: a sequence without a pattern that is the same in each run (the fractional parts

@@ -92,13 +92,30 @@ pub fn static_state(
     )
 }
 
-/// Solves the static state that pairs come to under the static load after a state in which they are
-/// displaced by `x`, m, under the contact forces `lambda`, N, n each, such as the mean of a vibration.
-/// Its laws may have changed since: where the clearances have, the bodies follow in one step.
-/// Friction keeps what the state before had.
+/// State of all pairs at rest, or the mean of a vibration as such a state.
+#[derive(Debug, Clone, Copy)]
+pub struct PairsAtRest<'a> {
+    /// Relative displacements, m, n.
+    pub x: &'a [f64],
+    /// Contact forces, N, n.
+    pub lambda: &'a [f64],
+}
+
+impl<'a> From<&'a StaticState> for PairsAtRest<'a> {
+    fn from(state: &'a StaticState) -> Self {
+        Self {
+            x: &state.x,
+            lambda: &state.lambda,
+        }
+    }
+}
+
+/// Solves the static state that pairs come to under the static load after they were at rest in
+/// another state, such as the mean of a vibration. The laws may have changed since: where the
+/// clearances have, the bodies follow in one step. Friction keeps what the state before had.
 pub fn static_state_after(
     problem: &Problem,
-    before: (&[f64], &[f64]),
+    before: PairsAtRest<'_>,
     options: NewtonOptions,
 ) -> StaticState {
     with_linear(problem, settled_after(problem, before, options))
@@ -107,10 +124,10 @@ pub fn static_state_after(
 /// State of [`static_state_after`], with a linear reference whose pairs all stick.
 pub(super) fn settled_after(
     problem: &Problem,
-    (x, lambda): (&[f64], &[f64]),
+    before: PairsAtRest<'_>,
     options: NewtonOptions,
 ) -> StaticState {
-    settle(problem, Start::After { x, lambda }, &1.into(), options)
+    settle(problem, Start::After(before), &1.into(), options)
 }
 
 /// State with its own linear reference, if it converged.
@@ -201,11 +218,8 @@ enum Start<'a> {
     /// All relative displacements are zero.
     Unloaded,
     ClearancesClosed,
-    /// The pairs are displaced by `x`, m, and carry the forces `lambda`, N, n each.
-    After {
-        x: &'a [f64],
-        lambda: &'a [f64],
-    },
+    /// State in which the pairs were at rest before.
+    After(PairsAtRest<'a>),
 }
 
 /// Force that residuals are relative to, N: the norm of the steady load or, where nothing presses
@@ -391,7 +405,7 @@ impl<'a> StaticSystem<'a> {
         let mut x = match start {
             Start::Unloaded => vec![0.0; n],
             Start::ClearancesClosed => with_clearances_closed(self.problem, self.eps),
-            Start::After { x, lambda } => {
+            Start::After(PairsAtRest { x, lambda }) => {
                 let carried = forces.iter_mut().zip(lambda.chunks_exact(3));
                 carried.for_each(|(force, lambda)| force.copy_from_slice(lambda));
                 x.to_vec()

@@ -12,7 +12,7 @@
 //! to where the mean of the vibration is. At rest it keeps its mean friction on a soft spring.
 
 use super::StaticState;
-use super::static_state::settled_after;
+use super::static_state::{PairsAtRest, settled_after};
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
 use crate::problem::Problem;
@@ -70,12 +70,22 @@ pub struct WornBlock {
     pub steps: usize,
 }
 
-/// State at rest that a vibration leaves whose mean has the displacements and forces `mean`, n each.
+impl WornBlock {
+    /// State at rest at its end.
+    pub fn at_rest(&self) -> PairsAtRest<'_> {
+        PairsAtRest {
+            x: &self.x,
+            lambda: &self.lambda,
+        }
+    }
+}
+
+/// State at rest that a vibration with this mean leaves.
 /// `slides` has the pairs that slide or open in it. Its linear reference is that of pairs that stick.
 /// The laws of the problem are the same afterwards.
 pub fn at_rest_after(
     problem: &mut Problem,
-    mean: (&[f64], &[f64]),
+    mean: PairsAtRest<'_>,
     slides: &[bool],
     options: NewtonOptions,
 ) -> StaticState {
@@ -97,13 +107,13 @@ fn soft_n_m(problem: &Problem) -> Vec<f64> {
         .collect()
 }
 
-/// Wears the pairs over a number of cycles, from a state at rest of the problem with the displacements
-/// and forces `rest`, n each. `rates` has one rate for each pair. The depths are those of an ever
-/// finer step within `tolerance` of the largest. `None` where that takes more steps than 64, or an
-/// equilibrium on the way is not found. The laws of the problem are the same afterwards.
+/// Wears the pairs over a number of cycles, from a state at rest of the problem. `rates` has one rate
+/// for each pair. The depths are those of an ever finer step within `tolerance` of the largest. `None`
+/// where that takes more steps than 64, or an equilibrium on the way is not found. The laws of the
+/// problem are the same afterwards.
 pub fn wear_block(
     problem: &mut Problem,
-    rest: (&[f64], &[f64]),
+    rest: PairsAtRest<'_>,
     rates: &[WearRate],
     cycles: f64,
     tolerance: f64,
@@ -132,12 +142,12 @@ pub fn wear_block(
 }
 
 /// What is left of errors of the depths at the end of a block of cycles, m: a pair that is deeper by
-/// `missed_m` loses pressure, and wears less in so many cycles. `end` has the displacements and forces
-/// at rest at the end, n each, with the clearances that the problem has. `None` where no equilibrium
-/// is found. The laws of the problem are the same afterwards.
+/// `missed_m` loses pressure, and wears less in so many cycles. `end` is the state at rest at the end,
+/// with the clearances that the problem has. `None` where no equilibrium is found. The laws of the
+/// problem are the same afterwards.
 pub fn left_of_errors(
     problem: &mut Problem,
-    (x, lambda): (&[f64], &[f64]),
+    end: PairsAtRest<'_>,
     rates: &[WearRate],
     cycles: f64,
     missed_m: &[f64],
@@ -148,14 +158,14 @@ pub fn left_of_errors(
     let compression = |lambda: &[f64], pair: usize| (-lambda[3 * pair]).max(0.0);
     for (pair, (law, rate)) in problem.laws.iter_mut().zip(rates).enumerate() {
         let compliance_m_n = cycles * rate.per_n();
-        law.gap_m += missed_m[pair] - compliance_m_n * compression(lambda, pair);
+        law.gap_m += missed_m[pair] - compliance_m_n * compression(end.lambda, pair);
         let along = rate.slides.then_some(soft[pair]);
         law.stiffness = softened(law.stiffness, compliance_m_n, along);
     }
-    let state = settled_after(problem, (x, lambda), options);
+    let state = settled_after(problem, end, options);
     problem.laws = own;
     let left = |(pair, rate): (usize, &WearRate)| {
-        let gained_n = compression(&state.lambda, pair) - compression(lambda, pair);
+        let gained_n = compression(&state.lambda, pair) - compression(end.lambda, pair);
         missed_m[pair] + cycles * rate.per_n() * gained_n
     };
     let converged = state.outcome.is_converged();
@@ -171,7 +181,7 @@ pub fn largest(depth_m: &[f64]) -> f64 {
 fn in_steps(
     problem: &mut Problem,
     own: &[PairLaw],
-    (x, lambda): (&[f64], &[f64]),
+    rest: PairsAtRest<'_>,
     rates: &[WearRate],
     cycles: f64,
     steps: usize,
@@ -179,8 +189,8 @@ fn in_steps(
 ) -> Option<WornBlock> {
     let mut block = WornBlock {
         depth_m: vec![0.0; rates.len()],
-        x: x.to_vec(),
-        lambda: lambda.to_vec(),
+        x: rest.x.to_vec(),
+        lambda: rest.lambda.to_vec(),
         steps,
     };
     let cycles = cycles / steps as f64;
@@ -196,7 +206,7 @@ fn in_steps(
                 ..*own
             };
         }
-        let state = settled_after(problem, (&block.x, &block.lambda), options);
+        let state = settled_after(problem, block.at_rest(), options);
         if !state.outcome.is_converged() {
             return None;
         }
@@ -234,6 +244,11 @@ mod tests {
     use faer::Mat;
 
     const OPTIONS: NewtonOptions = NewtonOptions::new(1e-12, 50);
+    /// Pairs that touch without a force.
+    const UNLOADED: PairsAtRest<'_> = PairsAtRest {
+        x: &[0.0; 6],
+        lambda: &[0.0; 6],
+    };
     /// Stiffness of the springs behind both pairs, N/m.
     const SPRINGS: [f64; 2] = [4.0, 1.0];
     /// Depth of each pair in a cycle over its force, m/N.
@@ -295,7 +310,7 @@ mod tests {
     #[test]
     fn two_pairs_share_a_load_as_the_closed_form_has_it() {
         let mut problem = plate();
-        let rest = settled_after(&problem, (&[0.0; 6], &[0.0; 6]), OPTIONS);
+        let rest = settled_after(&problem, UNLOADED, OPTIONS);
         let share = SPRINGS[0] / (SPRINGS[0] + SPRINGS[1]);
         assert!((-rest.lambda[0] - PRESSES * share).abs() < 1e-6);
         let (a, rates) = (RATES, rates(&rest));
@@ -303,7 +318,7 @@ mod tests {
         let (limit, decay) = (PRESSES * a[1] / (a[0] + a[1]), (a[0] + a[1]) / compliance);
         let expected = |cycles: f64| limit + (PRESSES * share - limit) * (-decay * cycles).exp();
         for (cycles, tolerance) in [(100.0, 5e-3), (1000.0, 0.02), (1e7, 0.05)] {
-            let rest = (&rest.x[..], &rest.lambda[..]);
+            let rest = PairsAtRest::from(&rest);
             let block = wear_block(&mut problem, rest, &rates, cycles, tolerance, OPTIONS);
             let block = block.unwrap();
             let forces = [0, 1].map(|pair| -block.lambda[3 * pair]);
@@ -334,12 +349,12 @@ mod tests {
     #[test]
     fn pressures_resist_an_error_of_the_depths_the_more_the_longer_the_block() {
         let mut problem = plate();
-        let state = settled_after(&problem, (&[0.0; 6], &[0.0; 6]), OPTIONS);
+        let state = settled_after(&problem, UNLOADED, OPTIONS);
         let (a, rates) = (RATES, rates(&state));
         let compliance = 1.0 / SPRINGS[0] + 1.0 / SPRINGS[1];
         let error_m = 1e-3;
         for cycles in [1.0, 100.0, 1e6] {
-            let end = (&state.x[..], &state.lambda[..]);
+            let end = PairsAtRest::from(&state);
             let missed_m = [error_m, 0.0];
             let left = left_of_errors(&mut problem, end, &rates, cycles, &missed_m, OPTIONS);
             let lost_n = error_m / (compliance + cycles * (a[0] + a[1]));

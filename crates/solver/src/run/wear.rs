@@ -22,7 +22,7 @@ use super::statics::newton as static_newton;
 use super::worn::{WearBlock, WearCourse, seconds_per_cycle};
 use crate::description::{MissionPart, Scene};
 use crate::dlft::branch::Guess;
-use crate::dlft::static_state::static_state_after;
+use crate::dlft::static_state::{PairsAtRest, static_state_after};
 use crate::dlft::wear::{WearRate, at_rest_after, largest, left_of_errors, wear_block};
 use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::HarmonicLoad;
@@ -330,7 +330,7 @@ impl Wearing<'_, '_> {
             self.at.reduced.problem.excitations = scaled.collect();
             if let Some((x, lambda)) = &before {
                 let problem = &self.at.reduced.problem;
-                let mut state = static_state_after(problem, (x, lambda), newton);
+                let mut state = static_state_after(problem, PairsAtRest { x, lambda }, newton);
                 self.sides.judge_static(&mut state);
                 usable(&state, &[])?;
                 self.at.rest_in(state)?;
@@ -359,7 +359,11 @@ impl Wearing<'_, '_> {
         };
         let slides: Vec<bool> = (0..self.area_m2.len()).map(slides).collect();
         let problem = &mut self.at.reduced.problem;
-        let rest = at_rest_after(problem, (&x, &lambda), &slides, newton);
+        let mean = PairsAtRest {
+            x: &x,
+            lambda: &lambda,
+        };
+        let rest = at_rest_after(problem, mean, &slides, newton);
         usable(&rest, &[])?;
         Ok(Vibration {
             rates: self.rates(&motions, &rest, &slides),
@@ -415,7 +419,7 @@ impl Wearing<'_, '_> {
     ) -> Result<Option<(Vibration, WearBlock)>, Error> {
         self.open(&before.depth_m);
         let newton = static_newton(&self.at.scene);
-        let rest = (&here.rest.x[..], &here.rest.lambda[..]);
+        let rest = PairsAtRest::from(&here.rest);
         let (problem, within) = (&mut self.at.reduced.problem, OF_STEPS * self.tolerance);
         let worn = wear_block(problem, rest, &here.rates, cycles, within, newton);
         let Some(worn) = worn else {
@@ -434,10 +438,7 @@ impl Wearing<'_, '_> {
             0.5 * cycles * (to.depth_m - from.with_m(at_rest_n))
         };
         let missed_m: Vec<f64> = ends.map(missed).collect();
-        let (problem, end) = (
-            &mut self.at.reduced.problem,
-            (&worn.x[..], &worn.lambda[..]),
-        );
+        let (problem, end) = (&mut self.at.reduced.problem, worn.at_rest());
         let left_m = left_of_errors(problem, end, &here.rates, cycles, &missed_m, newton);
         let left_m = left_m
             .unwrap_or(missed_m)

@@ -325,7 +325,7 @@ fn a_static_state_goes_on_from_itself_and_keeps_its_friction() {
         points: vec![vec![1.5]],
     };
     let state = static_state(&problem, overloaded, newton);
-    let again = static_state_after(&problem, (&state.x, &state.lambda), newton);
+    let again = static_state_after(&problem, (&state).into(), newton);
     assert!(again.outcome.is_converged());
     assert!(again.newton_iterations <= 1);
     let largest = state.lambda.iter().map(|v| v.abs()).fold(0.0, f64::max);
