@@ -126,7 +126,7 @@ fn newton_krylov(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) 
 /// Powell's hybrid method from `start`.
 fn dogleg(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     let mut u = start.to_vec();
-    let (end, _) = powell(balance, (&mut u, None), NEWTON);
+    let (end, _) = powell(balance, &mut u, None, NEWTON);
     (u, end)
 }
 

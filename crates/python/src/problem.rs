@@ -25,7 +25,7 @@ use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::one_balance::OneBalance;
+use dovetail_solver::dlft::one_balance::{OneBalance, OneBalanceSettings};
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::{LoadPath, static_state};
@@ -841,7 +841,7 @@ impl PyProblem {
                 "frequency_hz is {frequency_hz}; it must be above 0"
             )));
         }
-        let resolution = resolution_of(harmonics, samples, self.problem())?;
+        let (harmonics, samples) = resolution_of(harmonics, samples, self.problem())?;
         let eps = eps_of(eps, eps_scale)?;
         let eps_hz = positive("eps_hz", eps_hz)?.unwrap_or(frequency_hz);
         let mean = if retained { Mean::Retained } else { Mean::Free };
@@ -850,20 +850,19 @@ impl PyProblem {
         let problem = self.problem();
         run::off_undamped_modes(problem, &state, damping, &[frequency_hz], harmonics)
             .map_err(|error| of_library(py, error))?;
-        let (harmonics, samples) = resolution;
         let settings =
             SweepSettings::new(vec![frequency_hz], Resolution::fixed(harmonics, samples));
         self.fits(py, &settings, harmonics)?;
         let one = quietly(py, || {
-            let problem = (self.problem(), damping);
-            OneBalance::new(
-                problem,
-                &state,
+            let settings = OneBalanceSettings {
                 frequency_hz,
-                resolution,
-                (eps, eps_hz),
+                harmonics,
+                samples,
+                eps,
+                eps_hz,
                 mean,
-            )
+            };
+            OneBalance::new(self.problem(), damping, &state, settings)
         })?;
         Ok(PyBalance {
             subject: Arc::clone(&self.subject),

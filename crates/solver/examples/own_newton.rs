@@ -16,7 +16,7 @@ use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::dlft::balance::Balance;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::one_balance::OneBalance;
+use dovetail_solver::dlft::one_balance::{OneBalance, OneBalanceSettings};
 use dovetail_solver::dlft::orbit::observed_amplitudes_m;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
@@ -59,14 +59,15 @@ fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
 }
 
 fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> OneBalance {
-    OneBalance::new(
-        (problem, damping),
-        state,
-        FREQUENCY_HZ,
-        (HARMONICS, SAMPLES),
-        (Eps::new(EpsChoice::Dynamic), FREQUENCY_HZ),
-        Mean::Free,
-    )
+    let settings = OneBalanceSettings {
+        frequency_hz: FREQUENCY_HZ,
+        harmonics: HARMONICS,
+        samples: SAMPLES,
+        eps: Eps::new(EpsChoice::Dynamic),
+        eps_hz: FREQUENCY_HZ,
+        mean: Mean::Free,
+    };
+    OneBalance::new(problem, damping, state, settings)
 }
 
 /// Amplitude of the observed point by Newton's method from the static state, and by the library, m.

@@ -639,16 +639,18 @@ impl<'a> Pass<'a> {
             let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
             if let Some(passed) = passed {
                 self.go_through_interval(n, &passed, walked);
-                if let Some(row) = row.filter(|_| passed.state.contact != Contact::Open) {
-                    add_prediction_rows(s, &self.history, row);
+                if let Some((normal, tangential)) = row
+                    && passed.state.contact != Contact::Open
+                {
+                    add_prediction_rows(s, &self.history, normal, tangential);
                 }
                 continue;
             }
             let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
             self.state = now.state;
             if now.state.contact == Contact::Stick {
-                if let Some(row) = row {
-                    add_prediction_rows(s, &self.history, row);
+                if let Some((normal, tangential)) = row {
+                    add_prediction_rows(s, &self.history, normal, tangential);
                 }
                 continue;
             }
@@ -766,7 +768,7 @@ fn add(by: f64, from: &[f64], to: &mut [f64]) {
 
 /// Adds the derivative where the force is the prediction: S_N, and S_T - history.
 #[inline(always)]
-fn add_prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64], &mut [f64])) {
+fn add_prediction_rows(s: &[f64], history: &[f64], normal: &mut [f64], tangential: &mut [f64]) {
     add(1.0, s, normal);
     add(-1.0, history, tangential);
     add_own(s, tangential);

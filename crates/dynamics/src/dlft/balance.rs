@@ -57,8 +57,10 @@ impl<'a> Setting<'a> {
     /// marched until they are periodic, and the default slip threshold.
     pub fn about(
         state: &'a StaticState,
-        (system, inexact): (&'a ContactSystem<'a>, &'a InexactModel<'a>),
-        (fourier, eps): (&'a Fourier, &'a [f64]),
+        system: &'a ContactSystem<'a>,
+        inexact: &'a InexactModel<'a>,
+        fourier: &'a Fourier,
+        eps: &'a [f64],
     ) -> Self {
         Self {
             system,

@@ -22,7 +22,8 @@ pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 /// at its end, too.
 pub fn exact_newton(
     balance: &Balance<'_>,
-    (u, known): (&mut [f64], Option<Evaluation>),
+    u: &mut [f64],
+    known: Option<Evaluation>,
     options: NewtonOptions,
 ) -> (NewtonEnd, Evaluation) {
     let mut system = ExactSystem::new(balance, options);
@@ -47,7 +48,8 @@ pub fn exact_correction(
 /// Like [`exact_newton`], by the dogleg.
 pub fn powell(
     balance: &Balance<'_>,
-    (u, known): (&mut [f64], Option<Evaluation>),
+    u: &mut [f64],
+    known: Option<Evaluation>,
     options: NewtonOptions,
 ) -> (NewtonEnd, Evaluation) {
     let mut system = DenseBalance::new(balance, options);

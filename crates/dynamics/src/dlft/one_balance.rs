@@ -27,24 +27,45 @@ pub struct OneBalance {
     retention: Option<Retention>,
 }
 
+/// Choices for the balance of one frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct OneBalanceSettings {
+    /// Frequency of the first harmonic.
+    pub frequency_hz: f64,
+    /// Harmonics of the motion, H.
+    pub harmonics: usize,
+    /// Samples of a period.
+    pub samples: usize,
+    /// The parameter eps of DLFT.
+    pub eps: Eps,
+    /// Frequency that eps belongs to. For the eps of a sweep it is the middle of its range.
+    pub eps_hz: f64,
+    /// Treatment of the mean along the motions that only friction holds. It is always retained if
+    /// that of the static state is.
+    pub mean: Mean,
+}
+
 impl OneBalance {
-    /// Balance at a frequency, with H harmonics and samples of a period. eps is that of the middle
-    /// of a range, `eps_hz`, as for a sweep over it. The mean is retained as `mean` says, along the
-    /// motions that only friction holds, and always where that of the static state is retained.
+    /// Balance of a problem about a static state.
     pub fn new(
-        (problem, damping): (&Problem, Rayleigh),
+        problem: &Problem,
+        damping: Rayleigh,
         state: &StaticState,
-        frequency_hz: f64,
-        (harmonics, samples): (usize, usize),
-        (eps, eps_hz): (Eps, f64),
-        mean: Mean,
+        settings: OneBalanceSettings,
     ) -> Self {
-        let omega_rad_s = TAU * frequency_hz;
+        let OneBalanceSettings {
+            frequency_hz,
+            harmonics,
+            samples,
+            eps,
+            eps_hz,
+            mean,
+        } = settings;
         let system = ContactSystem::new(problem, damping);
         let is_retained = mean == Mean::Retained || state.retention_n.is_some();
         let holding = is_retained.then(|| Holding::of(problem));
         Self {
-            omega_rad_s,
+            omega_rad_s: TAU * frequency_hz,
             damping,
             fourier: Fourier::new(harmonics, samples),
             eps: eps.of(&system, TAU * eps_hz, harmonics),
@@ -71,7 +92,7 @@ impl OneBalance {
     ) -> T {
         let system = ContactSystem::new(problem, self.damping);
         let inexact = InexactModel::unprepared(&problem.reduced);
-        let setting = Setting::about(state, (&system, &inexact), (&self.fourier, &self.eps));
+        let setting = Setting::about(state, &system, &inexact, &self.fourier, &self.eps);
         let mut balance = Balance::new(&setting, self.omega_rad_s);
         if let Some(retention) = &self.retention {
             balance = balance.retained_by(Cow::Borrowed(retention));
@@ -117,10 +138,16 @@ mod tests {
             .orbits
             .remove(0);
         assert!(orbit.counts().slipping > 0);
-        let eps = Eps::new(EpsChoice::Dynamic);
         let own = |mean| {
-            let problem = (&problem, damping);
-            OneBalance::new(problem, &state, hz, (3, 128), (eps, hz), mean)
+            let settings = OneBalanceSettings {
+                frequency_hz: hz,
+                harmonics: 3,
+                samples: 128,
+                eps: Eps::new(EpsChoice::Dynamic),
+                eps_hz: hz,
+                mean,
+            };
+            OneBalance::new(&problem, damping, &state, settings)
         };
         let [free, retained] = [Mean::Free, Mean::Retained].map(own);
         let mean = if orbit.retention_n > 0.0 {

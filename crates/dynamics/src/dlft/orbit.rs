@@ -31,28 +31,28 @@ pub fn orbit(
     with_pairs(motion, balance, u, evaluation, outcome)
 }
 
-/// Builds the orbit of a vibration without a force, in which the tracked mode has the amplitude `q`
-/// at harmonic 1. No power is put in.
+/// Builds the orbit of a converged vibration without a force, in which the tracked mode has this
+/// amplitude at harmonic 1. No power is put in.
 pub fn unforced_orbit(
     balance: &Balance<'_>,
     u: &[f64],
     evaluation: &Evaluation,
-    (unforced, q): (&Unforced<'_>, f64),
-    outcome: Outcome,
+    unforced: &Unforced<'_>,
+    tracked_amplitude: f64,
 ) -> Orbit {
     let Setting {
         system, fourier, ..
     } = balance.setting;
     let harmonics = fourier.harmonics();
     let modal = modal_amplitudes_by(system, harmonics, u, |k, x| {
-        unforced.modal_amplitudes(k, x, q)
+        unforced.modal_amplitudes(k, x, tracked_amplitude)
     });
     let frequency_hz = unforced.omega_rad_s / TAU;
     let motion = Orbit {
         input_power_w: 0.0,
-        ..motion_of(system, harmonics, (u, modal), frequency_hz)
+        ..motion_of(system, harmonics, u, modal, frequency_hz)
     };
-    with_pairs(motion, balance, u, evaluation, outcome)
+    with_pairs(motion, balance, u, evaluation, Outcome::Converged)
 }
 
 /// Adds what the pairs do to an orbit.
@@ -85,14 +85,15 @@ fn with_pairs(
 /// observed motion, and the powers of excitation and damping.
 fn motion(system: &ContactSystem<'_>, harmonics: usize, u: &[f64], frequency_hz: f64) -> Orbit {
     let modal = modal_amplitudes(system, harmonics, TAU * frequency_hz, u);
-    motion_of(system, harmonics, (u, modal), frequency_hz)
+    motion_of(system, harmonics, u, modal, frequency_hz)
 }
 
-/// Like [`motion`], with the amplitudes of the stuck modes, too.
+/// Like [`motion`], from the amplitudes of the stuck modes, too.
 fn motion_of(
     system: &ContactSystem<'_>,
     harmonics: usize,
-    (u, modal): (&[f64], Vec<f64>),
+    u: &[f64],
+    modal: Vec<f64>,
     frequency_hz: f64,
 ) -> Orbit {
     let omega = TAU * frequency_hz;
@@ -164,17 +165,9 @@ pub fn linear_point(
     }
 }
 
-/// Orbit of an assembly without pairs, in closed form, at a frequency given by its number and
-/// value.
-pub fn linear_orbit(
-    system: &ContactSystem<'_>,
-    harmonics: usize,
-    (point, frequency_hz): (usize, f64),
-) -> Orbit {
-    Orbit {
-        point,
-        ..motion(system, harmonics, &[], frequency_hz)
-    }
+/// Orbit of an assembly without pairs at one frequency, in closed form. Its number is 0.
+pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+    motion(system, harmonics, &[], frequency_hz)
 }
 
 /// Largest departure from the mean over a period of a signal given by its coefficients.
@@ -790,7 +783,7 @@ mod tests {
         };
         let (a, b) = (0.1, 0.05);
         let damping = Rayleigh::new(a, b);
-        let orbit = linear_orbit(&ContactSystem::new(&problem, damping), 1, (0, FREQUENCY_HZ));
+        let orbit = linear_orbit(&ContactSystem::new(&problem, damping), 1, FREQUENCY_HZ);
         let w = OMEGA_RAD_S;
         let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));
         let q = force / stiff.hypot(damp);

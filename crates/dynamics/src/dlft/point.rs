@@ -159,6 +159,19 @@ impl Solution<'_> {
     }
 }
 
+/// U that a method begins at, and the evaluation of its balance there, if it is known.
+struct Start {
+    u: Vec<f64>,
+    known: Option<Evaluation>,
+}
+
+impl Start {
+    /// Start at which nothing is evaluated yet.
+    fn at(u: Vec<f64>) -> Self {
+        Self { u, known: None }
+    }
+}
+
 /// Keeps the one of two solutions with the smaller residual, the first of equal ones.
 fn keep_better<'b>(best: &mut Option<Solution<'b>>, solved: Solution<'b>) {
     let measure = solved.end.measure;
@@ -296,10 +309,17 @@ enum Strategy {
     /// Start from the static state with rounded laws ([`super::rounded`]); each solution is the
     /// start of the next sharper one.
     InSharpness,
-    /// Start from the static state with the coefficients of friction at most `from`, then `growth`
-    /// times that, or less, and so on. Each start lies on the straight line in 1 / mu through the last
-    /// two solutions.
-    InFriction { from: f64, growth: f64 },
+    /// Start from the static state with coefficients of friction that grow. Each start lies on the
+    /// straight line in 1 / mu through the last two solutions.
+    InFriction(GrowingFriction),
+}
+
+/// Coefficients of friction that are at most `from` first, then `growth` times that, or less, and
+/// so on.
+#[derive(Debug, Clone, Copy)]
+struct GrowingFriction {
+    from: f64,
+    growth: f64,
 }
 
 impl Strategy {
@@ -334,7 +354,7 @@ impl std::fmt::Display for Strategy {
             }
             Self::InForce(steps) => write!(f, "from the static state in {steps} steps of force"),
             Self::InSharpness => f.write_str("with rounded contact laws"),
-            Self::InFriction { from, .. } => {
+            Self::InFriction(GrowingFriction { from, .. }) => {
                 write!(f, "along friction that grows from a coefficient of {from}")
             }
         }
@@ -642,8 +662,8 @@ impl<'a> FrequencySolver<'a> {
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
         use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction, InSharpness};
-        let [from_high, from_low] =
-            [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
+        let [from_high, from_low] = [(10.0, 10.0), (0.5, 4.0)]
+            .map(|(from, growth)| InFriction(GrowingFriction { from, growth }));
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
         let directly = |method| [FromNeighbour(method), FromRest(method)];
@@ -697,12 +717,12 @@ impl<'a> FrequencySolver<'a> {
                 let balance = self.balance(frequency_hz, mean)?;
                 let scale = load_scale(&balance, self.newton.tolerance);
                 let n = balance.unknowns_per_block();
-                let evaluated = |(u, evaluation): &mut (Vec<f64>, Option<Evaluation>)| {
-                    let evaluation = evaluation.insert(balance.evaluate(u));
+                let evaluated = |start: &mut Start| {
+                    let evaluation = start.known.insert(balance.evaluate(&start.u));
                     relative_residual(&evaluation.residual, n, scale)
                 };
                 let starts = last?.starts(frequency_hz, self.unknowns());
-                let mut starts: Vec<_> = starts.into_iter().map(|u| (u, None)).collect();
+                let mut starts: Vec<Start> = starts.into_iter().map(Start::at).collect();
                 if let [continued, unchanged] = &mut starts[..] {
                     // Across a resonance the line through the neighbours leads astray.
                     let measure = evaluated(continued);
@@ -752,8 +772,8 @@ impl<'a> FrequencySolver<'a> {
                 self.continue_in_steps(self.static_start(), steps, &at, work)
             }
             Strategy::InSharpness => self.with_rounded_laws(frequency_hz, mean, work),
-            Strategy::InFriction { from, growth } => {
-                self.with_growing_friction((from, growth), frequency_hz, mean, work)
+            Strategy::InFriction(friction) => {
+                self.with_growing_friction(friction, frequency_hz, mean, work)
             }
         }
     }
@@ -804,11 +824,12 @@ impl<'a> FrequencySolver<'a> {
     /// where that does not help, or no coefficient is above the first.
     fn with_growing_friction(
         &self,
-        (from, mut growth): (f64, f64),
+        friction: GrowingFriction,
         frequency_hz: f64,
         mean: Mean,
         work: &mut Work,
     ) -> Option<Solution<'_>> {
+        let GrowingFriction { from, mut growth } = friction;
         let pairs = self.setting.system.problem.laws.iter();
         let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));
         if highest <= from {
@@ -975,19 +996,20 @@ impl<'a> FrequencySolver<'a> {
         options: NewtonOptions,
         work: &mut Work,
     ) -> Solution<'b> {
-        self.iterate_from(balance, (u, None), method, options, work)
+        self.iterate_from(balance, Start::at(u), method, options, work)
     }
 
-    /// Like [`FrequencySolver::iterate`], from a U at which the balance may be evaluated already.
+    /// Like [`FrequencySolver::iterate`], from a start at which the balance may be evaluated already.
     fn iterate_from<'b>(
         &self,
         mut balance: Balance<'b>,
-        (mut u, evaluation): (Vec<f64>, Option<Evaluation>),
+        start: Start,
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
     ) -> Solution<'b> {
         balance.deadline = work.deadline;
+        let Start { mut u, known } = start;
         let (end, evaluation) = match method {
             Method::Krylov(tolerance) => {
                 let walked_off = |u: &[f64]| balance.mean() == Mean::Free && self.walked_off(u);
@@ -998,13 +1020,13 @@ impl<'a> FrequencySolver<'a> {
                     options.tolerance,
                     &walked_off,
                 );
-                system.evaluator.keep(&u, evaluation);
+                system.evaluator.keep(&u, known);
                 let end = newton(&mut system, &mut u, options);
                 work.krylov_iterations += system.krylov_iterations;
                 (end, system.evaluator.take(&u))
             }
-            Method::Exact => exact_newton(&balance, (&mut u, evaluation), options),
-            Method::Dogleg => powell(&balance, (&mut u, evaluation), options),
+            Method::Exact => exact_newton(&balance, &mut u, known, options),
+            Method::Dogleg => powell(&balance, &mut u, known, options),
         };
         work.newton_iterations += end.iterations;
         work.residuals.push(end.residuals.clone());

@@ -114,7 +114,11 @@ pub fn solve_after(
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Option<SolvedFrequency> {
     let frequency_hz = *settings.frequencies_hz.first()?;
-    let solve = |run: &Run<'_>| run.point((point, frequency_hz), last, &mut Work::default());
+    let at = NumberedFrequency {
+        point,
+        frequency_hz,
+    };
+    let solve = |run: &Run<'_>| run.point(at, last, &mut Work::default());
     let solved = in_run(problem, damping, static_state, settings, &[], tell, solve);
     Some(solved)
 }
@@ -147,8 +151,10 @@ pub(super) fn in_run<T>(
         slip_threshold_m,
         ..Setting::about(
             static_state,
-            (&system, &inexact),
-            (&levels[0].fourier, &levels[0].eps),
+            &system,
+            &inexact,
+            &levels[0].fourier,
+            &levels[0].eps,
         )
     };
     let free_slips_m = free_slips_m(&setting, omega);
@@ -236,36 +242,59 @@ pub(super) struct Run<'a> {
     pub(super) slip_threshold_m: f64,
 }
 
+/// A frequency, and a level of solvers ([`super::accuracy`]) for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrequencyOnLevel {
+    pub(super) frequency_hz: f64,
+    pub(super) level: usize,
+}
+
+/// A frequency of a response with its number, as [`Orbit::point`] has it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NumberedFrequency {
+    pub(super) point: usize,
+    pub(super) frequency_hz: f64,
+}
+
+impl NumberedFrequency {
+    /// Frequency of a motion.
+    pub(super) fn of(orbit: &Orbit) -> Self {
+        Self {
+            point: orbit.point,
+            frequency_hz: orbit.frequency_hz,
+        }
+    }
+}
+
 impl Run<'_> {
-    /// Solves one frequency by `solve`, beginning at level `from` of solvers, and judges the solution.
+    /// Solves one frequency by `solve`, on the level of `begin` or above it, and judges the solution.
     pub(super) fn resolve<'b, 'r>(
         &self,
         refinement: &'b Refinement<'r>,
-        (frequency_hz, from): (f64, usize),
+        begin: FrequencyOnLevel,
         work: &mut Work,
         solve: impl Fn(&'b FrequencySolver<'r>, &mut Work) -> Solution<'b>,
     ) -> Resolved<'b> {
-        let (level, solved) = refinement.solve(from, work, solve);
-        self.judged(refinement, (frequency_hz, level), solved, work)
+        let (level, solved) = refinement.solve(begin.level, work, solve);
+        let at = FrequencyOnLevel { level, ..begin };
+        self.judged(refinement, at, solved, work)
     }
 
     /// Judges a solution of a level of solvers by its estimated error, where errors are estimated.
     pub(super) fn judged<'b>(
         &self,
         refinement: &'b Refinement<'_>,
-        (frequency_hz, level): (f64, usize),
+        at: FrequencyOnLevel,
         solved: Solution<'b>,
         work: &mut Work,
     ) -> Resolved<'b> {
         if self.estimates {
-            refinement.refined(frequency_hz, level, solved, work)
+            refinement.refined(at.frequency_hz, at.level, solved, work)
         } else {
-            Resolved::without_estimate(level, solved)
+            Resolved::without_estimate(at.level, solved)
         }
     }
-}
 
-impl Run<'_> {
     /// Returns `true` if errors are estimated.
     pub(super) fn estimates(&self) -> bool {
         self.estimates
@@ -281,9 +310,15 @@ impl Run<'_> {
     fn swept(&self, settings: &SweepSettings) -> Response {
         let frequencies_hz = &settings.frequencies_hz;
         let middle = frequencies_hz.len().div_ceil(2);
-        let points: Vec<(usize, f64)> = frequencies_hz.iter().copied().enumerate().collect();
+        let numbered = frequencies_hz.iter().enumerate();
+        let points: Vec<NumberedFrequency> = numbered
+            .map(|(point, &frequency_hz)| NumberedFrequency {
+                point,
+                frequency_hz,
+            })
+            .collect();
         let (rising, falling) = points.split_at(middle);
-        let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
+        let falling: Vec<NumberedFrequency> = falling.iter().rev().copied().collect();
         let (mut solved, upper) = rayon::join(|| self.half(rising), || self.half(&falling));
         solved.extend(upper.into_iter().rev());
         if solved.len() == frequencies_hz.len() {
@@ -316,13 +351,13 @@ impl Run<'_> {
         self.refinement.lowest().setting.fourier.harmonics()
     }
 
-    /// Sweeps half of the range; `points` has numbers and frequencies in the order of the sweep.
-    fn half(&self, points: &[(usize, f64)]) -> Vec<SolvedFrequency> {
+    /// Sweeps half of the range; `points` are its frequencies in the order of the sweep.
+    fn half(&self, points: &[NumberedFrequency]) -> Vec<SolvedFrequency> {
         let mut last = Last::default();
         let mut half = Vec::with_capacity(points.len());
         for stretch in points.chunks(STRETCH) {
             let mut work = Work::default();
-            let earlier = |point: &(usize, f64)| self.solved_before(*point, false);
+            let earlier = |point: &NumberedFrequency| self.solved_before(*point, false);
             let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
             for (i, point) in stretch.iter().enumerate() {
                 if !self.goes_on() {
@@ -340,45 +375,40 @@ impl Run<'_> {
         half
     }
 
-    fn point(
-        &self,
-        (point, frequency_hz): (usize, f64),
-        last: &Last,
-        work: &mut Work,
-    ) -> SolvedFrequency {
+    fn point(&self, at: NumberedFrequency, last: &Last, work: &mut Work) -> SolvedFrequency {
         work.start_counting(self.most_seconds);
-        let place = (frequency_hz, last.level);
-        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
+        let frequency_hz = at.frequency_hz;
+        let begin = FrequencyOnLevel {
+            frequency_hz,
+            level: last.level,
+        };
+        let resolved = self.resolve(&self.refinement, begin, work, |level, work| {
             level.solve(frequency_hz, last.neighbour.as_ref(), work)
         });
-        self.solved_at((point, frequency_hz), resolved, work)
+        self.solved_at(at, resolved, work)
     }
 
     /// Record of a frequency that is solved by itself.
     fn solved_at(
         &self,
-        (point, frequency_hz): (usize, f64),
+        at: NumberedFrequency,
         resolved: Resolved<'_>,
         work: &Work,
     ) -> SolvedFrequency {
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
-            orbit: self.orbit_of(&self.refinement, resolved, (point, frequency_hz), work),
-            linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
+            orbit: self.orbit_of(&self.refinement, resolved, at, work),
+            linear: linear_point(&self.linear, self.harmonics(), at.frequency_hz),
             again: false,
             along: None,
         }
     }
 
     /// Frequency that an earlier sweep solved.
-    fn solved_before(
-        &self,
-        (point, frequency_hz): (usize, f64),
-        again: bool,
-    ) -> Option<&SolvedFrequency> {
-        let solved = self.earlier.get(&(point, again)).copied()?;
-        (solved.orbit.frequency_hz == frequency_hz).then_some(solved)
+    fn solved_before(&self, at: NumberedFrequency, again: bool) -> Option<&SolvedFrequency> {
+        let solved = self.earlier.get(&(at.point, again)).copied()?;
+        (solved.orbit.frequency_hz == at.frequency_hz).then_some(solved)
     }
 
     /// Solves each frequency that did not converge once more, from the neighbour on its other side:
@@ -395,8 +425,9 @@ impl Run<'_> {
                 continue;
             };
             let (failed, neighbour) = (&all[i], &neighbour.orbit);
-            let place = (failed.orbit.point, failed.orbit.frequency_hz);
-            let earlier = self.solved_before(place, true).cloned();
+            let earlier = self
+                .solved_before(NumberedFrequency::of(&failed.orbit), true)
+                .cloned();
             let again = earlier.or_else(|| self.solve_again(failed, neighbour, &mut work));
             if let Some(again) = again {
                 (self.tell)(Told::Solved(&again));
@@ -430,19 +461,22 @@ impl Run<'_> {
         if !may_converge || !neighbour.outcome.holds() {
             return None;
         }
-        let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
-        let from = if orbit.outcome.has_motion() {
+        let frequency_hz = orbit.frequency_hz;
+        let level = if orbit.outcome.has_motion() {
             self.refinement.level_of(neighbour.harmonics)
         } else {
             0
         };
         let neighbour = Neighbour::of(neighbour, None);
         work.start_counting(self.most_seconds);
-        let place = (frequency_hz, from);
-        let resolved = self.resolve(&self.refinement, place, work, |level, work| {
+        let begin = FrequencyOnLevel {
+            frequency_hz,
+            level,
+        };
+        let resolved = self.resolve(&self.refinement, begin, work, |level, work| {
             level.solve_from(frequency_hz, &neighbour, work)
         });
-        let solved = self.solved_at((point, frequency_hz), resolved, work);
+        let solved = self.solved_at(NumberedFrequency::of(orbit), resolved, work);
         let mut kept = match is_better(&solved.orbit, orbit) {
             true => solved.clone(),
             false => failed.clone(),
@@ -459,7 +493,7 @@ impl Run<'_> {
         &self,
         refinement: &Refinement<'_>,
         resolved: Resolved<'_>,
-        (point, frequency_hz): (usize, f64),
+        at: NumberedFrequency,
         work: &Work,
     ) -> Orbit {
         let Solution {
@@ -472,14 +506,16 @@ impl Run<'_> {
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
         } else if !outcome.is_converged()
-            && refinement.lowest().excitation_exceeds_preload(frequency_hz)
+            && refinement
+                .lowest()
+                .excitation_exceeds_preload(at.frequency_hz)
         {
             outcome = Outcome::LeavesSlot;
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;
         }
-        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
-        orbit.point = point;
+        let mut orbit = orbit(&balance, &u, &evaluation, at.frequency_hz, outcome);
+        orbit.point = at.point;
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_errors.iter().copied().reduce(f64::max);
         orbit.observed_error = resolved.estimated_errors;

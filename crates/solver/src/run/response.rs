@@ -14,7 +14,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
-use crate::dlft::{Branch, Response, SolvedFrequency, StaticState, Told};
+use crate::dlft::{Branch, Orbit, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
@@ -290,7 +290,10 @@ impl Responses<'_, '_> {
             }
         };
         let orbits = linear.iter().enumerate();
-        let orbits = orbits.map(|(i, at)| linear_orbit(&system, harmonics, (i, at.frequency_hz)));
+        let orbits = orbits.map(|(point, at)| Orbit {
+            point,
+            ..linear_orbit(&system, harmonics, at.frequency_hz)
+        });
         Response {
             orbits: orbits.collect(),
             branches: vec![Branch::swept(linear.len())],
@@ -357,7 +360,7 @@ fn title(resolution: Resolution) -> String {
 mod tests {
     use super::*;
     use crate::dlft::retention::Mean;
-    use crate::dlft::{Along, LinearPoint, Orbit, Outcome, Part};
+    use crate::dlft::{Along, LinearPoint, Outcome, Part};
 
     fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
         SolvedFrequency {

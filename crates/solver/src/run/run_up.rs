@@ -186,7 +186,10 @@ impl Ascent<'_, '_> {
                 Resolution::Fixed { harmonics, .. } => harmonics,
                 Resolution::Accuracy(_) => problem.highest_excited().max(1),
             };
-            let orbit = linear_orbit(&system, harmonics, (point, frequency_hz));
+            let orbit = Orbit {
+                point,
+                ..linear_orbit(&system, harmonics, frequency_hz)
+            };
             return Ok(SolvedFrequency {
                 linear: linear_point(&system, harmonics, frequency_hz),
                 ..SolvedFrequency::alone(orbit)

@@ -506,7 +506,7 @@ fn the_root_of_a_bar_in_axial_vibration_reacts_as_the_wave_equation_says() {
             let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
             let omega = wave_1_m * sound_m_s;
             let system = ContactSystem::new(&case.problem, Rayleigh::NONE);
-            let orbit = linear_orbit(&system, 1, (0, omega / TAU));
+            let orbit = linear_orbit(&system, 1, omega / TAU);
             let (_, reactions) = case.in_motion(&orbit, Rayleigh::NONE);
             let [root] = reactions.as_slice() else {
                 panic!("{reactions:?}");

@@ -149,7 +149,7 @@ fn gauges_on_a_bar_in_axial_vibration_measure_the_strain_of_the_wave_equation() 
         let problem = dovetail_solver::run::problem(reduction.model, &model);
         let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
         let system = ContactSystem::new(&problem, Rayleigh::NONE);
-        let orbit = linear_orbit(&system, 1, (0, wave_1_m * sound_m_s / TAU));
+        let orbit = linear_orbit(&system, 1, wave_1_m * sound_m_s / TAU);
         let angle = wave_1_m * LENGTH_M;
         let end = 2e6 / young_pa;
         let mean = end * angle.tan() / angle;

@@ -51,7 +51,7 @@ fn vibrating(share: f64) -> (Model, Vec<Vec<NodalField>>, f64) {
     let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
     let omega = wave_1_m * sound_m_s;
     let system = ContactSystem::new(&problem, Rayleigh::NONE);
-    let orbit = linear_orbit(&system, 1, (0, omega / TAU));
+    let orbit = linear_orbit(&system, 1, omega / TAU);
     let modes = orbit.modal.len() / 3;
     let modal = Mat::from_fn(modes, 3, |m, block| orbit.modal[block * modes + m]);
     let still = Mat::zeros(0, 3);

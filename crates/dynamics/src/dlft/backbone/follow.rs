@@ -409,7 +409,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             end,
         } = solution;
         let (motion, q) = (family.motion(further), family.q);
-        let orbit = unforced_orbit(balance, u, evaluation, (&motion, q), Outcome::Converged);
+        let orbit = unforced_orbit(balance, u, evaluation, &motion, q);
         let x = complex_block(u, balance.unknowns_per_block(), 1);
         let modes = motion.modal_amplitudes(1, &x, q);
         let squared = modal_mass(&motion, &x, &modes);

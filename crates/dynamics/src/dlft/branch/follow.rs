@@ -11,7 +11,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
 use crate::dlft::peaks::{inside, vertex};
 use crate::dlft::point::{Neighbour, Solution, Work};
-use crate::dlft::sweep::Run;
+use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, Run};
 use crate::dlft::{Along, Branch, Orbit, Outcome, Part, Response, SolvedFrequency, Told};
 use std::f64::consts::TAU;
 
@@ -348,8 +348,11 @@ impl<'b> Follower<'b> {
         };
         let frequency_hz = over.frequency_hz(at);
         self.work.start_counting(run.most_seconds);
-        let place = (frequency_hz, self.level);
-        let found = run.resolve(refinement, place, &mut self.work, |level, work| {
+        let begin = FrequencyOnLevel {
+            frequency_hz,
+            level: self.level,
+        };
+        let found = run.resolve(refinement, begin, &mut self.work, |level, work| {
             level.solve(frequency_hz, neighbour.as_ref(), work)
         });
         self.level = found.level;
@@ -586,14 +589,17 @@ impl<'b> Follower<'b> {
             return;
         };
         // Both branches number their points by turns.
-        let place = (2 * self.solved + usize::from(self.from_last), frequency_hz);
+        let at = NumberedFrequency {
+            point: 2 * self.solved + usize::from(self.from_last),
+            frequency_hz,
+        };
         self.solved += 1;
         let followed = self.tracer.as_ref();
         let followed = followed.filter(|_| matches!(part, Part::Begun | Part::Reached));
         let solved = SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.level,
-            orbit: run.orbit_of(refinement, resolved, place, &self.work),
+            orbit: run.orbit_of(refinement, resolved, at, &self.work),
             linear: over.linear_point(abscissa),
             again: false,
             along: Some(Along {
@@ -819,8 +825,11 @@ impl<'s> Run<'s> {
         work: &mut Work,
     ) -> Option<Resolved<'x>> {
         let refinement = solvers.over.refinement(abscissa)?;
-        let place = (solvers.over.frequency_hz(abscissa), solvers.level);
-        Some(self.judged(refinement, place, solved, work))
+        let at = FrequencyOnLevel {
+            frequency_hz: solvers.over.frequency_hz(abscissa),
+            level: solvers.level,
+        };
+        Some(self.judged(refinement, at, solved, work))
     }
 
     /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
@@ -962,7 +971,12 @@ impl<'s> Run<'s> {
         let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
         let level = resolved.level;
         (
-            self.orbit_of(&self.refinement, resolved, (orbit.point, at_hz), &work),
+            self.orbit_of(
+                &self.refinement,
+                resolved,
+                NumberedFrequency::of(orbit),
+                &work,
+            ),
             level,
         )
     }

@@ -206,7 +206,7 @@ impl<'b> Values<'b> {
     fn setting<'a>(
         &'a self,
         state: &'a StaticState,
-        model: (&'a ContactSystem<'a>, &'a InexactModel<'a>),
+        (system, inexact): (&'a ContactSystem<'a>, &'a InexactModel<'a>),
         free_slips_m: &'a [f64],
     ) -> Setting<'a> {
         let lowest = &self.run.refinement.lowest().setting;
@@ -215,7 +215,7 @@ impl<'b> Values<'b> {
             slip_threshold_m: (self.slip_threshold_m)
                 .unwrap_or_else(|| state.slip_threshold_m(lowest.eps)),
             free_slips_m,
-            ..Setting::about(state, model, (lowest.fourier, lowest.eps))
+            ..Setting::about(state, system, inexact, lowest.fourier, lowest.eps)
         }
     }
 
