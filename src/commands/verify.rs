@@ -1,5 +1,6 @@
 //! Table of `dovetail verify`.
 
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::integration::compare::Comparison;
 
 /// Tables of both methods side by side, for the reader.
@@ -57,7 +58,7 @@ fn table(comparison: &Comparison) -> String {
         count("pairs that slip", b.pairs.slipping, i.pairs.slipping),
         count("pairs that open", b.pairs.opening, i.pairs.opening),
     ]);
-    if comparison.retention_n > 0.0 {
+    if comparison.mean == Mean::Retained {
         lines.push(format!(
             "    what friction does not hold is held in both by a steady {:.3} N",
             comparison.retention_n

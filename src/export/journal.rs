@@ -240,6 +240,7 @@ mod tests {
             newton_iterations: 3,
             krylov_iterations: 4,
             residual: f64::INFINITY,
+            mean: Mean::Retained,
             ..Orbit::without_motion(frequency_hz, Outcome::Stagnated)
         };
         let linear = LinearPoint {
@@ -249,7 +250,6 @@ mod tests {
         SolvedFrequency {
             orbit,
             linear,
-            mean: Mean::Retained,
             next_level: 2,
             again: false,
             along: None,

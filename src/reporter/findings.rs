@@ -9,6 +9,7 @@ use crate::words::{counted, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::peaks::LEAST_RISE;
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::model::Model;
@@ -364,7 +365,7 @@ fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
 /// that it does not hold.
 fn held(found: &ResponseResult) -> Option<Warning> {
     let response = &found.response;
-    let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
+    let held = |o: &&Orbit| o.outcome.has_motion() && o.mean == Mean::Retained;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     let most_n = held.iter().map(|o| o.retention_n).reduce(f64::max)?;
     let what = retained_words(&found.retained);

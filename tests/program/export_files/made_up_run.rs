@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail_mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::{
     Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
@@ -401,6 +402,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             krylov_iterations: 40,
             estimated_error: Some(0.004),
             observed_error: vec![0.004, 0.001],
+            mean: Mean::Free,
             retention_n: 0.0,
             residual: 1e-9 * bad,
         }

@@ -303,7 +303,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Force in the retention at U, N; zero without one.
+    /// Forces of the retention at U, N, as [`Retention::force_n`] adds them up; zero without one.
     pub fn retention_n(&self, u: &[f64]) -> f64 {
         let n = self.unknowns_per_block();
         let at_rest = vec![0.0; n];

@@ -42,6 +42,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::problem::LinearReference;
 use dovetail_numerics::spectrum::blocks;
+use retention::Mean;
 
 /// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -119,8 +120,8 @@ pub struct StaticState {
     /// Relative residual, |f| / |F|. Where nothing presses the pairs, it is relative to their own
     /// stiffness times the clearances.
     pub residual: f64,
-    /// Force that retains the motions that friction does not hold, N ([`retention`]); `None` where
-    /// nothing is retained at rest.
+    /// Forces that retain the motions that friction does not hold, N: their sizes on the pairs, added
+    /// up ([`retention`]). `None` where nothing is retained at rest.
     pub retention_n: Option<f64>,
     /// Linear reference, which small vibrations about this state obey.
     pub linear: LinearReference,
@@ -208,9 +209,12 @@ pub struct Orbit {
     /// Estimated relative error of each observed amplitude for the harmonics left out
     /// ([`accuracy`]), 0 to 1. Empty where `estimated_error` is `None`.
     pub observed_error: Vec<f64>,
-    /// Mean force along the motions that friction does not hold, N, where all pairs slip and the
-    /// mean is retained at the static state ([`retention`]); zero elsewhere. It includes the force
-    /// of a static state that is itself retained.
+    /// Treatment of the mean that the motion was solved with, along the motions that only friction
+    /// holds ([`retention`]).
+    pub mean: Mean,
+    /// Forces of the spring that retains the mean, N: their sizes on the pairs, added up. Zero where
+    /// the mean is free. The spring is anchored at the static state, or at rest where that is itself
+    /// retained: the force of the static state is then included.
     pub retention_n: f64,
 }
 
@@ -249,6 +253,7 @@ impl Orbit {
             residual: 0.0,
             estimated_error: None,
             observed_error: Vec::new(),
+            mean: Mean::Free,
             retention_n: 0.0,
         }
     }
@@ -346,8 +351,6 @@ pub struct SolvedFrequency {
     pub orbit: Orbit,
     /// Answer of the linear reference at the frequency.
     pub linear: LinearPoint,
-    /// Treatment of the mean along the motions that only friction holds.
-    pub mean: retention::Mean,
     /// Level of [`accuracy`] that the next frequency begins on.
     pub next_level: usize,
     /// True if the frequency was solved once more, from its other side, after the frequencies that
@@ -415,7 +418,6 @@ impl SolvedFrequency {
                 observed_amplitude: Vec::new(),
             },
             orbit,
-            mean: retention::Mean::Free,
             next_level: 0,
             again: false,
             along: None,

@@ -150,10 +150,9 @@ mod tests {
             OneBalance::new(&problem, damping, &state, settings)
         };
         let [free, retained] = [Mean::Free, Mean::Retained].map(own);
-        let mean = if orbit.retention_n > 0.0 {
-            &retained
-        } else {
-            &free
+        let mean = match orbit.mean {
+            Mean::Free => &free,
+            Mean::Retained => &retained,
         };
         assert_eq!(mean.unknowns(), orbit.x.len());
         let residual = |u: &[f64]| mean.with(&problem, &state, |b| norm(&b.evaluate(u).residual));

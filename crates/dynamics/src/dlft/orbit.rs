@@ -76,6 +76,7 @@ fn with_pairs(
         lambda: evaluation.lambda.clone(),
         friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
         cycles,
+        mean: balance.mean(),
         retention_n: balance.retention_n(u),
         ..motion
     }
@@ -682,6 +683,7 @@ mod tests {
             let (orbit, evaluation) = orbit_of(balance, u);
             assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
             assert_near(orbit.retention_n, balance.retention_n(u));
+            assert_eq!(orbit.mean, balance.mean());
             for (point, observed) in problem.reduced.observations.iter().zip(&orbit.observed) {
                 for i in 0..7 {
                     let phase = 0.9 * f64::from(i);

@@ -80,8 +80,8 @@ pub struct Neighbour {
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
     pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
-        let (u, mean) = (orbit.x.clone(), Mean::of(orbit));
-        Self::after(before, orbit.frequency_hz, u, mean)
+        let u = orbit.x.clone();
+        Self::after(before, orbit.frequency_hz, u, orbit.mean)
     }
 
     /// Neighbour of a converged frequency; `last` is the one before it.

@@ -12,7 +12,6 @@
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution
 //! was found.
 
-use super::Orbit;
 use crate::problem::tangential;
 use crate::problem::{HarmonicLoad, Problem};
 use crate::reduced::{FREE, ReducedModel};
@@ -48,17 +47,6 @@ pub enum Mean {
     Free,
     /// A spring retains the mean, as a lock plate does.
     Retained,
-}
-
-impl Mean {
-    /// Treatment of the mean of a motion.
-    pub fn of(orbit: &Orbit) -> Self {
-        if orbit.retention_n > 0.0 {
-            Self::Retained
-        } else {
-            Self::Free
-        }
-    }
 }
 
 /// Supports of a model besides friction, and its free motions, found when first asked for.
@@ -287,7 +275,8 @@ impl Retention {
         along
     }
 
-    /// Force of the spring at `x`, anchored at `anchor`, N: the resultants of the pairs, added up.
+    /// Forces of the spring at `x`, anchored at `anchor`, N: their sizes on the pairs, added up. Where
+    /// they have different directions, this is more than their resultant.
     pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
         let along = self.along(x, anchor);
         let lengths_m = along.chunks_exact(3).map(|v| v[1].hypot(v[2]));

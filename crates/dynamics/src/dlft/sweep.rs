@@ -201,10 +201,8 @@ pub struct Last {
 impl Last {
     /// Moves on to a frequency that is solved.
     pub fn follow(&mut self, solved: &SolvedFrequency) {
-        let SolvedFrequency { orbit, mean, .. } = solved;
-        if orbit.outcome.holds() {
-            let (last, u) = (self.neighbour.as_ref(), orbit.x.clone());
-            let neighbour = Neighbour::after(last, orbit.frequency_hz, u, *mean);
+        if solved.orbit.outcome.holds() {
+            let neighbour = Neighbour::of(&solved.orbit, self.neighbour.as_ref());
             *self = Self {
                 neighbour: Some(neighbour),
                 level: solved.next_level,
@@ -396,7 +394,6 @@ impl Run<'_> {
         work: &Work,
     ) -> SolvedFrequency {
         SolvedFrequency {
-            mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
             orbit: self.orbit_of(&self.refinement, resolved, at, work),
             linear: linear_point(&self.linear, self.harmonics(), at.frequency_hz),

@@ -5,6 +5,7 @@ use super::steady::{Settled, Until, integrate};
 use super::step::{State, Stepper, touching};
 use super::whole_disc;
 use crate::damping::Rayleigh;
+use crate::dlft::retention::Mean;
 use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
 use crate::problem::Problem;
 use crate::reduced::AllSectors;
@@ -49,8 +50,9 @@ pub struct Comparison {
     pub steady: bool,
     /// Rest of the transient: see [`Settled::transient_left`].
     pub transient_left: f64,
-    /// Steady force that retained the mean along motions that friction does not hold in both, N:
-    /// see [`Orbit::retention_n`].
+    /// Treatment of the mean along motions that friction does not hold, in both.
+    pub mean: Mean,
+    /// Steady force that retained the mean in both, N: see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
 
@@ -121,7 +123,10 @@ pub fn compare(
     until: Until,
     slip_threshold_m: f64,
 ) -> Result<Comparison, IntegrationError> {
-    let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(problem, orbit));
+    let retained = match orbit.mean {
+        Mean::Free => None,
+        Mean::Retained => Some(with_retention_force(problem, orbit)),
+    };
     let problem = retained.as_ref().unwrap_or(problem);
     if !problem.reduced.dashpots.influenced().is_empty() {
         return Err(IntegrationError::Influence);
@@ -156,6 +161,7 @@ pub fn compare(
         periods: settled.periods,
         steady: settled.steady,
         transient_left: settled.transient_left,
+        mean: orbit.mean,
         retention_n: orbit.retention_n,
     })
 }
@@ -276,6 +282,7 @@ fn of_integration(
 mod tests {
     use super::*;
 
+    use crate::dlft::Outcome;
     use crate::dlft::eps::Eps;
     use crate::dlft::settings::{EpsChoice, Resolution};
     use crate::dlft::static_state::static_state;
@@ -321,7 +328,11 @@ mod tests {
         };
         let response = sweep(&problem, damping, &rest, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];
-        assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
+        assert_eq!(
+            (orbit.outcome, orbit.mean),
+            (Outcome::Converged, Mean::Retained)
+        );
+        assert!(orbit.retention_n > 1.0);
 
         let retained = with_retention_force(&problem, orbit);
         let [with, without] = [&retained, &problem].map(|p| &p.reduced.static_load);

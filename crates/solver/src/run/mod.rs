@@ -63,6 +63,7 @@ pub use wear::{Wear, WearQuestion, wear};
 pub use worn::{WearBlock, WearCourse};
 
 use crate::description::{Scene, Subject};
+use crate::dlft::retention::Mean;
 use crate::dlft::{Orbit, Response};
 use crate::model::Assembly;
 use crate::results::far_slip::ShorterSides;
@@ -153,7 +154,7 @@ fn along_frequency(
     let compared = compared.map(compare).transpose()?;
     let tractions =
         tractions::over_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
-    let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
+    let held = |o: &&Orbit| o.outcome.has_motion() && o.mean == Mean::Retained;
     let held = response.orbits.iter().filter(held);
     let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {
         Some(most) => free_motion::retained_in_motion(reduced, state, most, session)?,

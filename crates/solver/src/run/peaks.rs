@@ -16,7 +16,6 @@ use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::peaks::{inside, vertex};
-use crate::dlft::retention::Mean;
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{Last, SweepSettings, solve_after};
 use crate::dlft::{Orbit, SolvedFrequency, Told};
@@ -166,10 +165,7 @@ impl At {
         self.unless_kept((&settings, guess.as_ref(), 0), session, || {
             let mut last = Last::default();
             if let Some(near) = near {
-                last.follow(&SolvedFrequency {
-                    mean: Mean::of(near),
-                    ..SolvedFrequency::alone(near.clone())
-                });
+                last.follow(&SolvedFrequency::alone(near.clone()));
             }
             let (problem, state) = (&self.reduced.problem, &self.state);
             let solved = solve_after(&last, 0, problem, self.damping, state, &settings, tell);

@@ -359,7 +359,6 @@ fn title(resolution: Resolution) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::retention::Mean;
     use crate::dlft::{Along, LinearPoint, Outcome, Part};
 
     fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
@@ -369,7 +368,6 @@ mod tests {
                 frequency_hz,
                 observed_amplitude: Vec::new(),
             },
-            mean: Mean::Free,
             next_level: 0,
             again: false,
             along: Some(Along {

@@ -4,6 +4,7 @@
 
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -44,7 +45,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
                     "{force_n} N, {} Hz: the mean is {strayed_m} m from the static state",
                     orbit.frequency_hz
                 );
-                held += usize::from(orbit.retention_n > 0.0);
+                held += usize::from(orbit.mean == Mean::Retained);
                 if !orbit.outcome.is_converged() {
                     failures += 1;
                     println!(

@@ -597,7 +597,6 @@ impl<'b> Follower<'b> {
         let followed = self.tracer.as_ref();
         let followed = followed.filter(|_| matches!(part, Part::Begun | Part::Reached));
         let solved = SolvedFrequency {
-            mean: resolved.solved.balance.mean(),
             next_level: resolved.level,
             orbit: run.orbit_of(refinement, resolved, at, &self.work),
             linear: over.linear_point(abscissa),

@@ -36,8 +36,7 @@ impl Guess {
         let between = |a: f64, b: f64| a + place * (b - a);
         guess.neighbour.frequency_hz = between(first.frequency_hz, second.frequency_hz);
         // A mean that is retained in one and free in the other lies on no line.
-        let is_retained = |orbit: &Orbit| orbit.retention_n > 0.0;
-        if is_retained(first) == is_retained(second) {
+        if first.mean == second.mean {
             let u = &mut guess.neighbour.u;
             let [a, b] = [first, second].map(|orbit| resized(&orbit.x, u.len()));
             let ends = a.iter().zip(&b);

@@ -234,7 +234,7 @@ impl Tracer {
         let heading = along.heading.as_ref()?;
         let abscissa = along.abscissa;
         let (solver, frequency_hz) = (solvers.at(abscissa)?, solvers.over.frequency_hz(abscissa));
-        let solution = solver.evaluated(frequency_hz, &solved.orbit.x, solved.mean)?;
+        let solution = solver.evaluated(frequency_hz, &solved.orbit.x, solved.orbit.mean)?;
         let motion = motion_of(solvers, &solution, abscissa);
         let scales = Scales {
             motion: heading.scale_m,
