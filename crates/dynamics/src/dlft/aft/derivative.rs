@@ -1,0 +1,397 @@
+//! Exact derivative of the contact force of one pair by its prediction, with the history of slip.
+
+use super::{History, PairEnd};
+use crate::contact::coulomb::{Contact, SlipTangent};
+use crate::contact::{PredictedLaw, State};
+use crate::dlft::between_samples::{self, ByInputs, Passed, PassedDerivative, Visit};
+use crate::dlft::derivative_rows::{DerivativeSignals, fixed_point, own_state, state_columns};
+use crate::dlft::pair_signals::{PairInput, Periods, Signals, add_own};
+use crate::dlft::rounded;
+use dovetail_numerics::fourier::Fourier;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
+
+/// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
+/// row-major, both indices component-major. `signals` are those of
+/// [`last_period`](super::last_period), or of [`contact_forces`](super::contact_forces), and `end` is
+/// that of the latter.
+pub fn contact_force_derivative(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+    derivative: &mut [f64],
+) {
+    Arch::new().dispatch(Differentiate(fourier, input, signals, end, derivative));
+}
+
+/// [`contact_force_derivative`], compiled as the evaluation is.
+struct Differentiate<'a>(
+    &'a Fourier,
+    PairInput<'a>,
+    &'a Signals,
+    &'a PairEnd,
+    &'a mut [f64],
+);
+
+impl WithSimd for Differentiate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        differentiate_pair(self.0, self.1, self.2, self.3, self.4);
+    }
+}
+
+#[inline(always)]
+fn differentiate_pair(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+    derivative: &mut [f64],
+) {
+    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
+    let row = 3 * block;
+    if let History::Stuck(before) = end.history {
+        let mut pass = Pass::new(fourier, &input, signals);
+        for _ in 0..before {
+            pass.period(None);
+        }
+        return write_stuck(width, pass.history.chunks_exact(block), derivative);
+    }
+    let found = match input.rounding {
+        Some(rounding) => rounded::derivative_rows(fourier, &input, rounding, signals),
+        None => derivative_signals(fourier, &input, signals, end),
+    };
+    // The coefficients of those signals: sums with the synthesis, weighted as in the analysis.
+    let synthesis =
+        MatRef::from_row_major_slice_with_stride(fourier.synthesis(), samples, width, block);
+    let mut sums = Mat::zeros(block + 2 * row, width);
+    matmul(
+        sums.as_mut(),
+        Accum::Replace,
+        MatRef::from_column_major_slice(&found.signals, block + 2 * row, samples),
+        synthesis,
+        1.0 / samples as f64,
+        Par::Seq,
+    );
+    // Rows of all columns, component-major as the derivative.
+    let mut rows = vec![0.0; 3 * width * row];
+    for h in 0..width {
+        let weight = if h == 0 { 1.0 } else { 2.0 };
+        let (normal, tangential) = sums.col_as_slice(h).split_at(block);
+        let parts = [normal].into_iter().chain(tangential.chunks_exact(row));
+        for (c, part) in parts.enumerate() {
+            let row = rows[(c * width + h) * row..].iter_mut();
+            row.zip(part).for_each(|(d, v)| *d = weight * v);
+        }
+    }
+    for (sample, change) in &found.normal_changes {
+        let mut of_sample = vec![0.0; width];
+        between_samples::add_to_coefficients(fourier, *sample, 1.0, &mut of_sample);
+        for (own, by) in rows.chunks_exact_mut(row).zip(of_sample) {
+            add(by, change, own);
+        }
+    }
+    let start = found.end.map(|end| fixed_point(&end, width, block));
+    for (out, row) in derivative
+        .chunks_exact_mut(3 * width)
+        .zip(rows.chunks_exact_mut(row))
+    {
+        if let Some([first, second]) = &start {
+            let [by_first, by_second] = state_columns(width, block).map(|column| row[column]);
+            for (d, (a, b)) in row.iter_mut().zip(first.iter().zip(second)) {
+                *d += by_first * a + by_second * b;
+            }
+        }
+        for (out, part) in out.chunks_exact_mut(width).zip(row.chunks_exact(block)) {
+            out.copy_from_slice(&part[..width]);
+        }
+    }
+}
+
+/// Writes the derivative of the force of a pair that sticks throughout the last period: that of the
+/// prediction, less that of where the pair sticks, `history`, six blocks.
+fn write_stuck<'h>(
+    width: usize,
+    mut history: impl Iterator<Item = &'h [f64]>,
+    derivative: &mut [f64],
+) {
+    let full = 3 * width;
+    derivative.fill(0.0);
+    (0..full).for_each(|i| derivative[i * full + i] = 1.0);
+    // The mean of the first and of the second tangential force.
+    for row in [width, 2 * width] {
+        for out in derivative[row * full..][..full].chunks_exact_mut(width) {
+            let block = history.by_ref().next().into_iter().flatten();
+            out.iter_mut().zip(block).for_each(|(d, h)| *d -= h);
+        }
+    }
+}
+
+/// Derivative of the contact force at the samples of the last period.
+#[inline(always)]
+fn derivative_signals(
+    fourier: &Fourier,
+    input: &PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+) -> DerivativeSignals {
+    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
+    let mut pass = Pass::new(fourier, input, signals);
+    let mut is_fixed_point = false;
+    match end.history {
+        History::FromStart(before) | History::Stuck(before) => {
+            for _ in 0..before {
+                pass.period(None);
+            }
+        }
+        History::Periodic => {
+            is_fixed_point = true;
+            pass.state = end.last.start;
+        }
+        History::FixedPoint { slipping, touch_n } => {
+            pass.law.touch_n = touch_n;
+            pass.state = slipping;
+            is_fixed_point = slipping == end.last.start;
+            if !is_fixed_point {
+                pass.history = own_state(width, block);
+                pass.period(None);
+                pass.history = fixed_point(&pass.history, width, block).concat();
+            }
+            pass.state = end.last.start;
+        }
+    }
+    if is_fixed_point {
+        pass.history = own_state(width, block);
+    }
+    let mut rows = vec![0.0; 7 * block * samples];
+    pass.period(Some(&mut rows));
+    DerivativeSignals {
+        signals: rows,
+        normal_changes: pass.normal_changes,
+        end: is_fixed_point.then_some(pass.history),
+    }
+}
+
+/// Propagation of the derivative of the state along the samples.
+struct Pass<'a> {
+    fourier: &'a Fourier,
+    input: &'a PairInput<'a>,
+    signals: &'a Signals,
+    /// Law with which the pair goes from sample to sample.
+    law: PredictedLaw,
+    state: State,
+    /// Derivative of lambda_x, two rows ([`DerivativeSignals`]).
+    history: Vec<f64>,
+    force_rows: Vec<f64>,
+    /// Derivatives of the normal force at samples by the tangential predictions, a row each.
+    normal_changes: Vec<(usize, Vec<f64>)>,
+}
+
+impl<'a> Pass<'a> {
+    /// Pass that begins where the time evaluation does.
+    fn new(fourier: &'a Fourier, input: &'a PairInput<'a>, signals: &'a Signals) -> Self {
+        let row = 3 * fourier.padded_width();
+        Self {
+            fourier,
+            input,
+            signals,
+            law: input.law,
+            state: input.start,
+            history: vec![0.0; 2 * row],
+            force_rows: vec![0.0; 2 * row],
+            normal_changes: Vec::new(),
+        }
+    }
+
+    /// Goes through one period. Adds the derivative of the force at each sample to `rows`, if given
+    /// ([`DerivativeSignals::signals`]).
+    #[inline(always)]
+    fn period(&mut self, mut rows: Option<&mut [f64]>) {
+        let (samples, block) = (self.fourier.samples(), self.fourier.padded_width());
+        let size = 7 * block;
+        let between = self.input.periods == Periods::UntilPeriodic;
+        let law = self.law;
+        for n in 0..samples {
+            let s = self.fourier.padded_row(n);
+            let turns = between && self.signals.turns(n, &self.input.law);
+            let mut walked = None;
+            let mut row = None;
+            if let Some(rows) = rows.as_deref_mut() {
+                if turns {
+                    walked = Some(self.add_corrections(n, rows));
+                }
+                row = Some(rows[n * size..][..size].split_at_mut(block));
+            }
+            let passes =
+                between && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n));
+            let passed = passes.then(|| self.pass_interval(n));
+            let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
+            if let Some(passed) = passed {
+                self.go_through_interval(n, &passed, walked);
+                if let Some((normal, tangential)) = row
+                    && passed.state.contact != Contact::Open
+                {
+                    add_prediction_rows(s, &self.history, normal, tangential);
+                }
+                continue;
+            }
+            let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
+            self.state = now.state;
+            if now.state.contact == Contact::Stick {
+                if let Some((normal, tangential)) = row {
+                    add_prediction_rows(s, &self.history, normal, tangential);
+                }
+                continue;
+            }
+            if now.state.contact == Contact::Slip {
+                let tangent = law.slip_tangent(now.trial);
+                slip_rows(tangent, s, &self.history, &mut self.force_rows);
+                if let Some((normal, tangential)) = row {
+                    add(1.0, s, normal);
+                    add(1.0, &self.force_rows, tangential);
+                }
+            } else {
+                self.force_rows.fill(0.0);
+            }
+            // history = S_T - d lambda_T
+            for (history, force) in self.history.iter_mut().zip(&self.force_rows) {
+                *history = -force;
+            }
+            add_own(s, &mut self.history);
+        }
+    }
+
+    /// Passes the interval that ends at sample `n`.
+    fn pass_interval(&self, n: usize) -> Passed<f64> {
+        let window = self.signals.window(n, self.law.shift_n);
+        between_samples::pass(&window, self.state, None, self.law)
+    }
+
+    /// Goes on to sample `n`, with the derivative of what happens before it. That of its corrections,
+    /// where it is known, serves unless touching counts as slipping.
+    #[inline(always)]
+    fn go_through_interval(
+        &mut self,
+        n: usize,
+        passed: &Passed<f64>,
+        walked: Option<PassedDerivative>,
+    ) {
+        let walked = walked.filter(|_| self.law == self.input.law);
+        let derivative = walked.unwrap_or_else(|| {
+            let window = self.signals.window(n, self.law.shift_n);
+            between_samples::derivative(&window, self.state, None, self.law)
+        });
+        let mut rows = vec![0.0; self.history.len()];
+        let (first, second) = rows.split_at_mut(3 * self.fourier.padded_width());
+        self.add_row(n, &derivative.slid_n[0], first);
+        self.add_row(n, &derivative.slid_n[1], second);
+        self.history = rows;
+        self.state = passed.state;
+    }
+
+    /// Adds the derivative of the corrections of the interval that ends at sample `n` to the rows of
+    /// the samples that are corrected. A pair that touches its cone there without sliding sticks: it
+    /// is corrected as one that sticks. Returns the derivative of the interval.
+    #[inline(always)]
+    fn add_corrections(&mut self, n: usize, rows: &mut [f64]) -> PassedDerivative {
+        let law = self.input.law;
+        let [before, now] = [self.signals.before(n), n];
+        let [contact, at_end] = [before, now].map(|n| self.signals.contact[n]);
+        let state = State {
+            contact,
+            ..self.state
+        };
+        let window = self.signals.window(n, law.shift_n);
+        let derivative = between_samples::derivative(&window, state, Some(at_end), law);
+        let block = self.fourier.padded_width();
+        for (sample, by) in [before, now].into_iter().zip(&derivative.corrections) {
+            let row = &mut rows[7 * block * sample..7 * block * (sample + 1)];
+            let (normal, tangential) = row.split_at_mut(block);
+            for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+                add(by[0][3 * at], self.fourier.padded_row(sample), normal);
+            }
+            self.add_to_normal(n, sample, &by[0]);
+            let (first, second) = tangential.split_at_mut(3 * block);
+            self.add_row(n, &by[1], first);
+            self.add_row(n, &by[2], second);
+        }
+        derivative
+    }
+
+    /// Keeps the derivative of the normal correction of a sample by the tangential predictions, where a
+    /// pair opens or closes in the interval in which it reverses.
+    fn add_to_normal(&mut self, n: usize, sample: usize, by: &ByInputs) {
+        let mut tangential = *by;
+        (0..4).for_each(|at| tangential[3 * at] = 0.0);
+        if tangential.iter().any(|v| *v != 0.0) {
+            let mut row = vec![0.0; 3 * self.fourier.padded_width()];
+            self.add_row(n, &tangential, &mut row);
+            self.normal_changes.push((sample, row));
+        }
+    }
+
+    /// Adds to a row a derivative by the window of the interval that ends at sample `n`, and by the
+    /// state before it.
+    #[inline(always)]
+    fn add_row(&self, n: usize, by: &ByInputs, row: &mut [f64]) {
+        let block = self.fourier.padded_width();
+        for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+            let s = self.fourier.padded_row(sample);
+            for (c, own) in row.chunks_exact_mut(block).enumerate() {
+                add(by[3 * at + c], s, own);
+            }
+        }
+        let (first, second) = self.history.split_at(3 * block);
+        add(by[12], first, row);
+        add(by[13], second, row);
+    }
+}
+
+/// Adds a multiple of a row to another.
+#[inline(always)]
+fn add(by: f64, from: &[f64], to: &mut [f64]) {
+    for (to, v) in to.iter_mut().zip(from) {
+        *to += by * v;
+    }
+}
+
+/// Adds the derivative where the force is the prediction: S_N, and S_T - history.
+#[inline(always)]
+fn add_prediction_rows(s: &[f64], history: &[f64], normal: &mut [f64], tangential: &mut [f64]) {
+    add(1.0, s, normal);
+    add(-1.0, history, tangential);
+    add_own(s, tangential);
+}
+
+/// Derivative where the pair slips: d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
+#[inline(always)]
+fn slip_rows(tangent: SlipTangent, s: &[f64], history: &[f64], rows: &mut [f64]) {
+    let width = s.len();
+    let full = 3 * width;
+    let [e1, e2] = tangent.direction;
+    // (I - e e^T) = across across^T in the plane: one scalar row serves both components.
+    let across = [-e2, e1];
+    let k = tangent.kappa;
+    let (first, second) = rows.split_at_mut(full);
+    let (h1, h2) = history.split_at(full);
+    for j in 0..full {
+        let v = -k * (across[0] * h1[j] + across[1] * h2[j]);
+        first[j] = across[0] * v;
+        second[j] = across[1] * v;
+    }
+    let own = [
+        tangent.by_normal,
+        across.map(|a| k * across[0] * a),
+        across.map(|a| k * across[1] * a),
+    ];
+    for (column, by) in own.into_iter().enumerate() {
+        let start = column * width;
+        for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
+            add(by, s, &mut rows[start..start + width]);
+        }
+    }
+}

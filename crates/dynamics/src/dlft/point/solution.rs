@@ -1,0 +1,73 @@
+//! Solution of a balance, its start, and the work on it.
+
+use crate::dlft::balance::{Balance, Deadline, Evaluation};
+use crate::dlft::newton_krylov::Preconditioner;
+use dovetail_numerics::nonlinear::{NewtonEnd, NewtonStatus};
+
+/// Work done on one frequency, and the preconditioner, which is kept over frequencies.
+#[derive(Default)]
+pub struct Work {
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+    /// Relative residual of each attempt, at its start and after each iteration.
+    pub residuals: Vec<Vec<f64>>,
+    /// Preconditioner of the linear solves.
+    pub preconditioner: Preconditioner,
+    /// Time at which the frequency is given up.
+    pub deadline: Deadline,
+    /// Work on the finer balances that errors are estimated with; each keeps its preconditioner.
+    estimates: [Option<Box<Work>>; 2],
+}
+
+impl Work {
+    /// Resets the counts, for a frequency that is given up after `most_seconds`.
+    pub fn start_counting(&mut self, most_seconds: Option<f64>) {
+        (self.newton_iterations, self.krylov_iterations) = (0, 0);
+        self.residuals.clear();
+        self.deadline = Deadline::after(most_seconds);
+    }
+
+    /// Work of the next estimate by the first or the second finer balance, which the counts of a
+    /// frequency leave out.
+    pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
+        let work = self.estimates[finer].get_or_insert_default();
+        work.start_counting(None);
+        work.deadline = self.deadline;
+        work
+    }
+}
+
+/// A balance, its U, the evaluation there, and how the solution ended.
+pub struct Solution<'b> {
+    pub balance: Balance<'b>,
+    pub u: Vec<f64>,
+    pub evaluation: Evaluation,
+    pub end: NewtonEnd,
+}
+
+impl Solution<'_> {
+    pub fn is_converged(&self) -> bool {
+        self.end.status == NewtonStatus::Converged
+    }
+}
+
+/// U that a method begins at, and the evaluation of its balance there, if it is known.
+pub(super) struct Start {
+    pub(super) u: Vec<f64>,
+    pub(super) known: Option<Evaluation>,
+}
+
+impl Start {
+    /// Start at which nothing is evaluated yet.
+    pub(super) fn at(u: Vec<f64>) -> Self {
+        Self { u, known: None }
+    }
+}
+
+/// Keeps the one of two solutions with the smaller residual, the first of equal ones.
+pub(super) fn keep_better<'b>(best: &mut Option<Solution<'b>>, solved: Solution<'b>) {
+    let measure = solved.end.measure;
+    if best.as_ref().is_none_or(|best| measure < best.end.measure) {
+        *best = Some(solved);
+    }
+}
