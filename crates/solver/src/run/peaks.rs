@@ -140,8 +140,7 @@ impl At {
         let (state, settings) = (&self.state, &self.settings);
         self.unless_kept((settings, near, observation), session, || {
             let near = near.and_then(|guess| {
-                let near = (guess, observation);
-                peak_near(problem, damping, state, settings, near, tell)
+                peak_near(problem, damping, state, settings, guess, observation, tell)
             });
             near.map_or_else(|| highest(self, observation, tell), Ok)
         })

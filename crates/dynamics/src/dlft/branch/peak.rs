@@ -56,7 +56,8 @@ pub fn peak_near(
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
-    (guess, observation): (&Guess, usize),
+    guess: &Guess,
+    observation: usize,
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Option<Orbit> {
     let course = Course::over(&settings.frequencies_hz);
@@ -146,8 +147,8 @@ mod tests {
                     solved.fetch_add(1, Ordering::Relaxed);
                 }
             };
-            let near = (guess, 0);
-            let found = peak_near(&problem, damping(&problem), &state, &settings, near, &count);
+            let damping = damping(&problem);
+            let found = peak_near(&problem, damping, &state, &settings, guess, 0, &count);
             let found = found.unwrap();
             let off = found.observed_amplitude[0] / own.observed_amplitude[0] - 1.0;
             assert!(off.abs() < 2e-4, "guess {i}: {off:e}");
@@ -171,8 +172,9 @@ mod tests {
             let damping = damping(&problem);
             let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
             let own = highest(&curve);
-            let near = (&Guess::of(&own), 0);
-            let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
+            let guess = Guess::of(&own);
+            let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
+            let found = found.unwrap();
             let off = own.observed_amplitude[0] / found.observed_amplitude[0] - 1.0;
             println!("{force} N: {off:e}, {} points", curve.orbits.len());
             assert!(off.abs() < 1e-4, "{force} N: {off:e}");
@@ -214,8 +216,8 @@ mod tests {
         let last = curve.orbits.last().unwrap();
         guess.neighbour = Neighbour::of(last, None);
         guess.neighbour.frequency_hz = 1.03 * top.frequency_hz;
-        let near = (&guess, 0);
-        let found = peak_near(&problem, damping, &state, &settings, near, &|_| ()).unwrap();
+        let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
+        let found = found.unwrap();
         let off = found.observed_amplitude[0] / top.observed_amplitude[0] - 1.0;
         assert!(off.abs() < 2e-4, "{off:e}");
     }
@@ -229,8 +231,8 @@ mod tests {
         let state = static_state(&problem, 10, settings.newton);
         let damping = damping(&problem);
         let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
-        let near = (&Guess::of(&curve.orbits[0]), 0);
-        let found = peak_near(&problem, damping, &state, &settings, near, &|_| ());
+        let guess = Guess::of(&curve.orbits[0]);
+        let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
         assert!(found.is_none());
     }
 }

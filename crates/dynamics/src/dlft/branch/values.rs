@@ -291,6 +291,12 @@ struct OverValue<'m, 'p, 's> {
     known: RefCell<Vec<(f64, Option<Known<'m, 'p, 's>>)>>,
 }
 
+/// Solvers or a balance at an abscissa close to that of a place.
+struct Beside<T> {
+    abscissa: f64,
+    found: T,
+}
+
 /// Solvers at an abscissa, and the parts that they borrow.
 #[derive(Clone, Copy)]
 struct Known<'m, 'p, 's> {
@@ -355,25 +361,34 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
         Some(Known { parts, refinement })
     }
 
-    /// Solvers at two abscissae close to one, within the range; `None` where there are no two.
-    fn beside(&self, abscissa: f64) -> Option<[(f64, Known<'m, 'p, 's>); 2]> {
+    /// Solvers at two abscissae close to one, within the range, the greater one first; `None` where
+    /// there are no two.
+    fn beside(&self, abscissa: f64) -> Option<[Beside<Known<'m, 'p, 's>>; 2]> {
         let Course { from, to } = self.course;
         let by = DIFFERENCE * self.course.range();
         let [above, below] = [by, -by].map(|by| {
             let beside = (abscissa + by).clamp(from.min(to), from.max(to));
-            let own = |at: f64| Some((at, self.known(at)?));
+            let own = |abscissa: f64| {
+                Some(Beside {
+                    abscissa,
+                    found: self.known(abscissa)?,
+                })
+            };
             own(beside).or_else(|| own(abscissa))
         });
         let (above, below) = (above?, below?);
-        (above.0 > below.0).then_some([above, below])
+        (above.abscissa > below.abscissa).then_some([above, below])
     }
 
     /// Balances of a place beside an abscissa, with their own ones.
-    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[(f64, Balance<'s>); 2]> {
+    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[Beside<Balance<'s>>; 2]> {
         let mean = place.balance.mean();
-        let [above, below] = self.beside(abscissa)?.map(|(at, known)| {
-            let solver = known.refinement.level(place.level);
-            Some((at, solver.balance(self.values.range.frequency_hz, mean)?))
+        let [above, below] = self.beside(abscissa)?.map(|known| {
+            let solver = known.found.refinement.level(place.level);
+            Some(Beside {
+                abscissa: known.abscissa,
+                found: solver.balance(self.values.range.frequency_hz, mean)?,
+            })
         });
         Some([above?, below?])
     }
@@ -401,10 +416,14 @@ fn rest_alike(one: &ModelAt, other: &ModelAt) -> bool {
         && one.state.lambda == other.state.lambda
 }
 
-/// Difference quotient of two vectors at two abscissae.
-fn quotient((above, a): (f64, &[f64]), (below, b): (f64, &[f64])) -> Vec<f64> {
-    let by = above - below;
-    a.iter().zip(b).map(|(a, b)| (a - b) / by).collect()
+/// Difference quotient of a vector that two balances have.
+fn quotient(
+    [above, below]: &[Beside<Balance<'_>>; 2],
+    of: impl Fn(&Balance<'_>) -> Vec<f64>,
+) -> Vec<f64> {
+    let by = above.abscissa - below.abscissa;
+    let (a, b) = (of(&above.found), of(&below.found));
+    a.iter().zip(&b).map(|(a, b)| (a - b) / by).collect()
 }
 
 impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
@@ -442,8 +461,8 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
             Use::Correction | Use::Direction => place.abscissa,
         };
         let [above, below] = self.beside(near)?;
-        let alike = rest_alike(above.1.parts.model, below.1.parts.model);
-        let [above, below] = self.balances_beside(place, near)?;
+        let alike = rest_alike(above.found.parts.model, below.found.parts.model);
+        let beside = self.balances_beside(place, near)?;
         if alike {
             let left = |balance: &Balance<'_>| {
                 let mut left = vec![0.0; place.u.len()];
@@ -452,15 +471,13 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
                 both.for_each(|(left, force)| *left -= force);
                 left
             };
-            let slope = quotient((above.0, &left(&above.1)), (below.0, &left(&below.1)));
+            let slope = quotient(&beside, left);
             let n = place.balance.unknowns_per_block();
             return Some(jacobian.less_contact_response(&slope, n));
         }
-        let residual = |balance: &Balance<'_>| balance.evaluate(place.u).residual;
-        Some(quotient(
-            (above.0, &residual(&above.1)),
-            (below.0, &residual(&below.1)),
-        ))
+        Some(quotient(&beside, |balance| {
+            balance.evaluate(place.u).residual
+        }))
     }
 
     fn motion_at(&self, place: Place<'_>, abscissa: f64) -> Option<Vec<f64>> {
@@ -471,9 +488,11 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
     }
 
     fn motion_slope(&self, place: Place<'_>) -> Option<Vec<f64>> {
-        let [above, below] = self.balances_beside(place, place.abscissa)?;
-        let of = |balance| motion(balance, place.u, self.values.range.frequency_hz);
-        Some(quotient((above.0, &of(&above.1)), (below.0, &of(&below.1))))
+        let beside = self.balances_beside(place, place.abscissa)?;
+        let frequency_hz = self.values.range.frequency_hz;
+        Some(quotient(&beside, |balance| {
+            motion(balance, place.u, frequency_hz)
+        }))
     }
 
     fn amplitudes_near(&self, place: Place<'_>, u: &[f64], by: f64) -> Option<Vec<f64>> {
@@ -481,11 +500,8 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
         let of = |balance: &Balance<'_>, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
         let mut amplitudes = of(place.balance, u);
         if by != 0.0 {
-            let [above, below] = self.balances_beside(place, place.abscissa)?;
-            let slope = quotient(
-                (above.0, &of(&above.1, place.u)),
-                (below.0, &of(&below.1, place.u)),
-            );
+            let beside = self.balances_beside(place, place.abscissa)?;
+            let slope = quotient(&beside, |balance| of(balance, place.u));
             let both = amplitudes.iter_mut().zip(&slope);
             both.for_each(|(amplitude, slope)| *amplitude += by * slope);
         }
