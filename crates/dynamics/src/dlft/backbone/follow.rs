@@ -10,7 +10,7 @@ use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
 use crate::damping::Rayleigh;
 use crate::dlft::accuracy::LEAST_SHORTFALL;
 use crate::dlft::balance::add_harmonic;
-use crate::dlft::branch::bordered::corrected;
+use crate::dlft::branch::bordered::{Start, corrected};
 use crate::dlft::orbit::{complex_block, unforced_orbit};
 use crate::dlft::point::{FrequencySolver, Solution, Work, resized};
 use crate::dlft::retention::Mean;
@@ -308,7 +308,11 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             return Some(solved);
         }
         loop {
-            let start = (solved.u.clone(), solved.further.clone(), solved.mean);
+            let start = Start {
+                u: solved.u.clone(),
+                further: solved.further.clone(),
+                mean: solved.mean,
+            };
             let finer = self.solve_from(log_q, level + 1, &[start]);
             let error = finer
                 .as_ref()
@@ -331,7 +335,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
     }
 
     /// Starts for an amplitude of the tracked mode: continued, and as the last one scaled.
-    fn starts(&self, log_q: f64) -> Vec<(Vec<f64>, Vec<f64>, Mean)> {
+    fn starts(&self, log_q: f64) -> Vec<Start> {
         let n = self.run.refinement.lowest().setting.system.unknowns();
         let Some(last) = self.last.last() else {
             let solver = self.run.refinement.level(0);
@@ -339,16 +343,22 @@ impl<'b, 's: 'b> Follower<'b, 's> {
             let q = log_q.exp();
             let x: Vec<c64> = self.mode.x.iter().map(|x| x * q).collect();
             add_harmonic(&mut u, 1, &x);
-            let mean = solver.setting.static_mean;
-            return vec![(u, vec![1.0, self.mode.ratio], mean)];
+            return vec![Start {
+                u,
+                further: vec![1.0, self.mode.ratio],
+                mean: solver.setting.static_mean,
+            }];
         };
         let scaled = |solved: &Solved| {
             let (mut u, by) = (solved.u.clone(), (log_q - solved.log_q).exp());
             u[n..].iter_mut().for_each(|u| *u *= by);
             u
         };
-        let as_last = (scaled(last), last.further.clone(), last.mean);
-        let mut starts = vec![as_last];
+        let mut starts = vec![Start {
+            u: scaled(last),
+            further: last.further.clone(),
+            mean: last.mean,
+        }];
         if let [before, last] = &self.last[..]
             && before.mean == last.mean
             && before.log_q != last.log_q
@@ -358,20 +368,18 @@ impl<'b, 's: 'b> Follower<'b, 's> {
                 let b = resized(b, a.len());
                 a.iter().zip(&b).map(|(a, b)| a + t * (a - b)).collect()
             };
-            let u = line(&scaled(last), &scaled(before));
-            let further = line(&last.further, &before.further);
-            starts.insert(0, (u, further, last.mean));
+            let continued = Start {
+                u: line(&scaled(last), &scaled(before)),
+                further: line(&last.further, &before.further),
+                mean: last.mean,
+            };
+            starts.insert(0, continued);
         }
         starts
     }
 
     /// Solves with the harmonics of a level, from the first start that leads to a motion.
-    fn solve_from(
-        &mut self,
-        log_q: f64,
-        level: usize,
-        starts: &[(Vec<f64>, Vec<f64>, Mean)],
-    ) -> Option<Solved> {
+    fn solve_from(&mut self, log_q: f64, level: usize, starts: &[Start]) -> Option<Solved> {
         let solver = self.run.refinement.level(level);
         let family = OfAmplitude {
             solver,
@@ -469,37 +477,36 @@ fn difference(coarse: &Solved, finer: &Solved) -> f64 {
 fn settled<'b>(
     solver: &'b FrequencySolver<'b>,
     family: &OfAmplitude<'b>,
-    (u, further, mean): &(Vec<f64>, Vec<f64>, Mean),
+    start: &Start,
     work: &mut Work,
 ) -> Option<(Solution<'b>, Vec<f64>)> {
     let entries = blocks(solver.setting.fourier.harmonics()) * solver.setting.system.unknowns();
-    let u = resized(u, entries);
     let options = NewtonOptions {
         max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
         ..solver.newton
     };
     let solve = |u: &[f64], further: &[f64], mean: Mean, work: &mut Work| {
-        let start = (u, further);
-        let found = corrected(solver, family, start, mean, options, work);
+        let (u, further) = (u.to_vec(), further.to_vec());
+        let found = corrected(solver, family, Start { u, further, mean }, options, work);
         found.filter(|(solution, _)| solution.is_converged())
     };
+    let (mut u, mut further) = (resized(&start.u, entries), start.further.clone());
     if solver.must_be_retained() {
-        return solve(&u, further, Mean::Retained, work);
+        return solve(&u, &further, Mean::Retained, work);
     }
     let is_held = |(solution, _): &(Solution<'b>, Vec<f64>)| {
         !solver.walked_off(&solution.u) && solver.is_blocked_by_friction(solution)
     };
-    let mut start = (u, further.clone());
-    if *mean == Mean::Free {
-        let free = solve(&start.0, &start.1, Mean::Free, work);
+    if start.mean == Mean::Free {
+        let free = solve(&u, &further, Mean::Free, work);
         if free.as_ref().is_some_and(is_held) || solver.retention().is_none() {
             return free;
         }
-        if let Some((solution, further)) = free.filter(|(s, _)| !solver.walked_off(&s.u)) {
-            start = (solution.u, further);
+        if let Some((solution, own)) = free.filter(|(s, _)| !solver.walked_off(&s.u)) {
+            (u, further) = (solution.u, own);
         }
     }
-    let retained = solve(&start.0, &start.1, Mean::Retained, work)?;
+    let retained = solve(&u, &further, Mean::Retained, work)?;
     // A free motion beside it that friction holds is the answer. There is none where friction does
     // not even hold the bodies beside the spring.
     let (solution, further) = &retained;

@@ -10,8 +10,8 @@
 //! a fold, where J is not. A [`Family`] says which balances, further unknowns and further equations
 //! there are.
 
-use super::gauge::Direction;
-use super::over::{Solvers, Use};
+use super::gauge::{BorderRow, Direction};
+use super::over::{SolutionAt, Solvers, Use};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
 use crate::dlft::linear_system::LinearSystem;
@@ -56,13 +56,31 @@ pub trait Family<'b> {
     fn length_n(&self, change: &[f64], load_n: f64) -> f64;
 }
 
+/// U and the abscissa near a point of a curve that is to be solved for.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// Coefficients, m.
+    pub u: Vec<f64>,
+    /// Abscissa.
+    pub abscissa: f64,
+}
+
+/// U, the further unknowns and the mean from which a solution starts.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// Coefficients, m.
+    pub u: Vec<f64>,
+    /// Further unknowns.
+    pub further: Vec<f64>,
+    /// Treatment of the mean along the motions that only friction holds.
+    pub mean: Mean,
+}
+
 /// Plane across a curve: `row . U + corner p = value`, in units of the step that it ends.
 #[derive(Debug, Clone)]
 pub struct Plane {
-    /// Coefficients of U, 1/m.
-    pub row: Vec<f64>,
-    /// Coefficient of the abscissa.
-    pub corner: f64,
+    /// Coefficients of U, 1/m, and of the abscissa.
+    pub across: BorderRow,
     /// Value of the plane.
     pub value: f64,
 }
@@ -75,19 +93,19 @@ const TANGENT_TOLERANCE: f64 = 1e-5;
 
 impl Plane {
     /// Plane through a point across a direction that has these coefficients, in units of the step h.
-    pub fn across((row, corner): (&[f64], f64), h: f64, (u, abscissa): (&[f64], f64)) -> Self {
-        let row: Vec<f64> = row.iter().map(|v| v / h).collect();
-        let corner = corner / h;
+    pub fn across(direction: &BorderRow, h: f64, through: &Prediction) -> Self {
+        let row: Vec<f64> = direction.row.iter().map(|v| v / h).collect();
+        let corner = direction.corner / h;
         Self {
-            value: dot(&row, u) + corner * abscissa,
-            row,
-            corner,
+            value: dot(&row, &through.u) + corner * through.abscissa,
+            across: BorderRow { row, corner },
         }
     }
 
     /// Distance of a point from the plane, in steps.
     fn off(&self, u: &[f64], abscissa: f64) -> f64 {
-        dot(&self.row, u) + self.corner * abscissa - self.value
+        let BorderRow { row, corner } = &self.across;
+        dot(row, u) + corner * abscissa - self.value
     }
 }
 
@@ -119,7 +137,8 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
     }
 
     fn derivatives(&self, _: &[f64], _: &[f64]) -> [Vec<Vec<f64>>; 2] {
-        [vec![self.plane.row.clone()], vec![vec![self.plane.corner]]]
+        let BorderRow { row, corner } = self.plane.across.clone();
+        [vec![row], vec![vec![corner]]]
     }
 
     fn measure(&self, equations: &[f64]) -> f64 {
@@ -128,38 +147,43 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
 
     fn length_n(&self, change: &[f64], load_n: f64) -> f64 {
         // A step of the plane's size in the abscissa counts as much as the load.
-        load_n * self.plane.corner * change[0]
+        load_n * self.plane.across.corner * change[0]
     }
 }
 
-/// Solves for the point of the curve in a plane, from `u` and `abscissa`. Returns the solution and
-/// its abscissa, `None` where there is no model, or no mean to retain.
+/// Solves for the point of the curve in a plane, near a prediction. Returns the solution and its
+/// abscissa, `None` where there is no model, or no mean to retain.
 pub fn correct<'b>(
     solvers: Solvers<'b>,
     plane: &Plane,
-    (u, abscissa): (&[f64], f64),
+    near: &Prediction,
     mean: Mean,
     options: NewtonOptions,
     work: &mut Work,
 ) -> Option<(Solution<'b>, f64)> {
     let family = AcrossCurve { solvers, plane };
-    let (solver, start) = (solvers.at(abscissa)?, (u, &[abscissa][..]));
-    let (solution, further) = corrected(solver, &family, start, mean, options, work)?;
+    let solver = solvers.at(near.abscissa)?;
+    let start = Start {
+        u: near.u.clone(),
+        further: vec![near.abscissa],
+        mean,
+    };
+    let (solution, further) = corrected(solver, &family, start, options, work)?;
     Some((solution, further[0]))
 }
 
-/// Solves for U and the further unknowns of a family, from `u` and `further`. `None` where there is
-/// no balance at the start, or no mean to retain.
+/// Solves for U and the further unknowns of a family, with the mean of the start. `None` where there
+/// is no balance at the start, or no mean to retain.
 pub fn corrected<'b, F: Family<'b>>(
     solver: &'b FrequencySolver<'_>,
     family: &F,
-    (u, further): (&[f64], &[f64]),
-    mean: Mean,
+    start: Start,
     options: NewtonOptions,
     work: &mut Work,
 ) -> Option<(Solution<'b>, Vec<f64>)> {
-    let mut x = [u, further].concat();
-    let state = State::new(solver, family, mean, (u.len(), further), options, work)?;
+    let own = start.u.len();
+    let mut x = [&start.u[..], &start.further].concat();
+    let state = State::new(solver, family, start, options, work)?;
     let (end, state) = if solver.is_exact() {
         let mut system = Exact {
             state,
@@ -179,7 +203,7 @@ pub fn corrected<'b, F: Family<'b>>(
     };
     work.newton_iterations += end.iterations;
     work.residuals.push(end.residuals.clone());
-    let further = x.split_off(u.len());
+    let further = x.split_off(own);
     let (balance, evaluation) = state.take(&x, &further);
     let solution = Solution {
         balance,
@@ -194,8 +218,8 @@ pub fn corrected<'b, F: Family<'b>>(
 /// found.
 pub fn direction(
     solvers: Solvers<'_>,
-    (solution, abscissa): (&Solution<'_>, f64),
-    (row, corner): (&[f64], f64),
+    at: SolutionAt<'_, '_>,
+    across: BorderRow,
     work: &mut Work,
 ) -> Option<Direction> {
     let Solution {
@@ -203,15 +227,15 @@ pub fn direction(
         u,
         evaluation,
         ..
-    } = solution;
+    } = at.solution;
     let own = u.len();
-    let solver = solvers.at(abscissa)?;
+    let solver = solvers.at(at.abscissa)?;
     let jacobian = balance.linearise(evaluation);
-    let place = solvers.place(balance, u, abscissa);
+    let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
     let border = Border {
-        columns: vec![solvers.over.column(place, &jacobian, Use::Direction)?],
-        rows: vec![row.to_vec()],
-        corner: vec![vec![corner]],
+        columns: vec![column],
+        rows: vec![across.row],
+        corner: vec![vec![across.corner]],
     };
     let mut x = vec![0.0; own + 1];
     if solver.is_exact() {
@@ -293,12 +317,12 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
     fn new(
         solver: &'b FrequencySolver<'_>,
         family: &'f F,
-        mean: Mean,
-        (own, further): (usize, &[f64]),
+        start: Start,
         options: NewtonOptions,
         work: &Work,
     ) -> Option<Self> {
-        let mut balance = family.balance(further, mean)?;
+        let Start { u, further, mean } = start;
+        let mut balance = family.balance(&further, mean)?;
         balance.deadline = work.deadline;
         Some(Self {
             scale: load_scale(&balance, options.tolerance),
@@ -307,8 +331,8 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
             mean,
             options,
             balance,
-            own,
-            further: further.to_vec(),
+            own: u.len(),
+            further,
             last: None,
         })
     }

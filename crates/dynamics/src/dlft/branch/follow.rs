@@ -1,6 +1,6 @@
 //! Branches from both ends of a range of the abscissa, such as the frequency.
 
-use super::over::{Over, OverFrequency, Solvers};
+use super::over::{Over, OverFrequency, SolutionAt, Solvers};
 use super::peak::Guess;
 use super::several::several_motions;
 use super::trace::{Course, FoldStart, Found, Height, MOST_SHORT_STEPS, Point, SHORT_STEP, Tracer};
@@ -146,7 +146,8 @@ impl<'b> Follower<'b> {
     /// Follower of the branch that begins where the course does, with the points of it that an
     /// earlier run solved.
     fn new(
-        (run, values): (&'b Run<'b>, Option<&'b Values<'b>>),
+        run: &'b Run<'b>,
+        values: Option<&'b Values<'b>>,
         course: Course,
         asked: &'b [f64],
         from_last: bool,
@@ -286,7 +287,7 @@ impl<'b> Follower<'b> {
             let before = self.tracer.take().map(|tracer| tracer.last().clone());
             let (course, work) = (self.course, &mut self.work);
             let solvers = Solvers { over, level };
-            self.tracer = Tracer::resumed(solvers, course, point, (before, passed), work);
+            self.tracer = Tracer::resumed(solvers, course, point, before, passed, work);
             let Some(tracer) = &self.tracer else {
                 break;
             };
@@ -306,7 +307,8 @@ impl<'b> Follower<'b> {
     /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
     fn climb(
         &mut self,
-        (near, level): (&Neighbour, usize),
+        near: &Neighbour,
+        level: usize,
         observation: usize,
     ) -> Option<(Orbit, usize)> {
         let Course { from, to } = self.course;
@@ -359,7 +361,11 @@ impl<'b> Follower<'b> {
         if found.solved.is_converged() && self.course.range() > 0.0 {
             let level = found.level;
             let solvers = Solvers { over, level };
-            self.tracer = Tracer::from(solvers, self.course, (&found.solved, at), &mut self.work);
+            let begun = SolutionAt {
+                solution: &found.solved,
+                abscissa: at,
+            };
+            self.tracer = Tracer::from(solvers, self.course, begun, &mut self.work);
         }
         let length = self.branch.lengths.last().copied().unwrap_or(0.0);
         self.recent.clear();
@@ -464,9 +470,9 @@ impl<'b> Follower<'b> {
                     (BESIDE * behind, false),
                     (0.0, true),
                 ];
-                let found = tries.into_iter().find_map(|(off, retained)| {
+                let found = tries.into_iter().find_map(|(off, may_retain)| {
                     let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
-                        tracer.inside(over, ends, (length, retained), work)
+                        tracer.inside(over, ends, length, may_retain, work)
                     };
                     self.add(over, solve, ends.each_ref(), length + off)
                 });
@@ -875,7 +881,7 @@ impl<'s> Run<'s> {
             to: course.from,
         };
         let [mut rising, mut falling] = [(course, false), (back, true)]
-            .map(|(course, from_last)| Follower::new((self, values), course, asked, from_last));
+            .map(|(course, from_last)| Follower::new(self, values, course, asked, from_last));
         if course.range() == 0.0 {
             rising.advance(None);
             return vec![rising.branch];
@@ -949,8 +955,8 @@ impl<'s> Run<'s> {
         let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
         let mut near = neighbour.clone();
         loop {
-            let mut follower = Follower::new((self, None), course, &[], false);
-            let (peak, of_peak) = follower.climb((&near, level), observation)?;
+            let mut follower = Follower::new(self, None, course, &[], false);
+            let (peak, of_peak) = follower.climb(&near, level, observation)?;
             let estimated = self.estimated(&peak, of_peak);
             if estimated.1 == of_peak {
                 return estimated.0.outcome.has_motion().then_some(estimated.0);

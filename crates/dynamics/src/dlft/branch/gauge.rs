@@ -10,6 +10,7 @@ use crate::dlft::orbit::{first_harmonic_slopes, first_harmonics};
 use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_numerics::vector::{dot, norm};
 use faer::c64;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Relative step in the frequency of the difference that takes the derivative of T at constant U.
@@ -35,6 +36,25 @@ pub struct Direction {
     pub u: Vec<f64>,
     /// Derivative of the abscissa.
     pub abscissa: f64,
+}
+
+/// Change of the motion T and of the abscissa, such as that from one point of a curve to another.
+#[derive(Clone)]
+pub struct Change<'a> {
+    /// Change of T.
+    pub motion: Cow<'a, [f64]>,
+    /// Change of the abscissa.
+    pub abscissa: f64,
+}
+
+/// Coefficients of a linear equation for a change of U and of the abscissa: a row of the bordered
+/// matrix.
+#[derive(Debug, Clone)]
+pub struct BorderRow {
+    /// Coefficients of dU.
+    pub row: Vec<f64>,
+    /// Coefficient of the change of the abscissa, in the corner of the matrix.
+    pub corner: f64,
 }
 
 /// Derivatives of the motion T of a point.
@@ -99,7 +119,7 @@ impl Gauge {
     }
 
     /// Coefficients of dU and dp in `weights . dT`.
-    pub fn coefficients(&self, weights: &[f64]) -> (Vec<f64>, f64) {
+    pub fn coefficients(&self, weights: &[f64]) -> BorderRow {
         let n = self.n;
         let mut row = vec![0.0; self.unknowns];
         let (c, s) = (cosine(1) * n, sine(1) * n);
@@ -115,7 +135,10 @@ impl Gauge {
                 row[s + i] += of[0] * v.im + of[1] * v.re;
             }
         }
-        (row, dot(weights, &self.over_abscissa))
+        BorderRow {
+            row,
+            corner: dot(weights, &self.over_abscissa),
+        }
     }
 }
 
@@ -130,22 +153,23 @@ pub struct Scales {
 
 impl Scales {
     /// Length of a change of T and of the abscissa.
-    pub fn length(self, motion: &[f64], abscissa: f64) -> f64 {
-        (norm(motion) / self.motion).hypot(abscissa / self.range)
+    pub fn length(self, change: &Change<'_>) -> f64 {
+        (norm(&change.motion) / self.motion).hypot(change.abscissa / self.range)
     }
 
-    /// Coefficients of dU and dp in the product of a change of T and the abscissa with any other.
-    pub fn across(self, gauge: &Gauge, motion: &[f64], abscissa: f64) -> (Vec<f64>, f64) {
+    /// Coefficients of dU and dp in the product of a change with any other.
+    pub fn across(self, gauge: &Gauge, change: &Change<'_>) -> BorderRow {
         let by = (self.motion * self.motion).recip();
-        let weights: Vec<f64> = motion.iter().map(|t| t * by).collect();
-        let (row, of_motion) = gauge.coefficients(&weights);
-        let own = abscissa / (self.range * self.range);
-        (row, of_motion + own)
+        let weights: Vec<f64> = change.motion.iter().map(|t| t * by).collect();
+        let mut across = gauge.coefficients(&weights);
+        across.corner += change.abscissa / (self.range * self.range);
+        across
     }
 
     /// Product of two changes.
-    pub fn product(self, a: (&[f64], f64), b: (&[f64], f64)) -> f64 {
-        dot(a.0, b.0) / (self.motion * self.motion) + a.1 * b.1 / (self.range * self.range)
+    pub fn product(self, a: &Change<'_>, b: &Change<'_>) -> f64 {
+        dot(&a.motion, &b.motion) / (self.motion * self.motion)
+            + a.abscissa * b.abscissa / (self.range * self.range)
     }
 }
 
@@ -197,7 +221,7 @@ mod tests {
                     assert!(off < 1e-6 * size, "{what}: {by_differences} {along}");
                 }
                 let weights: Vec<f64> = (0..along.len()).map(|i| 1.0 - 0.3 * i as f64).collect();
-                let (row, corner) = gauge.coefficients(&weights);
+                let BorderRow { row, corner } = gauge.coefficients(&weights);
                 let by_row = dot(&row, &direction.u) + corner * direction.abscissa;
                 let directly = dot(&weights, &along);
                 assert!((by_row - directly).abs() < 1e-9 * size, "{what}");

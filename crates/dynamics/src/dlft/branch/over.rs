@@ -27,6 +27,15 @@ pub struct Place<'p> {
     pub abscissa: f64,
 }
 
+/// Solution on a curve, with its abscissa.
+#[derive(Clone, Copy)]
+pub struct SolutionAt<'s, 'b> {
+    /// The solution.
+    pub solution: &'s Solution<'b>,
+    /// Its abscissa.
+    pub abscissa: f64,
+}
+
 /// Use of a derivative by the abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
@@ -106,6 +115,11 @@ impl<'x> Solvers<'x> {
             u,
             abscissa,
         }
+    }
+
+    /// Place of a solution.
+    pub fn place_of<'p>(self, at: SolutionAt<'p, '_>) -> Place<'p> {
+        self.place(&at.solution.balance, &at.solution.u, at.abscissa)
     }
 }
 

@@ -1,0 +1,114 @@
+//! Solutions on a curve from predictions of them: in a plane across the curve, with the mean that
+//! holds there, or at an abscissa.
+
+use super::Tracer;
+use super::point::Point;
+use crate::dlft::branch::bordered::{Plane, Prediction, correct};
+use crate::dlft::branch::over::Over;
+use crate::dlft::point::{Neighbour, Solution, Work};
+use crate::dlft::retention::Mean;
+use dovetail_numerics::nonlinear::NewtonOptions;
+
+impl Tracer {
+    /// Solution in a plane between two points, from the first of `starts` that leads to one, with
+    /// the mean of the first point, or else with that of the second. Where `may_retain` is true and
+    /// neither is found, the mean may be retained where friction does not hold the bodies.
+    pub(super) fn corrected_between<'b>(
+        &self,
+        ends: [&Point; 2],
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        starts: &[Prediction],
+        may_retain: bool,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let first = starts.first()?;
+        let options = self.newton(over, first.abscissa)?;
+        let mut means = ends.map(|end| end.mean).to_vec();
+        means.dedup();
+        let solvers = self.solvers(over);
+        for &mean in &means {
+            for start in starts {
+                let found = correct(solvers, plane, start, mean, options, work);
+                if let Some(found) = found.filter(|(found, _)| found.is_converged()) {
+                    return Some(found);
+                }
+            }
+        }
+        let may_retain = may_retain && means.contains(&Mean::Free);
+        may_retain.then(|| self.retained(over, plane, first, options, work))?
+    }
+
+    /// Solution in a plane, with this mean, or with the retained one where no free one is found and
+    /// friction does not hold the bodies any more; `None` where none is found.
+    pub(super) fn corrected<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        start: &Prediction,
+        mean: Mean,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let (found, abscissa) = correct(self.solvers(over), plane, start, mean, options, work)?;
+        if found.is_converged() {
+            return Some((found, abscissa));
+        }
+        (mean == Mean::Free).then(|| self.retained(over, plane, start, options, work))?
+    }
+
+    /// Solution in a plane with the mean retained; `None` where none is found, or friction holds the
+    /// bodies.
+    fn retained<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        plane: &Plane,
+        start: &Prediction,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let solvers = self.solvers(over);
+        let (found, abscissa) = correct(solvers, plane, start, Mean::Retained, options, work)?;
+        if !found.is_converged() {
+            return None;
+        }
+        let found = solvers.on_curve(abscissa, found, work)?;
+        let is_retained = found.balance.mean() == Mean::Retained;
+        (is_retained && found.is_converged()).then_some((found, abscissa))
+    }
+
+    /// Solution at an abscissa ahead, found in all the ways that a frequency is solved in. `None`
+    /// where a fold may lie before it.
+    pub(super) fn at_abscissa_ahead<'b>(
+        &mut self,
+        over: &'b dyn Over<'b>,
+        abscissa: f64,
+        work: &mut Work,
+    ) -> Option<(Solution<'b>, f64)> {
+        let Point { direction, .. } = &self.last;
+        let moved_by = abscissa - self.last.abscissa;
+        let is_before = |failed: f64| (failed - abscissa) * moved_by >= 0.0;
+        if moved_by / direction.abscissa < 0.5 * self.step || self.failed.is_some_and(is_before) {
+            return None;
+        }
+        let [from_hz, frequency_hz] =
+            [self.last.abscissa, abscissa].map(|at| over.frequency_hz(at));
+        let slope = direction.u.iter().map(|u| u / direction.abscissa);
+        let (u, slope) = if from_hz == frequency_hz {
+            let both = self.last.u.iter().zip(slope);
+            (both.map(|(u, slope)| u + moved_by * slope).collect(), None)
+        } else {
+            (self.last.u.clone(), Some(slope.collect()))
+        };
+        let neighbour = Neighbour {
+            frequency_hz: from_hz,
+            u,
+            slope,
+            mean: self.last.mean,
+        };
+        let solver = self.solvers(over).at(abscissa)?;
+        let found = solver.solve(frequency_hz, Some(&neighbour), work);
+        self.failed = (!found.is_converged()).then_some(abscissa);
+        found.is_converged().then_some((found, abscissa))
+    }
+}

@@ -1,0 +1,105 @@
+//! Further points between two points of a curve, at a peak or beside a fold.
+
+use super::cubic::between;
+use super::point::{Ahead, Measured, Point, gauge, motion_of};
+use super::{Found, Tracer};
+use crate::dlft::branch::bordered::Plane;
+use crate::dlft::branch::over::{Over, SolutionAt};
+use crate::dlft::point::Work;
+
+/// Start for a point at a fold, so far along the tangent of one of two points beside the fold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FoldStart {
+    /// Ahead of the first point.
+    AheadOfFirst(f64),
+    /// Behind the second one.
+    BehindSecond(f64),
+}
+
+impl Tracer {
+    /// Solution at a length of the curve between two points, with the mean of either. Where
+    /// `may_retain` is true and neither is found, the mean may be retained where friction does not
+    /// hold the bodies.
+    pub fn inside<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        ends: [&Point; 2],
+        length: f64,
+        may_retain: bool,
+        work: &mut Work,
+    ) -> Option<Found<'b>> {
+        let [first, second] = ends;
+        let span = second.length - first.length;
+        let way = length - first.length;
+        let on_cubic = between(first, second, way / span);
+        let plane = first.plane(span, &on_cubic);
+        // Beside a corner the tangents of its sides are nearer to the curve than the cubic.
+        let starts = [on_cubic, first.ahead(way), second.ahead(way - span)];
+        let (solution, abscissa) =
+            self.corrected_between(ends, over, &plane, &starts, may_retain, work)?;
+        Some(Found {
+            solution,
+            abscissa,
+            length,
+        })
+    }
+
+    /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
+    /// is looked for in the plane across the line that joins both points: a curve from one to the
+    /// other crosses it however sharply it turns.
+    pub fn beside_fold<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        ends: [&Point; 2],
+        start: FoldStart,
+        length: f64,
+        work: &mut Work,
+    ) -> Option<Found<'b>> {
+        let [first, second] = ends;
+        let near = match start {
+            FoldStart::AheadOfFirst(way) => first.ahead(way),
+            FoldStart::BehindSecond(way) => second.ahead(-way),
+        };
+        let (joins, scales) = (first.to(second), first.scales);
+        let squared = scales.length(&joins).powi(2);
+        let solvers = self.solvers(over);
+        let balance = solvers.balance(near.abscissa, first.mean)?;
+        let gauge = gauge(over, solvers.place(&balance, &near.u, near.abscissa))?;
+        let plane = Plane::across(&scales.across(&gauge, &joins), squared, &near);
+        let (solution, abscissa) =
+            self.corrected_between(ends, over, &plane, &[near], true, work)?;
+        Some(Found {
+            solution,
+            abscissa,
+            length,
+        })
+    }
+
+    /// Point at a solution between two points, with the direction of the curve: that of the point
+    /// to whose direction it is nearer. Behind a corner the curve may run back.
+    pub fn point_at<'b>(
+        &self,
+        over: &'b dyn Over<'b>,
+        found: &Found<'_>,
+        [first, second]: [&Point; 2],
+        work: &mut Work,
+    ) -> Option<Point> {
+        let at = SolutionAt {
+            solution: &found.solution,
+            abscissa: found.abscissa,
+        };
+        let motion = motion_of(over, at);
+        let measured = Measured {
+            scales: self.scales(&motion),
+            motion,
+            length: found.length,
+        };
+        let ahead = Ahead::Along(first.tangent());
+        let mut point = Point::at(self.solvers(over), at, measured, &ahead, work)?;
+        let [like_first, like_second] = [first, second].map(|p| p.cosine(&point));
+        if like_second.abs() > like_first.abs() && like_second < 0.0 {
+            point.turn();
+        }
+        Some(point)
+    }
+}
