@@ -6,14 +6,14 @@
 //! and no motion lies farther on. What the abscissa is, `over` says: the frequency, or a value of the
 //! model, of which `values` has the models. The length of a step is measured on what is observed
 //! (`gauge`), and chosen by how far the cubic through the last two points misses the next one. Two
-//! branches, one from each end of the range, are followed to where they meet (`follow`). Near a
-//! motion that is known, the curve is followed to its peak alone (`peak`).
+//! branches (`followed`), one from each end of the range, are followed (`follower`) to where they meet
+//! (`follow`). Near a motion that is known, the curve is followed to its peak alone (`peak`).
 //!
 //! Two files read the finished curves and solve nothing: `folds` finds where they turn back,
 //! between which motions are unstable, and `several` the ranges of frequencies with several
 //! motions.
 //!
-//! A run that was broken off goes on to the same bits. `follow` works in stretches of at least 20
+//! A run that was broken off goes on to the same bits. `follower` works in stretches of at least 20
 //! points. At the end of each it goes on from what [`SolvedFrequency`] records, and from nothing
 //! else. What a step needs from the points before it is therefore a part of that record.
 //!
@@ -23,6 +23,8 @@
 pub(in crate::dlft) mod bordered;
 mod folds;
 mod follow;
+mod followed;
+mod follower;
 mod gauge;
 mod over;
 mod peak;
@@ -31,7 +33,7 @@ mod trace;
 mod values;
 
 pub use folds::{Section, folds, sections, stable};
-pub use follow::so_far;
+pub use followed::so_far;
 pub use peak::{Guess, estimated, peak_near};
 pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 

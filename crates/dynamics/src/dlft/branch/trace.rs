@@ -1,6 +1,6 @@
 //! Steps along a curve: prediction, correction, and the length of the next step.
 //!
-//! `point` has what is known of a point, and `cubic` joins two of them. `correction` solves for a
+//! `point` is a point with its direction, and `cubic` joins two of them. `correction` solves for a
 //! point from a prediction. `passed` and `inside` find further points between two: at the abscissae
 //! asked for, and at a peak or a fold.
 

@@ -1,0 +1,150 @@
+//! Branch in the order in which it runs, and the response that branches make up.
+
+use super::trace::{MOST_SHORT_STEPS, SHORT_STEP};
+use crate::dlft::{Branch, Part, Response, SolvedFrequency};
+
+/// Branch as it is followed, in the order in which it runs.
+#[derive(Debug, Clone, Default)]
+pub struct Followed {
+    /// Motions along the branch.
+    pub points: Vec<SolvedFrequency>,
+    /// Length of the branch up to each point.
+    pub lengths: Vec<f64>,
+    /// Numbers of the points before which the branch was lost, and a motion looked for anew.
+    pub gaps: Vec<usize>,
+}
+
+impl Followed {
+    /// The branch up to its first point at an abscissa; empty where there is none.
+    pub fn until(&self, abscissa: f64) -> Self {
+        let at = |p: &SolvedFrequency| p.abscissa() == abscissa;
+        let count = self.points.iter().position(at).map_or(0, |i| i + 1);
+        Self {
+            points: self.points[..count].to_vec(),
+            lengths: self.lengths[..count].to_vec(),
+            gaps: self
+                .gaps
+                .iter()
+                .copied()
+                .filter(|gap| *gap < count)
+                .collect(),
+        }
+    }
+
+    /// The branch run through in the other direction.
+    pub fn reversed(mut self) -> Self {
+        let count = self.points.len();
+        self.points.reverse();
+        self.lengths.reverse();
+        let whole = self.lengths.first().copied().unwrap_or(0.0);
+        self.lengths.iter_mut().for_each(|l| *l = whole - *l);
+        self.gaps.reverse();
+        self.gaps.iter_mut().for_each(|gap| *gap = count - *gap);
+        self
+    }
+
+    /// Returns `true` if its last steps were shorter than short ones.
+    pub fn creeps(&self) -> bool {
+        let before = self.lengths.iter().rev().nth(MOST_SHORT_STEPS);
+        let last = self.lengths.last();
+        let length = last.zip(before).map(|(last, before)| last - before);
+        length.is_some_and(|length| length < MOST_SHORT_STEPS as f64 * SHORT_STEP)
+    }
+
+    /// Adds a branch that begins where this one ends.
+    pub fn extend(&mut self, mut on: Self) {
+        self.points.pop();
+        let length = self.lengths.pop().unwrap_or(0.0);
+        let count = self.points.len();
+        self.lengths.extend(on.lengths.iter().map(|l| length + l));
+        self.gaps.extend(on.gaps.iter().map(|gap| count + gap));
+        self.points.append(&mut on.points);
+    }
+
+    /// Adds a point, at its place along the branch.
+    pub fn keep(&mut self, solved: SolvedFrequency) {
+        let Self {
+            points,
+            lengths,
+            gaps,
+        } = self;
+        let along = solved.along.as_ref();
+        let part = part_of(&solved);
+        let length = along.map_or(0.0, |a| a.length);
+        if part == Some(Part::Begun) && !points.is_empty() {
+            gaps.push(points.len());
+        }
+        let place = if part == Some(Part::Added) {
+            lengths.partition_point(|l| *l < length)
+        } else {
+            points.len()
+        };
+        points.insert(place, solved);
+        lengths.insert(place, length);
+    }
+}
+
+/// Part of a branch that a point was found by.
+pub fn part_of(solved: &SolvedFrequency) -> Option<Part> {
+    solved.along.as_ref().map(|along| along.part)
+}
+
+/// Response that consists of these branches.
+pub fn assembled(branches: Vec<Followed>) -> Response {
+    let mut response = Response::default();
+    for branch in branches {
+        let first = response.orbits.len();
+        let abscissae = branch.points.iter().map(SolvedFrequency::abscissa);
+        let abscissae = abscissae.collect();
+        let points = branch.points.into_iter();
+        let (orbits, linear): (Vec<_>, Vec<_>) = points.map(|s| (s.orbit, s.linear)).unzip();
+        response.orbits.extend(orbits);
+        response.linear.extend(linear);
+        response.branches.push(Branch {
+            points: first..response.orbits.len(),
+            gaps: branch.gaps.iter().map(|gap| first + gap).collect(),
+            lengths: branch.lengths,
+            abscissae,
+        });
+    }
+    response
+}
+
+/// Response so far of branches that are being followed: `solved` are the points found, in the order
+/// of their numbers. The linear reference is known at these alone.
+pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
+    let [mut rising, mut falling] = [Followed::default(), Followed::default()];
+    for solved in solved {
+        let from_last = solved.along.as_ref().is_some_and(|along| along.from_last);
+        let branch = if from_last { &mut falling } else { &mut rising };
+        branch.keep(solved);
+    }
+    assembled(vec![rising, falling.reversed()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fold at which a contact is just touched takes a dozen steps of a millionth.
+    #[test]
+    fn a_branch_creeps_after_many_short_steps_and_not_after_a_few() {
+        let behind = |steps: &[f64]| {
+            let mut branch = Followed::default();
+            branch.lengths.push(0.0);
+            for step in steps {
+                let last = branch.lengths.last().unwrap();
+                branch.lengths.push(last + step);
+            }
+            branch.creeps()
+        };
+        let short = vec![1e-6; MOST_SHORT_STEPS];
+        let few = [&[0.1; 30][..], &short[..12]].concat();
+        assert!(!behind(&few));
+        assert!(!behind(&[&few[..], &[0.01; 5]].concat()));
+        assert!(!behind(&short[1..]));
+        assert!(behind(&short));
+        assert!(behind(&[&few[..], &short].concat()));
+        assert!(!behind(&[&short[..], &[0.01]].concat()));
+    }
+}

@@ -1,0 +1,368 @@
+//! Follower of one branch: it begins at an end of the range, takes steps, and goes on behind a gap
+//! where the curve is lost (`gap`).
+//!
+//! `tops` and `fold_between` find where a peak or a fold lies between points, and `refinement` adds
+//! points there. `stretches` goes on from what an interrupted run solved.
+
+mod fold_between;
+mod gap;
+mod refinement;
+mod stretches;
+mod tops;
+
+use self::stretches::STRETCH;
+use super::followed::Followed;
+use super::over::{Over, OverFrequency, SolutionAt, Solvers};
+use super::trace::{Course, Found, Point, Tracer};
+use super::values::Values;
+use crate::dlft::accuracy::Resolved;
+use crate::dlft::point::{Neighbour, Solution, Work};
+use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, Run};
+use crate::dlft::{Along, Orbit, Outcome, Part, SolvedFrequency, Told};
+
+/// Most points of a branch.
+const MOST_POINTS: usize = 5000;
+/// Points from which a peak is looked for.
+const RECENT: usize = 3;
+/// A peak is behind the last point where the amplitude is this fraction below the largest one.
+const FALLEN: f64 = 0.005;
+/// Most points on the way to a peak.
+const MOST_CLIMBED: usize = 200;
+
+/// Follower of a branch, which can be stopped on the way.
+pub struct Follower<'b> {
+    run: &'b Run<'b>,
+    /// Values that the curve is followed over; `None` for the frequency.
+    values: Option<&'b Values<'b>>,
+    course: Course,
+    /// Abscissae at which motions are asked for.
+    asked: &'b [f64],
+    /// `true` for the branch that begins at the last abscissa of the range.
+    pub from_last: bool,
+    /// Branch as far as it is followed.
+    pub branch: Followed,
+    tracer: Option<Tracer>,
+    /// Last points of the curve, added ones included: three between two steps.
+    recent: Vec<Point>,
+    /// Length of the curve up to which the slopes of its points told of its peaks.
+    searched: f64,
+    level: usize,
+    /// Number of the step.
+    step: usize,
+    /// Number of points solved, and at the end of the last stretch.
+    solved: usize,
+    stretch_from: usize,
+    /// Abscissa at which the next motion is looked for where no curve is followed.
+    next: f64,
+    /// Motion from which the first point is solved for, where one is known.
+    guess: Option<Neighbour>,
+    /// `true` once the branch has left the range.
+    has_left: bool,
+    work: Work,
+}
+
+impl<'b> Follower<'b> {
+    /// Follower of the branch that begins where the course does, with the points of it that an
+    /// earlier run solved.
+    pub fn new(
+        run: &'b Run<'b>,
+        values: Option<&'b Values<'b>>,
+        course: Course,
+        asked: &'b [f64],
+        from_last: bool,
+    ) -> Self {
+        let mut new = Self {
+            run,
+            values,
+            course,
+            asked,
+            from_last,
+            recent: Vec::new(),
+            searched: 0.0,
+            branch: Followed::default(),
+            tracer: None,
+            level: 0,
+            step: 0,
+            solved: 0,
+            stretch_from: 0,
+            next: course.from,
+            guess: None,
+            has_left: false,
+            work: Work::default(),
+        };
+        new.restore();
+        new
+    }
+
+    /// Acts with the quantity that the curve is followed over.
+    fn within<T>(&mut self, act: impl for<'x> FnOnce(&mut Self, &'x dyn Over<'x>) -> T) -> T {
+        match self.values {
+            None => act(self, &OverFrequency::of(self.run)),
+            Some(values) => {
+                let near = self.tracer.as_ref().map(|tracer| tracer.last().abscissa);
+                values.within(near, |over| act(self, over))
+            }
+        }
+    }
+
+    /// Follows the branch until it leaves the range, or until a step passes `stop`.
+    pub fn advance(&mut self, stop: Option<f64>) {
+        let Course { from, to } = self.course;
+        let toward = (to - from).signum();
+        let is_at = |at: f64| (self.branch.points.iter()).any(|p| p.abscissa() == at);
+        if stop.is_some_and(is_at) {
+            return;
+        }
+        while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.goes_on() {
+            let stops = if self.tracer.is_some() {
+                self.within(|this, over| this.step(over, stop))
+            } else {
+                let known = self.branch.points.len();
+                self.within(Self::begin);
+                let begun = self.next;
+                self.has_left = begun == to;
+                if self.branch.points.len() > known {
+                    self.look_beyond_begin();
+                } else {
+                    self.look_beyond_missing(begun);
+                }
+                stop.is_some_and(|stop| toward * (begun - stop) >= 0.0)
+            };
+            self.step += 1;
+            if self.tracer.is_some() && self.solved >= self.stretch_from + STRETCH {
+                self.within(Self::begin_stretch);
+            }
+            if stops {
+                return;
+            }
+        }
+    }
+
+    /// Returns `true` if the branch has come to the other end of its range without a gap.
+    pub fn has_crossed(&self) -> bool {
+        let last = self.branch.points.last();
+        let is_at_end = last.is_some_and(|last| last.abscissa() == self.course.to);
+        self.has_left && is_at_end && self.branch.gaps.is_empty()
+    }
+
+    /// Returns `true` if there is a motion at the beginning of the branch.
+    pub fn has_begun(&self) -> bool {
+        let first = self.branch.points.first();
+        first.is_some_and(|first| first.orbit.outcome.has_motion())
+    }
+
+    /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
+    /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
+    /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
+    pub fn climb(
+        &mut self,
+        near: &Neighbour,
+        level: usize,
+        observation: usize,
+    ) -> Option<(Orbit, usize)> {
+        let Course { from, to } = self.course;
+        self.next = near.frequency_hz.clamp(from, to);
+        self.level = level;
+        self.guess = Some(near.clone());
+        self.within(Self::begin);
+        self.tracer.as_mut()?.climb(observation)?;
+        self.recent.clear();
+        self.remember();
+        while self.tracer.is_some()
+            && !self.has_left
+            && self.solved < MOST_CLIMBED
+            && self.run.goes_on()
+        {
+            self.within(|this, over| this.step(over, None));
+            let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude[observation];
+            let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
+            let (highest, most) =
+                (amplitudes.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;
+            if *amplitudes.last()? <= (1.0 - FALLEN) * most {
+                let found = self.branch.points.swap_remove(highest).orbit;
+                return found.outcome.has_motion().then_some((found, self.level));
+            }
+        }
+        None
+    }
+
+    /// Looks for a motion to follow, on from where the branch was lost.
+    fn begin<'x>(&mut self, over: &'x dyn Over<'x>) {
+        let run = self.run;
+        let last = self.branch.points.last();
+        let last = last.filter(|p| p.orbit.outcome.holds());
+        let last = last.map(|p| Neighbour::of(&p.orbit, None));
+        let neighbour = last.or_else(|| self.guess.take());
+        let at = self.next;
+        let Some(refinement) = over.refinement(at) else {
+            return;
+        };
+        let frequency_hz = over.frequency_hz(at);
+        self.work.start_counting(run.most_seconds);
+        let begin = FrequencyOnLevel {
+            frequency_hz,
+            level: self.level,
+        };
+        let found = run.resolve(refinement, begin, &mut self.work, |level, work| {
+            level.solve(frequency_hz, neighbour.as_ref(), work)
+        });
+        self.level = found.level;
+        if found.solved.is_converged() && self.course.range() > 0.0 {
+            let level = found.level;
+            let solvers = Solvers { over, level };
+            let begun = SolutionAt {
+                solution: &found.solved,
+                abscissa: at,
+            };
+            self.tracer = Tracer::from(solvers, self.course, begun, &mut self.work);
+        }
+        let length = self.branch.lengths.last().copied().unwrap_or(0.0);
+        self.recent.clear();
+        if let Some(tracer) = &mut self.tracer {
+            tracer.begin_at(length);
+        }
+        self.record(over, found, at, length, Part::Begun);
+        self.remember();
+    }
+
+    /// Takes a step along the curve. Returns `true` where it passes `stop`.
+    fn step<'x>(&mut self, over: &'x dyn Over<'x>, stop: Option<f64>) -> bool {
+        let run = self.run;
+        let Some(mut tracer) = self.tracer.take() else {
+            return false;
+        };
+        self.work.start_counting(run.most_seconds);
+        let mut asked = self.asked.to_vec();
+        asked.extend(stop);
+        let step = tracer.step(over, &asked, self.branch.creeps(), &mut self.work);
+        let stops = stop.is_some_and(|stop| step.passed.iter().any(|p| p.abscissa == stop));
+        let level = self.level;
+        let solvers = Solvers { over, level };
+        for found in step.passed {
+            let Found {
+                solution,
+                abscissa,
+                length,
+            } = found;
+            let work = &mut self.work;
+            if let Some(solution) = solvers.on_curve(abscissa, solution, work)
+                && let Some(resolved) = run.judged_at(solvers, abscissa, solution, work)
+            {
+                self.record(over, resolved, abscissa, length, Part::Passed);
+            }
+            self.work.start_counting(run.most_seconds);
+        }
+        if step.leaves {
+            self.has_left = true;
+            return stops;
+        }
+        let Some(found) = step.reached else {
+            self.look_beyond(tracer.last().abscissa);
+            return false;
+        };
+        let (at, length) = (found.abscissa, found.length);
+        let mean = found.solution.balance.mean();
+        let Some(solved) = solvers.on_curve(at, found.solution, &mut self.work) else {
+            tracer.step_back();
+            self.look_beyond(tracer.last().abscissa);
+            return false;
+        };
+        let same_mean = solved.balance.mean() == mean;
+        let Some(resolved) = run.judged_at(solvers, at, solved, &mut self.work) else {
+            self.look_beyond(at);
+            return false;
+        };
+        if same_mean && resolved.level == self.level {
+            self.tracer = Some(tracer);
+        } else {
+            self.level = resolved.level;
+            let level = self.level;
+            let solvers = Solvers { over, level };
+            self.tracer = tracer.again(solvers, &resolved.solved, &mut self.work);
+            if self.tracer.is_none() {
+                self.look_beyond(at);
+            }
+        }
+        self.record(over, resolved, at, length, Part::Reached);
+        self.remember();
+        self.refine_fold(over);
+        self.refine_peaks(over);
+        stops
+    }
+
+    /// Keeps the last point of the curve, and those before it from which peaks are looked for. An
+    /// amplitude that misses its accuracy is no place to look for a peak from.
+    fn remember(&mut self) {
+        let last = self.branch.points.last().map(|p| &p.orbit);
+        if let (Some(tracer), Some(orbit)) = (&self.tracer, last) {
+            remember(&mut self.recent, tracer.last(), orbit.outcome);
+        }
+    }
+
+    /// Records a point that is solved.
+    fn record<'x>(
+        &mut self,
+        over: &'x dyn Over<'x>,
+        resolved: Resolved<'_>,
+        abscissa: f64,
+        length: f64,
+        part: Part,
+    ) {
+        let (run, frequency_hz) = (self.run, over.frequency_hz(abscissa));
+        let Some(refinement) = over.refinement(abscissa) else {
+            return;
+        };
+        // Both branches number their points by turns.
+        let at = NumberedFrequency {
+            point: 2 * self.solved + usize::from(self.from_last),
+            frequency_hz,
+        };
+        self.solved += 1;
+        let followed = self.tracer.as_ref();
+        let followed = followed.filter(|_| matches!(part, Part::Begun | Part::Reached));
+        let solved = SolvedFrequency {
+            next_level: resolved.level,
+            orbit: run.orbit_of(refinement, resolved, at, &self.work),
+            linear: over.linear_point(abscissa),
+            again: false,
+            along: Some(Along {
+                from_last: self.from_last,
+                step: self.step,
+                part,
+                abscissa,
+                length,
+                heading: followed.map(Tracer::heading),
+            }),
+        };
+        (run.tell)(Told::Solved(&solved));
+        self.branch.keep(solved);
+    }
+}
+
+/// Adds a point to the last ones, as [`Follower::remember`] does.
+fn remember(recent: &mut Vec<Point>, point: &Point, outcome: Outcome) {
+    if !outcome.is_converged() {
+        recent.clear();
+        return;
+    }
+    let before = recent.drain(..).map(|p| p.resized(point.u.len()));
+    *recent = before.chain([point.clone()]).collect();
+}
+
+impl Run<'_> {
+    /// Judges a solution of a level at an abscissa; `None` where there is no model.
+    fn judged_at<'x>(
+        &self,
+        solvers: Solvers<'x>,
+        abscissa: f64,
+        solved: Solution<'x>,
+        work: &mut Work,
+    ) -> Option<Resolved<'x>> {
+        let refinement = solvers.over.refinement(abscissa)?;
+        let at = FrequencyOnLevel {
+            frequency_hz: solvers.over.frequency_hz(abscissa),
+            level: solvers.level,
+        };
+        Some(self.judged(refinement, at, solved, work))
+    }
+}
