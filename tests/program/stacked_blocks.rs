@@ -164,6 +164,6 @@ fn blocks_that_tend_to_tip_do_not_leave_the_ground() {
 #[ignore = "slow: make verify"]
 fn stacked_blocks_converge_with_many_harmonics_too() {
     for resolution in ["harmonics = 9", "harmonics = 15", "harmonics = 31"] {
-        assert_slides_as_one_body(2, resolution, 1.5 * MOST_ITERATIONS);
+        assert_slides_as_one_body(2, resolution, MOST_ITERATIONS);
     }
 }
