@@ -215,6 +215,15 @@ impl<'a> Balance<'a> {
             );
             add_harmonic(&mut force, k, &condensed);
         }
+        Self::of_force(setting, stiffness, force)
+    }
+
+    /// Balance under a force, N, in harmonics, with a free mean and the law and eps of its setting.
+    fn of_force(
+        setting: &'a Setting<'a>,
+        stiffness: HarmonicStiffness<'a>,
+        force: Vec<f64>,
+    ) -> Self {
         Self {
             setting,
             stiffness,
@@ -236,17 +245,7 @@ impl<'a> Balance<'a> {
         let mut force = vec![0.0; blocks(harmonics) * n];
         force[..n].copy_from_slice(&setting.system.problem.reduced.static_load.on_x);
         add_harmonic(&mut force, 1, &motion.drive(q));
-        Self {
-            setting,
-            stiffness: motion.stiffness(harmonics),
-            force,
-            vibration_n: 0.0,
-            retention: None,
-            most_friction: f64::INFINITY,
-            rounding: None,
-            eps_scale: 1.0,
-            deadline: Deadline::default(),
-        }
+        Self::of_force(setting, motion.stiffness(harmonics), force)
     }
 
     /// Retains the mean of this balance by `retention`, anchored at the static state, or at rest
