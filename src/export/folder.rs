@@ -3,9 +3,8 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use super::journal::JOURNAL;
 use super::manifest::{RunState, Summary};
@@ -69,7 +68,9 @@ impl OutputFolder {
         to_resume: bool,
     ) -> Result<Self, ExportError> {
         create_folder(path)?;
-        let earlier: Option<Summary> = read_json(&path.join(SUMMARY));
+        let bytes = input::bytes(&path.join(SUMMARY)).ok();
+        let earlier = bytes.as_deref().map(serde_json::from_slice::<Summary>);
+        let earlier = earlier.and_then(Result::ok);
         let is_same = |earlier: &Summary| earlier.scene.is_of(&summary.scene);
         if let Some(earlier) = &earlier {
             let refuses = other == OtherScene::Refuse;
@@ -99,8 +100,7 @@ impl OutputFolder {
         let keeps = beginning == Beginning::Beside && earlier.as_ref().is_some_and(is_same);
         let files = earlier.as_ref().map_or_else(Vec::new, |s| s.files.clone());
         let is_finished = |earlier: &Summary| earlier.state == RunState::Finished;
-        let finished = earlier.as_ref().is_some_and(is_finished);
-        let finished = finished.then(|| input::bytes(&path.join(SUMMARY)).ok());
+        let finished = bytes.filter(|_| earlier.as_ref().is_some_and(is_finished));
         let run = earlier.filter(|earlier| keeps && earlier.is_of_run());
         let folder = Self {
             path: path.to_path_buf(),
@@ -109,7 +109,7 @@ impl OutputFolder {
             earlier: files.into_iter().collect(),
             keeps,
             run: run.map(Box::new),
-            finished: finished.flatten(),
+            finished,
         };
         folder.write_summary(summary.clone(), RunState::Running, None)?;
         Ok(folder)

@@ -279,7 +279,9 @@ fn entity(
     for _ in 0..numbers.size()? {
         groups.push(numbers.int()?);
     }
-    groups.retain(|_| !is_cut);
+    if is_cut {
+        groups.clear();
+    }
     writer.size(groups.len() as u64);
     groups.into_iter().for_each(|group| writer.int(group));
     if dimension > 0 {
