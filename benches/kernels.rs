@@ -8,8 +8,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
-use dovetail::mesh_files;
-use dovetail::scene;
+use dovetail::{mesh_files, scene};
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};

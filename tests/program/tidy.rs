@@ -139,8 +139,8 @@ const NEEDED: [(&str, &str); 6] = [
     ("solver", "dynamics mesh numerics structure"),
 ];
 
-/// What computes needs no package for files, processes and their formats: the package of meshes has
-/// the readers behind a feature that the libraries do not use.
+/// The libraries that compute need no package for files, processes and their formats. The package of
+/// meshes has the readers behind a feature that they do not use.
 #[test]
 fn packages_need_only_those_below_them() {
     for (package, expected) in NEEDED {

@@ -35,7 +35,7 @@ fn bar(first_of: [usize; 2], more: &str) -> String {
     )
 }
 
-/// What `mesh` says of a scene of this deck.
+/// Messages of `mesh` about a scene of this deck.
 fn said_of(folder: &Folder, deck: &str, more: &str) -> String {
     folder.write("bar.inp", deck);
     let scene = format!(

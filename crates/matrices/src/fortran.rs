@@ -1,9 +1,10 @@
 //! Fortran formats of numbers in columns of lines: `(3D24.16)`, `(1X,8I9)`,
 //! `(1P,2(2X,E22.15))`.
 //!
-//! What a format says of input is done here: repeat counts, groups, positions (X, T, TL, TR), ends
-//! of lines (/), scale factors (P), decimals of numbers without a point, blanks in numbers (BN, BZ)
-//! and decimal commas (DC, DP). A format goes on in the next line with its last group.
+//! The parts of a format that concern input are read here: repeat counts, groups, positions (X, T,
+//! TL, TR), ends of lines (/), scale factors (P), decimals of numbers without a point, blanks in
+//! numbers (BN, BZ) and decimal commas (DC, DP). A format goes on in the next line with its last
+//! group.
 
 use std::borrow::Cow;
 
@@ -255,7 +256,7 @@ pub(crate) struct Numbers<'a, 'b> {
     reading: Reading,
 }
 
-/// What the steps before a field say about its number.
+/// Settings of the steps before a field for its number.
 #[derive(Debug, Clone, Copy, Default)]
 struct Reading {
     scale: i64,

@@ -16,8 +16,7 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::model::{Asymmetry, asymmetry, empty_rows, negative_eigenvalues, too_far_off};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduced::Load;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::{Load, Quantity};
 use dovetail_solver::reduction::{StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 

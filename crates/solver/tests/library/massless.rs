@@ -1,8 +1,7 @@
 //! Bodies of which some unknowns have no mass, against their full matrices. Loads and observed points may
 //! be where no mass is.
 
-use dovetail_solver::reduced::Quantity;
-use dovetail_solver::reduced::ReducedModel;
+use dovetail_solver::reduced::{Quantity, ReducedModel};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 use dovetail_testkit::lattice::scattered;

@@ -9,8 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{GivenMatrices, MeshSource};
 use dovetail_dynamics::contact::PairLaw;
-use dovetail_dynamics::reduced::InfluenceCoefficient;
-use dovetail_dynamics::reduced::Quantity;
+use dovetail_dynamics::reduced::{InfluenceCoefficient, Quantity};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
