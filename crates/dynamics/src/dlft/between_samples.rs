@@ -269,16 +269,16 @@ impl<D: Real> Walk<D> {
         let before = self.state;
         let now = self.law.evaluate(to, before);
         let contact = now.state.contact;
-        let tangential = [now.force[1], now.force[2]];
         // The tangential force is the prediction minus the state until the pair leaves its cone.
-        // From there it is linear in time, down to 0 where the pair opens.
-        match (was_open, contact) {
-            (true, Contact::Open) => {}
+        // From there it is linear in time, down to 0 where the pair opens. Each part is followed at
+        // one place of the code: all of it is inlined.
+        let (sticks_until, slides) = match (was_open, contact) {
+            (true, Contact::Open) => (None, None),
             (true, _) => {
-                let from = stretch.at(crossing.unwrap_or(zero));
-                self.path.straight(from, at, [zero; 2], tangential);
+                let begin = stretch.at(crossing.unwrap_or(zero));
+                (None, Some((begin, at, [zero; 2])))
             }
-            (false, Contact::Stick) => self.path.stick(&stretch, before.slid_n, [zero, one]),
+            (false, Contact::Stick) => (Some(one), None),
             (false, _) => {
                 let last = crossing.unwrap_or(one);
                 let way = [self.predicted, to];
@@ -288,10 +288,19 @@ impl<D: Real> Walk<D> {
                 } else {
                     ([self.force[1], self.force[2]], zero)
                 };
-                self.path.stick(&stretch, before.slid_n, [zero, time]);
-                self.path
-                    .straight(stretch.at(time), stretch.at(last), there, tangential);
+                let line = (stretch.at(time), stretch.at(last), there);
+                (Some(time), Some(line))
             }
+        };
+        if let Some(until) = sticks_until.filter(|until| until.re() > 0.0) {
+            for c in 0..2 {
+                let times = [zero, until];
+                self.path.follow(&stretch, c + 1, before.slid_n[c], times);
+            }
+        }
+        if let Some((begin, end, first)) = slides {
+            let last = [now.force[1], now.force[2]];
+            self.path.straight(begin, end, first, last);
         }
         let re = |state: State<D>| State {
             contact: state.contact,
@@ -355,15 +364,6 @@ impl<D: Real> Path<D> {
             first * (end - begin) + (last - first) * (end * end - begin * begin) * 0.5;
     }
 
-    /// Adds a part where the pair sticks, between two times.
-    #[inline(always)]
-    fn stick(&mut self, stretch: &Stretch<D>, state: [D; 2], times: [D; 2]) {
-        if times[1].re() > 0.0 {
-            self.follow(stretch, 1, state[0], times);
-            self.follow(stretch, 2, state[1], times);
-        }
-    }
-
     /// Adds a part where the tangential force is linear in time.
     #[inline(always)]
     fn straight(&mut self, begin: D, end: D, first: [D; 2], last: [D; 2]) {
@@ -386,7 +386,8 @@ impl<D: Real> Path<D> {
     /// correction is left where it does so throughout.
     #[inline(always)]
     fn corrections(&self, ends: [End<D>; 2]) -> [[D; 3]; 2] {
-        let of = |c: usize| {
+        let mut corrections = [[D::from(0.0); 3]; 2];
+        for c in 0..3 {
             let [sum, moment] = self.force[c];
             let [first, last] = two(|i| ends[i].force[c]);
             let followed = self.followed[c] / 12.0;
@@ -402,11 +403,10 @@ impl<D: Real> Path<D> {
                 if follows {
                     own[i] += end.rate[c] * [-1.0 / 12.0, 1.0 / 12.0][i];
                 }
+                corrections[i][c] = own[i];
             }
-            own
-        };
-        let [normal, t1, t2] = three(of);
-        two(|end| [normal[end], t1[end], t2[end]])
+        }
+        corrections
     }
 }
 

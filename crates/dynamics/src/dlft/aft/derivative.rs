@@ -54,16 +54,16 @@ fn differentiate_pair(
 ) {
     let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
     let row = 3 * block;
-    if let History::Stuck(before) = end.history {
-        let mut pass = Pass::new(fourier, &input, signals);
-        for _ in 0..before {
-            pass.period(None);
-        }
-        return write_stuck(width, pass.history.chunks_exact(block), derivative);
-    }
     let found = match input.rounding {
         Some(rounding) => rounded::derivative_rows(fourier, &input, rounding, signals),
-        None => derivative_signals(fourier, &input, signals, end),
+        None => {
+            let mut pass = Pass::new(fourier, &input, signals);
+            let found = pass.periods(end);
+            if let History::Stuck(_) = end.history {
+                return write_stuck(width, pass.history.chunks_exact(block), derivative);
+            }
+            found
+        }
     };
     // The coefficients of those signals: sums with the synthesis, weighted as in the analysis.
     let synthesis =
@@ -131,51 +131,6 @@ fn write_stuck<'h>(
     }
 }
 
-/// Derivative of the contact force at the samples of the last period.
-#[inline(always)]
-fn derivative_signals(
-    fourier: &Fourier,
-    input: &PairInput<'_>,
-    signals: &Signals,
-    end: &PairEnd,
-) -> DerivativeSignals {
-    let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
-    let mut pass = Pass::new(fourier, input, signals);
-    let mut is_fixed_point = false;
-    match end.history {
-        History::FromStart(before) | History::Stuck(before) => {
-            for _ in 0..before {
-                pass.period(None);
-            }
-        }
-        History::Periodic => {
-            is_fixed_point = true;
-            pass.state = end.last.start;
-        }
-        History::FixedPoint { slipping, touch_n } => {
-            pass.law.touch_n = touch_n;
-            pass.state = slipping;
-            is_fixed_point = slipping == end.last.start;
-            if !is_fixed_point {
-                pass.history = own_state(width, block);
-                pass.period(None);
-                pass.history = fixed_point(&pass.history, width, block).concat();
-            }
-            pass.state = end.last.start;
-        }
-    }
-    if is_fixed_point {
-        pass.history = own_state(width, block);
-    }
-    let mut rows = vec![0.0; 7 * block * samples];
-    pass.period(Some(&mut rows));
-    DerivativeSignals {
-        signals: rows,
-        normal_changes: pass.normal_changes,
-        end: is_fixed_point.then_some(pass.history),
-    }
-}
-
 /// Propagation of the derivative of the state along the samples.
 struct Pass<'a> {
     fourier: &'a Fourier,
@@ -207,6 +162,51 @@ impl<'a> Pass<'a> {
         }
     }
 
+    /// Goes through the periods of a pair whose evaluation ended with `end`. The derivative of the
+    /// force at the samples of the last one is empty if the pair has come to stick.
+    #[inline(always)]
+    fn periods(&mut self, end: &PairEnd) -> DerivativeSignals {
+        let (samples, width) = (self.fourier.samples(), self.fourier.width());
+        let block = self.fourier.padded_width();
+        let (before, is_fixed_point) = match end.history {
+            History::FromStart(before) | History::Stuck(before) => (before, false),
+            History::Periodic => (0, true),
+            History::FixedPoint { slipping, touch_n } => {
+                self.law.touch_n = touch_n;
+                self.state = slipping;
+                self.history = own_state(width, block);
+                let is_last = slipping == end.last.start;
+                (usize::from(!is_last), is_last)
+            }
+        };
+        let mut rows = Vec::new();
+        // One place for all periods: the code of a period is inlined there.
+        for period in 0..=before {
+            let is_last = period == before;
+            match end.history {
+                History::Stuck(_) if is_last => break,
+                History::FixedPoint { .. } if is_last && !is_fixed_point => {
+                    self.history = fixed_point(&self.history, width, block).concat();
+                    self.state = end.last.start;
+                }
+                History::FixedPoint { .. } | History::Periodic if is_last => {
+                    self.history = own_state(width, block);
+                    self.state = end.last.start;
+                }
+                _ => {}
+            }
+            if is_last {
+                rows = vec![0.0; 7 * block * samples];
+            }
+            self.period(is_last.then_some(&mut rows));
+        }
+        DerivativeSignals {
+            signals: rows,
+            normal_changes: std::mem::take(&mut self.normal_changes),
+            end: is_fixed_point.then(|| std::mem::take(&mut self.history)),
+        }
+    }
+
     /// Goes through one period. Adds the derivative of the force at each sample to `rows`, if given
     /// ([`DerivativeSignals::signals`]).
     #[inline(always)]
@@ -230,25 +230,29 @@ impl<'a> Pass<'a> {
                 between && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n));
             let passed = passes.then(|| self.pass_interval(n));
             let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
-            if let Some(passed) = passed {
-                self.go_through_interval(n, &passed, walked);
-                if let Some((normal, tangential)) = row
-                    && passed.state.contact != Contact::Open
-                {
-                    add_prediction_rows(s, &self.history, normal, tangential);
-                }
-                continue;
+            if let Some(passed) = &passed {
+                self.go_through_interval(n, passed, walked);
             }
-            let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
-            self.state = now.state;
-            if now.state.contact == Contact::Stick {
-                if let Some((normal, tangential)) = row {
-                    add_prediction_rows(s, &self.history, normal, tangential);
+            let (contact, trial) = match passed {
+                Some(passed) => (passed.state.contact, None),
+                None => {
+                    let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
+                    self.state = now.state;
+                    (now.state.contact, Some(now.trial))
                 }
-                continue;
+            };
+            let follows = match trial {
+                Some(_) => contact == Contact::Stick,
+                None => contact != Contact::Open,
+            };
+            if follows && let Some((normal, tangential)) = &mut row {
+                add_prediction_rows(s, &self.history, normal, tangential);
             }
-            if now.state.contact == Contact::Slip {
-                let tangent = law.slip_tangent(now.trial);
+            let Some(trial) = trial.filter(|_| !follows) else {
+                continue;
+            };
+            if contact == Contact::Slip {
+                let tangent = law.slip_tangent(trial);
                 slip_rows(tangent, s, &self.history, &mut self.force_rows);
                 if let Some((normal, tangential)) = row {
                     add(1.0, s, normal);
@@ -287,8 +291,9 @@ impl<'a> Pass<'a> {
         });
         let mut rows = vec![0.0; self.history.len()];
         let (first, second) = rows.split_at_mut(3 * self.fourier.padded_width());
-        self.add_row(n, &derivative.slid_n[0], first);
-        self.add_row(n, &derivative.slid_n[1], second);
+        for (row, by) in [first, second].into_iter().zip(&derivative.slid_n) {
+            self.add_row(n, by, row);
+        }
         self.history = rows;
         self.state = passed.state;
     }
@@ -316,8 +321,9 @@ impl<'a> Pass<'a> {
             }
             self.add_to_normal(n, sample, &by[0]);
             let (first, second) = tangential.split_at_mut(3 * block);
-            self.add_row(n, &by[1], first);
-            self.add_row(n, &by[2], second);
+            for (row, by) in [first, second].into_iter().zip(&by[1..]) {
+                self.add_row(n, by, row);
+            }
         }
         derivative
     }
