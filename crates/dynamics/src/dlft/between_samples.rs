@@ -387,8 +387,7 @@ impl<D: Real> Path<D> {
     #[inline(always)]
     fn corrections(&self, ends: [End<D>; 2]) -> [[D; 3]; 2] {
         let mut corrections = [[D::from(0.0); 3]; 2];
-        for c in 0..3 {
-            let [sum, moment] = self.force[c];
+        for (c, &[sum, moment]) in self.force.iter().enumerate() {
             let [first, last] = two(|i| ends[i].force[c]);
             let followed = self.followed[c] / 12.0;
             let mut own = [
