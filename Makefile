@@ -148,7 +148,8 @@ mutants: setup checks
 	$(MUTANTS) --output output/mutants_sweep --package dovetail-dynamics -C=--lib \
 	    -f crates/dynamics/src/dlft/sweep.rs -- -- dlft::sweep::of_a_mass
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
-	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
+	    --package dovetail-export --test-package dovetail -C=--test=program \
+	    -f crates/export/src/flank.rs -- -- export_files:: --skip notices
 
 # Texts and files that a user gives, as inputs that a fuzzer changes: each target for so many
 # seconds. See docs/verification.md.

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::export::manifest::StageSummary;
 use crate::listener::{Listener, News};
-use crate::warning::{Warning, Weight, by_weight};
-use crate::words::{counted, cycle_counts, figure, quantity, rounded, short};
+use dovetail_export::manifest::StageSummary;
+use dovetail_export::warning::{Warning, Weight, by_weight};
+use dovetail_export::words::{counted, cycle_counts, figure, quantity, rounded, short};
 use dovetail_mesh::text;
 use dovetail_solver::dlft::{Attempt, Orbit, SolvedFrequency};
 use dovetail_solver::run::{Event, Stage, WearCourse};

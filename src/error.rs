@@ -8,13 +8,13 @@ use thiserror::Error;
 
 use crate::exhaustion::OutOfMemory;
 use crate::exit::ExitStatus;
-use crate::export::ExportError;
 use crate::gmsh::GmshError;
 use crate::influence_file::InfluenceFileError;
 use crate::matrix_files::MatrixFilesError;
 use crate::motions::free_words;
 use crate::scene::located::meant;
-use crate::words::quantity;
+use dovetail_export::ExportError;
+use dovetail_export::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
 use dovetail_mesh::quality::QualityError;

@@ -5,14 +5,13 @@
 //! and calls [`commands`] or [`study`]. [`scene`] reads TOML into a description of a run.
 //! [`commands`] opens its meshes, which [`gmsh`] makes where the scene names a script, and passes
 //! them to the library, which computes. [`cache`] keeps what later runs need again. [`reporter`]
-//! observes the run and tells a [`listener`]; [`console`] is one that prints; [`files`] and [`export`] write its results. [`study`]
-//! performs many runs, each as a process of this program.
+//! observes the run and tells a [`listener`]; [`console`] is one that prints; [`files`] writes its
+//! results by [`dovetail_export`]. [`study`] performs many runs, each as a process of this program.
 //!
 //! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
-//! and most small modules, such as [`words`], import nothing of the rest. Then follow
-//! [`matrix_files`], [`export`] < [`error`], [`listener`] < [`files`], [`console`] < [`reporter`] <
-//! [`cache`] < [`commands`] < [`study`] < [`reference`](mod@reference), [`schema`] < [`cli`], none of
-//! which imports what stands after it.
+//! and most small modules, such as [`motions`], import nothing of the rest. Then follow [`error`] <
+//! [`files`] < [`reporter`] < [`cache`] < [`commands`] < [`study`] < [`reference`](mod@reference),
+//! [`schema`] < [`cli`], none of which imports what stands after it.
 
 #![forbid(unsafe_code)]
 
@@ -23,7 +22,6 @@ pub mod console;
 pub mod error;
 pub mod exhaustion;
 pub mod exit;
-pub mod export;
 pub mod files;
 pub mod fingerprint;
 pub mod gmsh;
@@ -41,5 +39,3 @@ pub mod schema;
 pub mod study;
 pub mod terminal;
 pub mod version;
-pub mod warning;
-pub mod words;

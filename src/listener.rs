@@ -3,8 +3,8 @@
 
 use std::ops::ControlFlow;
 
-use crate::export::manifest::StageSummary;
-use crate::warning::Warning;
+use dovetail_export::manifest::StageSummary;
+use dovetail_export::warning::Warning;
 use dovetail_solver::run::Event;
 
 /// Piece of news of a run.

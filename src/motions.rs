@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::words::{quantity, vector};
+use dovetail_export::words::{quantity, vector};
 use dovetail_solver::results::rigid_motion::BodyMotion;
 use dovetail_solver::results::rigid_motion::Kind;
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::export::write_whole;
+use dovetail_export::write_whole;
 use dovetail_superelement::input;
 
 const MARK: &[u8; 16] = b"dovetail entry 1";

@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
-use crate::export::name_of_part;
+use dovetail_export::name_of_part;
 use dovetail_superelement::input;
 
 /// Name of the subfolder in the folder given by `--cache`; the number is that of the layout.

@@ -20,7 +20,7 @@ mod folder;
 mod store;
 mod turn;
 
-use crate::warning::Weight;
+use dovetail_export::warning::Weight;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::{Cache, Kind, Turn};
-use crate::export::journal::Inputs;
 use crate::files::SharedFiles;
 use crate::fingerprint;
 use crate::reporter::Reporter;
+use dovetail_export::journal::Inputs;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::reduction::Recovery;

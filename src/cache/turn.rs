@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::folder::lock_of;
-use crate::export::lock::is_at;
+use dovetail_export::lock::is_at;
 
 /// Right of a run to make an entry; the system releases it when the run ends in any way.
 #[derive(Debug)]

@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use crate::console::Verbosity;
-use crate::export::manifest::{
+use dovetail_export::manifest::{
     ContactCounts, ResponseSummary, StageSummary, StaticSummary, Summary, TractionRangeSummary,
     contact_counts,
 };
-use crate::export::report::REPORT;
-use crate::words::{
+use dovetail_export::report::REPORT;
+use dovetail_export::words::{
     cycle_counts, error_words, figure, percent, quantity, quantity_beside, short, static_counts,
     supported_digits,
 };

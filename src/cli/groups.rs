@@ -6,8 +6,8 @@ use super::error::Error;
 use crate::console::Console;
 use crate::error::RunError;
 use crate::mesh_files;
-use crate::warning::{Warning, Weight};
-use crate::words::counted;
+use dovetail_export::warning::{Warning, Weight};
+use dovetail_export::words::counted;
 use dovetail_mesh::{Group, Mesh};
 
 /// Largest width of a column of names, characters; longer names are not aligned.

@@ -11,7 +11,7 @@ use clap_complete::Shell;
 use super::arguments::{Cli, Command};
 use super::error::Error;
 use crate::error::RunError;
-use crate::export::{create_folder, write_file};
+use dovetail_export::{create_folder, write_file};
 
 /// Largest width of help, columns.
 const WIDTH: usize = 80;

@@ -9,9 +9,9 @@ use clap::ValueEnum;
 
 use super::error::Error;
 use crate::error::RunError;
-use crate::export::{ExportError, create_folder, write_file};
 use crate::scene::check::fields::is_name;
 use crate::schema;
+use dovetail_export::{ExportError, create_folder, write_file};
 
 /// Template of a new scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -3,10 +3,10 @@
 use super::Work;
 use super::key_range::between_by_ratio;
 use crate::error::RunError;
-use crate::export::csv::BackboneRow;
 use crate::files::BackboneFiles;
-use crate::warning::Weight;
-use crate::words::{figure, percent, quantity, rounded, short};
+use dovetail_export::csv::BackboneRow;
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{figure, percent, quantity, rounded, short};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::backbone::{BackboneEnd, BackbonePoint};
 use dovetail_solver::run::{self, BackboneQuestion, Error, ModeBackbone, ModeChoice};

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::export::csv::ASSEMBLY;
-use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
-use crate::words::{figure, quantity, supported_digits};
+use dovetail_export::csv::ASSEMBLY;
+use dovetail_export::plots::{CampbellFamily, EngineOrders, Operation};
+use dovetail_export::words::{figure, quantity, supported_digits};
 use dovetail_solver::results::modes::ModeKind;
 use dovetail_solver::run::{
     Campbell, Crossing, CrossingPeak, Family, NodalDiameters, PeakAt, Wave,

@@ -6,8 +6,10 @@ use super::Work;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
 use crate::files::CurveFiles;
-use crate::warning::{LARGE_ERROR, Weight};
-use crate::words::{counted, figure, percent, quantity, rounded, short, supported_digits, title};
+use dovetail_export::warning::{LARGE_ERROR, Weight};
+use dovetail_export::words::{
+    counted, figure, percent, quantity, rounded, short, supported_digits, title,
+};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::branch::{ValueRange, folds, stable};
 use dovetail_solver::results::quantities::loss_factor;

@@ -2,7 +2,7 @@
 
 use crate::error::RunError;
 use crate::scene::keys::is_setting;
-use crate::words::{name_and_unit, rounded, short};
+use dovetail_export::words::{name_and_unit, rounded, short};
 use dovetail_solver::description::{Scene, Subject};
 
 /// Number of values of a range without its own.

@@ -1,8 +1,8 @@
 //! Warnings of bodies whose elements are not joined, and of nodes that lie at one place.
 
 use crate::reporter::Reporter;
-use crate::warning::Weight;
-use crate::words::counted;
+use dovetail_export::warning::Weight;
+use dovetail_export::words::counted;
 use dovetail_mesh::text::list;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_solver::model::gather::name_for;

@@ -2,8 +2,8 @@
 
 use super::Work;
 use crate::error::RunError;
-use crate::warning::{LARGE_ERROR, Weight};
-use crate::words::{figure, percent, quantity, rounded, short};
+use dovetail_export::warning::{LARGE_ERROR, Weight};
+use dovetail_export::words::{figure, percent, quantity, rounded, short};
 use dovetail_solver::description::MissionPart;
 use dovetail_solver::run::{self, Wear, WearQuestion};
 

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use crate::error::RunError;
-use crate::export::ExportError;
-use crate::export::csv::BackboneRow;
-use crate::export::plots::{Axis, Heading, Scale, Series, write_series};
+use dovetail_export::ExportError;
+use dovetail_export::csv::BackboneRow;
+use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
 
 /// Backbone of a mode for the files.
 #[derive(Debug)]

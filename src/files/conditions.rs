@@ -1,6 +1,6 @@
 //! Short texts of the loads and excitations of a scene, for the headings of pictures.
 
-use crate::words::{counted, short, short_quantity};
+use dovetail_export::words::{counted, short, short_quantity};
 use dovetail_solver::description::{EngineOrder, Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 

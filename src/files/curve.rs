@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use super::solving::without_fields;
 use crate::error::RunError;
-use crate::export::ExportError;
-use crate::export::csv::{CurveRow, write_curve};
-use crate::export::plots::{Axis, Heading, Scale, Series, write_series};
-use crate::words::{rounded, short, title};
+use dovetail_export::ExportError;
+use dovetail_export::csv::{CurveRow, write_curve};
+use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
+use dovetail_export::words::{rounded, short, title};
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::dlft::branch::{ValueRange, sections, so_far};
 use dovetail_solver::results::far_slip::ShorterSides;

@@ -2,14 +2,14 @@
 
 use super::{Files, FurtherPlot};
 use crate::error::RunError;
-use crate::export::curves::{Curves, Sweep};
-use crate::export::fields::{self, Separation};
-use crate::export::plots::{
+use dovetail_export::curves::{Curves, Sweep};
+use dovetail_export::fields::{self, Separation};
+use dovetail_export::plots::{
     Haigh, Heading, Scale, write_curves, write_field_map, write_haigh, write_no_field,
     write_separation_map,
 };
-use crate::export::{csv, flank, manifest, vtu};
-use crate::words::capital;
+use dovetail_export::words::capital;
+use dovetail_export::{csv, flank, manifest, vtu};
 use dovetail_solver::fem::stress;
 use dovetail_solver::problem::Problem;
 use dovetail_solver::results::fretting::fretting;

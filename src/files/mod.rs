@@ -2,7 +2,7 @@
 //! written for the last time when the run is done, fails or is interrupted.
 //!
 //! This folder decides which files a run has, by which names, and when they are written; a command
-//! beside a run adds its own. [`crate::export`] knows how a file of each format is written. Each
+//! beside a run adds its own. [`dovetail_export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written. `solving` has the tables
 //! of a response under way, `drawn` the pictures of a response, `conditions` the words below their
 //! titles, `peaks`, `curve`, `backbone` and `wear` the pictures of the commands of these names, and
@@ -37,22 +37,21 @@ use self::solving::Solving;
 pub use self::summary::Taken;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
-use crate::export::csv::PeakRow;
-use crate::export::curves::Sweep;
-use crate::export::flank::{FlankSeries, WornFlanks};
-pub use crate::export::folder::Beginning;
-use crate::export::folder::{OtherScene, OutputFolder, knows_itself, way_on};
-use crate::export::journal::{
+use dovetail_export::csv::PeakRow;
+use dovetail_export::curves::Sweep;
+use dovetail_export::flank::{FlankSeries, WornFlanks};
+use dovetail_export::folder::{Beginning, OtherScene, OutputFolder, knows_itself, way_on};
+use dovetail_export::journal::{
     CURVE_JOURNAL, Inputs, JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL,
 };
-use crate::export::lock::FolderLock;
-use crate::export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
-use crate::export::plots::{
+use dovetail_export::lock::FolderLock;
+use dovetail_export::manifest::{self, MeshOrigin, ResponseSummary, RunState, Summary};
+use dovetail_export::plots::{
     CampbellFamily, EngineOrders, Heading, Operation, write_campbell, write_nodal_diameters,
 };
-use crate::export::{ExportError, csv, report, vtu};
-use crate::warning::{Warning, by_weight};
-use crate::words::counted;
+use dovetail_export::warning::{Warning, by_weight};
+use dovetail_export::words::counted;
+use dovetail_export::{ExportError, csv, report, vtu};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use crate::error::RunError;
-use crate::export::ExportError;
-use crate::export::csv::PeakRow;
-use crate::export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
-use crate::words::{capital, rounded, short, title};
+use dovetail_export::ExportError;
+use dovetail_export::csv::PeakRow;
+use dovetail_export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
+use dovetail_export::words::{capital, rounded, short, title};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::run::PeakAt;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::{Files, told};
 use crate::error::RunError;
-use crate::export::folder::mark_failed;
+use dovetail_export::folder::mark_failed;
 
 /// Longest time to wait for the files when the process ends for lack of memory.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use crate::error::RunError;
-use crate::export::flank::FlankSeries;
-use crate::export::folder::OutputFolder;
-use crate::export::journal::Inputs;
-use crate::words::counted;
+use dovetail_export::flank::FlankSeries;
+use dovetail_export::folder::OutputFolder;
+use dovetail_export::journal::Inputs;
+use dovetail_export::words::counted;
 use dovetail_solver::dlft::branch::so_far;
 use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
 use dovetail_solver::results::pairs::PairTable;

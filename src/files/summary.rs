@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::SystemTime;
 
-use crate::export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
 use crate::fingerprint::fingerprint;
 use crate::{metrics, scene_files, version};
+use dovetail_export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::results::modes::hertz;
 use dovetail_solver::run::{Bodies, Bound, Reduced, StaticResult};

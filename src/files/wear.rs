@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use crate::error::RunError;
-use crate::export::ExportError;
-use crate::export::fields::Field;
-use crate::export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
-use crate::words::{rounded, short};
+use dovetail_export::ExportError;
+use dovetail_export::fields::Field;
+use dovetail_export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
+use dovetail_export::words::{rounded, short};
 use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
 
 /// File name of the collection of the worn flanks over the cycles.

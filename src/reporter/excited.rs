@@ -1,8 +1,8 @@
 //! Warnings about the excitation and the damping of a response: a force that excites no mode of the range, a
 //! damping in per cent, pairs that all stick.
 
-use crate::warning::{Warning, doubt, wrong};
-use crate::words::percent;
+use dovetail_export::warning::{Warning, doubt, wrong};
+use dovetail_export::words::percent;
 use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::results::participation::{NO_SHARE, participation};
 use dovetail_solver::run::{Bodies, ResponseResult, Run};

@@ -1,6 +1,6 @@
 //! Line of the output of a run.
 
-use crate::warning::{Warning, Weight};
+use dovetail_export::warning::{Warning, Weight};
 
 /// Note or warning.
 pub(super) enum Line {

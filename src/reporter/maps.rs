@@ -1,8 +1,8 @@
 //! Reports how fields at points in space were mapped to the surfaces that they act on.
 
 use super::line::Line;
-use crate::warning::Weight;
-use crate::words::{counted, percent, quantity, vector};
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{counted, percent, quantity, vector};
 use dovetail_solver::model::{FieldMap, Model};
 
 /// Relative error above which a field counts as rough: of the pressures from those of their

@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use super::line::Line;
-use crate::warning::Weight;
-use crate::words::{quantity, short};
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{quantity, short};
 use dovetail_mesh::{ElementOrder, ElementType, Shape};
 use dovetail_solver::model::{Assembly, BodyMesh, ContactLaw, Model, Strength};
 use dovetail_solver::results::around_axis::{FreeSides, at_axis, free_sides};

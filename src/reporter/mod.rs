@@ -24,11 +24,11 @@ use std::time::Instant;
 use self::line::Line;
 use crate::error::RunError;
 use crate::exhaustion;
-use crate::export::manifest::StageSummary;
 use crate::files::{SharedFiles, Taken};
 use crate::listener::{Listener, News};
 use crate::metrics::{peak_rss_mib, processor_seconds};
-use crate::warning::{Warning, Weight};
+use dovetail_export::manifest::StageSummary;
+use dovetail_export::warning::{Warning, Weight};
 use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
 
 /// Observer of a run. Several threads may use it at once.

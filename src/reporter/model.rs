@@ -4,8 +4,8 @@
 use super::line::Line;
 use super::mistakes::element_words;
 use super::{maps, mistakes, units};
-use crate::warning::Weight;
-use crate::words::{counted, motion_of_sectors, percent, quantity};
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{counted, motion_of_sectors, percent, quantity};
 use dovetail_mesh::Mesh;
 use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;

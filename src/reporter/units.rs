@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::words::quantity;
+use dovetail_export::words::quantity;
 use dovetail_mesh::units::Units;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{

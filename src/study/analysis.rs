@@ -8,7 +8,7 @@ use super::file::{Mode, Study};
 use super::parameter::{Parameter, ParameterValue};
 use super::quantity::Figure;
 use super::results::CaseResult;
-use crate::export::plots::ends;
+use dovetail_export::plots::ends;
 
 /// Results of a study and their analysis.
 #[derive(Debug, Clone)]

@@ -7,8 +7,8 @@ use thiserror::Error;
 
 use crate::error::RunError;
 use crate::exit::ExitStatus;
-use crate::export::ExportError;
 use crate::scene::SceneError;
+use dovetail_export::ExportError;
 
 /// Error of a study. A failed case is not an error: it is reported in the tables.
 #[derive(Debug, Error, Diagnostic)]

@@ -9,11 +9,11 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::quantity::BLADE_FREQUENCY;
-use crate::export::journal::JOURNAL;
-use crate::export::{read_json, write_json};
 use crate::fingerprint::{executable_hash, fingerprint};
 use crate::scene;
 use crate::scene_files;
+use dovetail_export::journal::JOURNAL;
+use dovetail_export::{read_json, write_json};
 
 /// Options of a case, as far as its result depends on them: it lacks what it leaves out.
 const NO_FIELDS: &str = "--no-fields";

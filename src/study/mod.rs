@@ -39,12 +39,12 @@ use self::cases::words;
 use self::folder::Plan;
 use self::results::{CaseResult, Ended};
 use crate::commands;
-use crate::export::lock::FolderLock;
-use crate::export::report::REPORT;
 use crate::reporter::Reporter;
 use crate::scene::{self, Fault};
-use crate::warning::Weight;
-use crate::words::counted;
+use dovetail_export::lock::FolderLock;
+use dovetail_export::report::REPORT;
+use dovetail_export::warning::Weight;
+use dovetail_export::words::counted;
 use dovetail_solver::description::Subject;
 
 /// Action on a study.

@@ -16,11 +16,11 @@ use super::pictures::Picture;
 use super::quantity::Figure;
 use super::report::{OF_RUNS, day, remarks};
 use super::results::CaseResult;
-use crate::export::report::REPORT;
-use crate::export::report::frame::{self, Frame, card, frame, warnings};
-use crate::export::{csv, write_file};
 use crate::version;
-use crate::words::{counted, figure, in_unit, percent, title, with_unit};
+use dovetail_export::report::REPORT;
+use dovetail_export::report::frame::{self, Frame, card, frame, warnings};
+use dovetail_export::words::{counted, figure, in_unit, percent, title, with_unit};
+use dovetail_export::{csv, write_file};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Largest number of points of all curves together, which a browser draws without delay.

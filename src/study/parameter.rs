@@ -12,7 +12,7 @@ use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::keys::is_setting;
 use crate::scene::raw::Located;
-use crate::words::{name_and_unit, title};
+use dovetail_export::words::{name_and_unit, title};
 
 /// Largest number of cases of a grid.
 const MOST_CASES: usize = 10_000;

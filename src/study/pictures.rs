@@ -10,9 +10,9 @@ use super::error::StudyError;
 use super::file::Mode;
 use super::parameter::Parameter;
 use super::quantity::Figure;
-use crate::export::create_folder;
-use crate::export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
-use crate::words::capital;
+use dovetail_export::create_folder;
+use dovetail_export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
+use dovetail_export::words::capital;
 
 /// Largest number of figures in one picture: the number of colours.
 const MOST_SERIES: usize = 6;

@@ -1,8 +1,8 @@
 //! Quantities that a study can follow, their names, and where they are found in the summary of a
 //! case.
 
-use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
-use crate::words::{figure, name_and_unit};
+use dovetail_export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
+use dovetail_export::words::{figure, name_and_unit};
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +148,7 @@ impl Quantity {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::words::title;
+    use dovetail_export::words::title;
     use dovetail_solver::dlft::Outcome;
 
     pub const PEAK_AMPLITUDE: Quantity = ALL[3];

@@ -8,9 +8,9 @@ use super::analysis::{Analysis, Refinement};
 use super::error::StudyError;
 use super::parameter::Parameter;
 use super::results::{CaseResult, Ended, Figures};
-use crate::export::table::{Cell, Columns};
-use crate::export::write_json;
 use crate::version;
+use dovetail_export::table::{Cell, Columns};
+use dovetail_export::write_json;
 
 /// Cell of a case in a column.
 type OfCase = fn(&CaseResult) -> Cell;

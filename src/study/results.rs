@@ -8,8 +8,8 @@ use super::file::Study;
 use super::folder::{CaseRecord, OutcomeRecord, Plan};
 use super::quantity::Figure;
 use crate::exit::ExitStatus;
-use crate::export::manifest::{ResponseSummary, RunState, Summary};
-use crate::export::read_json;
+use dovetail_export::manifest::{ResponseSummary, RunState, Summary};
+use dovetail_export::read_json;
 use dovetail_solver::run::Stage;
 
 /// A case and its result.
@@ -153,10 +153,10 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::manifest::StageSummary;
-    use crate::export::write_json;
     use crate::study::analysis::tests::study;
     use crate::study::file::Mode;
+    use dovetail_export::manifest::StageSummary;
+    use dovetail_export::write_json;
 
     #[test]
     fn why_a_case_failed_is_what_its_summary_says_else_the_end_of_its_log() {

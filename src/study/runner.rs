@@ -10,9 +10,9 @@ use super::error::StudyError;
 use super::folder::{self, CaseRecord, OutcomeRecord, Plan};
 use super::results::Ended;
 use crate::exit::ExitStatus;
-use crate::export::lock::FolderLock;
-use crate::export::write_json;
 use crate::reporter::Reporter;
+use dovetail_export::lock::FolderLock;
+use dovetail_export::write_json;
 
 /// Lock of the folder of a case: who has it starts the case and records how it ended.
 const CASE_LOCK: &str = ".case.lock";
@@ -68,7 +68,7 @@ impl Plan {
 /// Runs one case in its folder, with its log there, and records how it ended.
 ///
 /// # Errors
-/// [`ExportError::Busy`](crate::export::ExportError::Busy) if another process runs the case; its
+/// [`ExportError::Busy`](dovetail_export::ExportError::Busy) if another process runs the case; its
 /// folder is then left unchanged.
 fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyError> {
     // The run locks the folder itself.

@@ -11,8 +11,8 @@ use super::error::StudyError;
 use super::folder::Plan;
 use super::quantity::BLADE_FREQUENCY;
 use crate::commands::pieces::{mesh_inputs, reduction_inputs};
-use crate::export::{write_file, write_json};
 use crate::scene;
+use dovetail_export::{write_file, write_json};
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
 /// Words for the two kinds of shared inputs.

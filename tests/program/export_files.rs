@@ -10,12 +10,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dovetail::export::curves::Sweep;
-use dovetail::export::fields::{Field, Separation, at_peak, at_rest};
-use dovetail::export::manifest::{self, MeshOrigin, SceneSummary, StageSummary, Summary};
-use dovetail::export::plots::{self, Heading, Scale};
-use dovetail::export::{ExportError, csv, flank, vtu, write_json};
-use dovetail::words::figure;
+use dovetail_export::curves::Sweep;
+use dovetail_export::fields::{Field, Separation, at_peak, at_rest};
+use dovetail_export::manifest::{self, MeshOrigin, SceneSummary, StageSummary, Summary};
+use dovetail_export::plots::{self, Heading, Scale};
+use dovetail_export::words::figure;
+use dovetail_export::{ExportError, csv, flank, vtu, write_json};
 use dovetail_mesh::ElementOrder;
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use dovetail::export::manifest::RunState;
+use dovetail_export::manifest::RunState;
 use serde_json::Value;
 
 use crate::shared_folder::{Folder, files_below, without_sections};

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use dovetail::export::manifest::RunState;
+use dovetail_export::manifest::RunState;
 use dovetail_solver::run::Stage;
 
 use crate::shared_folder::Folder;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-use dovetail::export::manifest::{RunState, Summary};
+use dovetail_export::manifest::{RunState, Summary};
 
 use crate::shared_folder::{Folder, files_below};
 use crate::shared_program::{ended, has, on_patch, on_scene, said, said_in_one_line, told};

@@ -4,7 +4,7 @@
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, has, on_scene, printed, said, told};
 use crate::shared_runs::{manifest, number, numbers, rows, summary};
-use dovetail::export::manifest::RunState;
+use dovetail_export::manifest::RunState;
 use dovetail_testkit::folder::root;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

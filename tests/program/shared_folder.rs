@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dovetail::export::lock::LOCK;
+use dovetail_export::lock::LOCK;
 
 pub use dovetail_testkit::folder::Folder;
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use dovetail::export::manifest::Summary;
+use dovetail_export::manifest::Summary;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;

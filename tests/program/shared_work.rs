@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use dovetail::cache::Cache;
 use dovetail::commands::Work;
-use dovetail::export::folder::OtherScene;
-use dovetail::files::{Beginning, Files, Output, SharedFiles};
+use dovetail::files::{Files, Output, SharedFiles};
 use dovetail::mesh_files;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
+use dovetail_export::folder::{Beginning, OtherScene};
 use dovetail_solver::description::Scene;
 use dovetail_solver::model::{MeshKind, Model, bind};
 use dovetail_testkit::folder::root;

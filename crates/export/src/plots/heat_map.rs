@@ -1,0 +1,252 @@
+//! Draws a figure over the values of two parameters, one cell for each pair of values.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::{
+    Bar, Canvas, Drawn, Heading, NOTHING, PX, SMALL_PX, Side, TEXT_PX, at_px, draw_bar, draw_marks,
+    draw_titles, ends, px, rgb, text_style, width_of, write_svg,
+};
+use crate::ExportError;
+use crate::colours::of_value;
+use crate::words::{capital, in_steps, in_unit};
+
+const SIZE: (i32, i32) = (at_px(1280), at_px(860));
+/// Smallest and largest room for the labels of the rows.
+const LEFT: (i32, i32) = (at_px(150), at_px(500));
+const RIGHT: i32 = at_px(190);
+const TOP: i32 = at_px(110);
+const BOTTOM: i32 = at_px(110);
+/// Smallest cell in which its value is written.
+const ROOM: (i32, i32) = (at_px(76), at_px(28));
+
+/// Figure over two parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatMap {
+    /// Name of the values: `peak amplitude of tip`.
+    pub quantity: String,
+    /// SI unit of the values; empty if they have none.
+    pub unit: &'static str,
+    /// Titles of the horizontal and of the vertical axis.
+    pub axes: [String; 2],
+    /// Labels of the columns, from the left, and of the rows, from below.
+    pub labels: [Vec<String>; 2],
+    /// Value of each row of each column; `None` if there is no value.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+/// Draws the cells with a bar of their colours, from the smallest value to the largest.
+///
+/// # Errors
+/// [`ExportError`] if the picture cannot be drawn or written.
+pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
+    let size = (SIZE.0 as u32 / PX, SIZE.1 as u32 / PX);
+    write_svg(path, size, |canvas| draw(canvas, map))
+}
+
+impl HeatMap {
+    /// Title of the picture.
+    pub fn title(&self) -> String {
+        let [across, up] = &self.axes;
+        format!("{} over {across} and {up}", capital(&self.quantity))
+    }
+
+    fn value(&self, column: usize, row: usize) -> Option<f64> {
+        let value = self.values.get(column)?.get(row).copied()?;
+        value.filter(|v| v.is_finite())
+    }
+
+    /// Left end of the cells: right of the labels of the rows and of the title of the axis.
+    fn left(&self) -> i32 {
+        (self.longest(1) + at_px(70)).clamp(LEFT.0, LEFT.1)
+    }
+
+    /// Width of the longest label of the columns (0) or of the rows (1).
+    fn longest(&self, axis: usize) -> i32 {
+        let widths = self.labels[axis]
+            .iter()
+            .map(|words| width_of(words, SMALL_PX));
+        widths.max().unwrap_or(0)
+    }
+
+    /// Sides of a cell: left, right, top, bottom.
+    fn cell(&self, column: usize, row: usize) -> [i32; 4] {
+        let along = |i: usize, count: usize, length: i32| {
+            (i as f64 / count.max(1) as f64 * f64::from(length)).round() as i32
+        };
+        let left = self.left();
+        let (width, height) = (SIZE.0 - left - RIGHT, SIZE.1 - TOP - BOTTOM);
+        let x = |i: usize| left + along(i, self.labels[0].len(), width);
+        let y = |i: usize| SIZE.1 - BOTTOM - along(i, self.labels[1].len(), height);
+        [x(column), x(column + 1), y(row + 1), y(row)]
+    }
+}
+
+fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
+    let heading = Heading {
+        title: &map.title(),
+        conditions: "",
+    };
+    heading.draw(canvas)?;
+    let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
+    let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
+    let values = || cells().filter_map(|(c, r)| map.value(c, r));
+    let [low, high] = ends(values());
+    let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
+    let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
+    let step = if values().all(|v| (factor * v).fract() == 0.0) {
+        1.0
+    } else {
+        three_digits
+    };
+    for (column, row) in cells() {
+        let [left, right, top, bottom] = map.cell(column, row);
+        let value = map.value(column, row);
+        let fraction = value.map(|v| {
+            if high > low {
+                (v - low) / (high - low)
+            } else {
+                0.0
+            }
+        });
+        let fill = fraction.map_or(NOTHING, |fraction| rgb(of_value(fraction)));
+        let corners = [(left, top), (right, bottom)];
+        canvas.draw(&Rectangle::new(corners, fill.filled()))?;
+        canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(px(1))))?;
+        if right - left < ROOM.0 || bottom - top < ROOM.1 {
+            continue;
+        }
+        let words = value.map_or("none".to_owned(), |v| in_steps(factor * v, step));
+        // White letters on the dark half of the colours.
+        let style = text_style(TEXT_PX - 5, HPos::Center, VPos::Center);
+        let style = match fraction {
+            Some(fraction) if fraction < 0.5 => style.color(&WHITE),
+            _ => style,
+        };
+        let middle = ((left + right) / 2, (top + bottom) / 2);
+        canvas.draw(&Text::new(words, middle, &style))?;
+    }
+    draw_axes(canvas, map)?;
+    if low < high {
+        let bar = Bar {
+            left: SIZE.0 - RIGHT + at_px(40),
+            top: TOP,
+            bottom: SIZE.1 - BOTTOM,
+        };
+        draw_bar(canvas, bar, [low, high], map.unit)?;
+    }
+    Ok(())
+}
+
+/// Draws the labels of columns and rows, as many as have room, and the titles.
+fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
+    let marks = [0, 1].map(|axis| -> Vec<(i32, String)> {
+        let middle = |i: usize| {
+            let [left, right, top, bottom] = if axis == 0 {
+                map.cell(i, 0)
+            } else {
+                map.cell(0, i)
+            };
+            [(left + right) / 2, (top + bottom) / 2][axis]
+        };
+        let labels = map.labels[axis].iter().enumerate();
+        labels
+            .map(|(i, words)| (middle(i), words.clone()))
+            .collect()
+    });
+    let (left, bottom) = (map.left(), SIZE.1 - BOTTOM);
+    draw_marks(canvas, Side::Below, bottom, &marks[0])?;
+    draw_marks(canvas, Side::Left, left, &marks[1])?;
+    let titles = map.axes.each_ref().map(String::as_str);
+    let middle = [(left + SIZE.0 - RIGHT) / 2, (TOP + bottom) / 2];
+    draw_titles(canvas, titles, middle, bottom + at_px(70))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(unit: &'static str, values: Vec<Vec<Option<f64>>>) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.svg");
+        let map = HeatMap {
+            quantity: "peak amplitude".into(),
+            unit,
+            axes: ["friction", "force_n"].map(str::to_owned),
+            labels: [
+                vec!["0.1".into(), "0.3".into()],
+                vec!["1.0".into(), "2.0".into()],
+            ],
+            values,
+        };
+        write_heat_map(&path, &map).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        text
+    }
+
+    /// Left and top edge of the filled rectangle of this colour.
+    fn corner(svg: &str, colour: &str) -> (f64, f64) {
+        let wanted = format!("fill=\"{colour}\"");
+        let line = svg
+            .lines()
+            .find(|l| l.starts_with("<rect") && l.contains(&wanted))
+            .unwrap_or_else(|| panic!("no {colour}"));
+        let number = |name: &str| {
+            let text = line.split(&format!(" {name}=\"")).nth(1).unwrap();
+            text.split('"').next().unwrap().parse().unwrap()
+        };
+        (number("x"), number("y"))
+    }
+
+    #[test]
+    fn cells_stand_to_the_right_and_upwards_and_what_is_missing_is_grey() {
+        let text = svg(
+            "m",
+            vec![vec![Some(1e-6), Some(2e-6)], vec![None, Some(3.5e-6)]],
+        );
+        // The least value is dark and lies at the lower left, the largest light at the upper right.
+        let (dark, light) = (corner(&text, "#440154"), corner(&text, "#FDE725"));
+        let empty = corner(&text, "#D6DBE0");
+        assert!(dark.0 < light.0 && light.1 < dark.1);
+        assert_eq!(empty, (light.0, dark.1));
+        for words in ["1.00", "2.00", "3.50", "none", "µm", "friction", "force_n"] {
+            assert!(text.lines().any(|l| l == words), "{words}: {text}");
+        }
+    }
+
+    #[test]
+    fn words_at_the_rows_have_room_beside_the_title() {
+        let map = |label: &str| HeatMap {
+            quantity: String::new(),
+            unit: "",
+            axes: ["x", "y"].map(str::to_owned),
+            labels: [vec!["a".into()], vec![label.to_owned()]],
+            values: vec![vec![Some(1.0)]],
+        };
+        let left = |label: &str| map(label).cell(0, 0)[0];
+        assert_eq!(left("0.1"), LEFT.0);
+        let words = "smooth, little damping";
+        assert!(left(words) >= at_px(60) + width_of(words, SMALL_PX));
+        assert_eq!(left(&"long ".repeat(100)), LEFT.1);
+    }
+
+    #[test]
+    fn counts_have_no_decimals() {
+        let count = |n: u32| Some(f64::from(n));
+        let text = svg("", vec![vec![count(7), count(12)], vec![count(0), None]]);
+        for words in ["7", "12", "0"] {
+            assert!(text.lines().any(|l| l == words), "{words}: {text}");
+        }
+    }
+
+    #[test]
+    fn one_value_or_none_is_still_a_picture() {
+        for value in [Some(0.0), Some(-2.0), None] {
+            let text = svg("m", vec![vec![value; 2]; 2]);
+            assert!(text.contains("friction"));
+        }
+    }
+}
