@@ -8,7 +8,6 @@ use clap_complete::Shell;
 
 use super::error::Error;
 use super::new::Template;
-use crate::cache::{CacheSettings, gibibytes};
 use crate::commands::{
     AMPLITUDES, AmplitudeRange, AskedBackbone, AskedCurve, AskedWear, KeyRange, MOST_AMPLITUDES,
     PeakQuestion, SpeedRange, TOLERANCE, TOLERANCES,
@@ -16,6 +15,7 @@ use crate::commands::{
 use crate::console::Verbosity;
 use crate::files::FurtherPlot;
 use crate::study::{Action, StudyOptions};
+use dovetail_cache::{CacheSettings, gibibytes};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
 use dovetail_solver::run::{ModeChoice, Verification};

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
-use crate::cache::EnvironmentError;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::scene::{Problem, SceneError, located};
 use crate::study::StudyError;
+use dovetail_cache::EnvironmentError;
 use dovetail_solver::memory::TooLittle;
 use dovetail_superelement::input;
 

@@ -26,7 +26,6 @@ use std::sync::Arc;
 pub use self::error::Error;
 
 use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
-use crate::cache::Cache;
 use crate::commands::{self, Work, table_of_nodal_diameters};
 use crate::console::Console;
 use crate::error::RunError;
@@ -38,6 +37,7 @@ use crate::scene;
 use crate::schema;
 use crate::study;
 use crate::terminal;
+use dovetail_cache::Cache;
 use dovetail_export::csv::ASSEMBLY;
 use dovetail_export::folder::{Beginning, OtherScene};
 use dovetail_solver::description::Scene;

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::unjoined;
-use crate::cache::{Cache, Key, Kind};
 use crate::error::RunError;
 use crate::files::MESH_FILE;
 use crate::gmsh::{self, GmshError, GmshRun, inputs};
@@ -16,6 +15,7 @@ use crate::mesh_files;
 use crate::reporter::{Reporter, StageGuard};
 use crate::scene::nearest;
 use crate::scene_files::hash_of_file;
+use dovetail_cache::{Cache, KeptMesh, Key};
 use dovetail_export::manifest::MeshOrigin;
 use dovetail_export::warning::Weight;
 use dovetail_export::{create_folder, write_file};
@@ -183,7 +183,7 @@ fn shared_mesh(
     let key = mesh_key(cache, script, parameters);
     // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of
     // the run.
-    let accept = |kept: KeptMesh| {
+    let usable = |kept: KeptMesh| {
         if let Err(error) = write_file(&out, &kept.file) {
             return Ok(Err(error));
         }
@@ -191,13 +191,17 @@ fn shared_mesh(
         quality::check(&mesh).map_err(|e| e.to_string())?;
         Ok(Ok((mesh, kept.version, kept.warnings)))
     };
-    match cache.get_or_turn(key.as_ref(), accept, reporter) {
-        Ok(kept) => {
+    let mut used = None;
+    let accept = &mut |kept| usable(kept).map(|mesh| used = Some(mesh));
+    // The turn is held until the mesh is kept.
+    let _turn = cache.mesh(key.as_ref(), accept, reporter).err();
+    match used {
+        Some(kept) => {
             let (mesh, version, warnings) = kept?;
             stage.from_cache();
             Ok((mesh, made(&out, version, &warnings, reporter)))
         }
-        Err(_turn) => match gmsh::generate(script, parameters, time_limit_s, &out) {
+        None => match gmsh::generate(script, parameters, time_limit_s, &out) {
             Ok(run) => {
                 let mesh = read(&out, units).map_err(|error| of_writing(error, &out))?;
                 keep(cache, key.as_ref(), &run, &out, reporter);
@@ -296,14 +300,6 @@ fn ready(
     })
 }
 
-/// Mesh that gmsh made in an earlier run.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct KeptMesh {
-    version: String,
-    warnings: Vec<String>,
-    file: Vec<u8>,
-}
-
 /// Key of the mesh of a script; `None` if nothing is kept, or if the mesh has unknown dependencies.
 fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<Key> {
     // gmsh takes some tenths of a second to say its version: only where there is a cache.
@@ -311,7 +307,7 @@ fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Optio
     let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
     let mut parameters = parameters.to_vec();
     parameters.sort_by(|a, b| a.0.cmp(&b.0));
-    cache.key(Kind::Mesh, &(inputs::inputs(script)?, parameters, version))
+    cache.mesh_key(&(inputs::inputs(script)?, parameters, version))
 }
 
 fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, reporter: &Reporter<'_>) {
@@ -322,6 +318,6 @@ fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, reporter: &
             warnings: run.warnings.clone(),
             file,
         };
-        cache.put(Some(key), &kept, reporter);
+        cache.keep_mesh(key, &kept, reporter);
     }
 }

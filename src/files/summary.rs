@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::SystemTime;
 
-use crate::fingerprint::fingerprint;
 use crate::{metrics, scene_files, version};
+use dovetail_cache::fingerprint::fingerprint;
 use dovetail_export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::results::modes::hertz;

@@ -27,6 +27,7 @@ use crate::exhaustion;
 use crate::files::{SharedFiles, Taken};
 use crate::listener::{Listener, News};
 use crate::metrics::{peak_rss_mib, processor_seconds};
+use dovetail_cache::Hearer;
 use dovetail_export::manifest::StageSummary;
 use dovetail_export::warning::{Warning, Weight};
 use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
@@ -165,6 +166,16 @@ impl<'c> Reporter<'c> {
                 ControlFlow::Break(())
             }
         }
+    }
+}
+
+impl Hearer for Reporter<'_> {
+    fn note(&self, text: &str) {
+        self.inner().note(text);
+    }
+
+    fn warning(&self, warning: &Warning) {
+        self.inner().warning(warning);
     }
 }
 

@@ -9,9 +9,9 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::quantity::BLADE_FREQUENCY;
-use crate::fingerprint::{executable_hash, fingerprint};
 use crate::scene;
 use crate::scene_files;
+use dovetail_cache::fingerprint::{executable_hash, fingerprint};
 use dovetail_export::journal::JOURNAL;
 use dovetail_export::{read_json, write_json};
 

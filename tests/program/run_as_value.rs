@@ -8,10 +8,10 @@ use crate::shared_folder::Folder;
 use crate::shared_program::has;
 use crate::shared_runs::manifest;
 use crate::shared_work::in_folder;
-use dovetail::cache::Cache;
 use dovetail::commands::Work;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
+use dovetail_cache::Cache;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Outcome;
 use dovetail_solver::run::{

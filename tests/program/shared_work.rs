@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dovetail::cache::Cache;
 use dovetail::commands::Work;
 use dovetail::files::{Files, Output, SharedFiles};
 use dovetail::mesh_files;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
+use dovetail_cache::Cache;
 use dovetail_export::folder::{Beginning, OtherScene};
 use dovetail_solver::description::Scene;
 use dovetail_solver::model::{MeshKind, Model, bind};

@@ -10,7 +10,7 @@ use crate::shared_folder::files_below;
 use dovetail_testkit::folder::root;
 
 /// Modules of the libraries. Each may import itself and the modules before it.
-const LIBRARIES: [(&str, &str); 4] = [
+const LIBRARIES: [(&str, &str); 5] = [
     (
         "crates/dynamics/src",
         "contact damping reduced excitation superelement problem dlft integration",
@@ -22,13 +22,16 @@ const LIBRARIES: [(&str, &str); 4] = [
         "words warning error file lock journal table colours curves fields unrolled manifest csv vtu \
          flank folder plots report",
     ),
+    (
+        "crates/cache/src",
+        "fingerprint inputs settings folder turn entry kept",
+    ),
 ];
 /// Modules of the program, and the modules that each may import.
 const PROGRAM: &str = "
     exit:
     metrics:
     version:
-    fingerprint:
     terminal:
     exhaustion: exit terminal
     motions:
@@ -41,15 +44,15 @@ const PROGRAM: &str = "
     scene_files: mesh_files
     console: listener
     error: exit exhaustion motions scene gmsh influence_file matrix_files
-    files: exit metrics version fingerprint scene_files error
+    files: exit metrics version scene_files error
     reporter: metrics exhaustion motions error files listener
-    cache: fingerprint files reporter
-    commands: scene gmsh mesh_files influence_file matrix_files scene_files error files reporter cache
-    study: exit metrics version fingerprint scene scene_files error reporter commands
+    store: files reporter
+    commands: scene gmsh mesh_files influence_file matrix_files scene_files error files reporter store
+    study: exit metrics version scene scene_files error reporter commands
     reference: scene study
     schema: scene study
-    cli: exit version terminal exhaustion scene mesh_files error files console reporter cache \
-        commands study schema
+    cli: exit version terminal exhaustion scene mesh_files error files console reporter commands \
+        study schema
     lib:
     allocator: exhaustion
     main:
@@ -130,7 +133,7 @@ fn imports_point_one_way() {
 }
 
 /// The packages of the libraries, each with the packages of this workspace that it needs.
-const NEEDED: [(&str, &str); 7] = [
+const NEEDED: [(&str, &str); 8] = [
     ("numerics", ""),
     ("dynamics", "numerics"),
     ("mesh", "numerics"),
@@ -138,6 +141,7 @@ const NEEDED: [(&str, &str); 7] = [
     ("superelement", "dynamics numerics"),
     ("solver", "dynamics mesh numerics structure"),
     ("export", "mesh solver superelement"),
+    ("cache", "export solver superelement"),
 ];
 
 /// The libraries that compute need no package for files, processes and their formats, which the
@@ -279,6 +283,7 @@ fn modules_of_a_folder_import_in_no_circle() {
         "crates/superelement/src",
         "crates/solver/src",
         "crates/export/src",
+        "crates/cache/src",
         "crates/python/src",
         "src",
     ];
@@ -337,6 +342,7 @@ fn libraries_do_not_ask_the_process_for_threads() {
         "crates/superelement/src",
         "crates/solver/src",
         "crates/export/src",
+        "crates/cache/src",
     ] {
         let library = sources(&root().join(folder)).into_iter();
         for (file, code) in library.filter(|(file, _)| !file.ends_with("tests.rs")) {

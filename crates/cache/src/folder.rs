@@ -39,7 +39,7 @@ impl Kind {
     ];
 
     /// Word for the kind in names of files and in messages.
-    pub(super) fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
             Self::ReducedModel => "reduced",
@@ -73,25 +73,25 @@ fn role(name: &str) -> Option<Role> {
     is_entry.then_some(role)
 }
 
-pub(super) fn lock_of(entry: &Path) -> PathBuf {
+pub(crate) fn lock_of(entry: &Path) -> PathBuf {
     entry.with_extension("lock")
 }
 
 /// Subfolder of the cache.
 #[derive(Debug, Clone)]
-pub(super) struct Folder(PathBuf);
+pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    pub(super) fn under(parent: &Path) -> Self {
+    pub(crate) fn under(parent: &Path) -> Self {
         Self(parent.join(SUBFOLDER))
     }
 
     /// Folder named by the user.
-    pub(super) fn parent(&self) -> Option<&Path> {
+    pub(crate) fn parent(&self) -> Option<&Path> {
         self.0.parent()
     }
 
-    pub(super) fn entry(&self, kind: Kind, hash: [u8; 32]) -> PathBuf {
+    pub(crate) fn entry(&self, kind: Kind, hash: [u8; 32]) -> PathBuf {
         let hash = blake3::Hash::from_bytes(hash).to_hex();
         self.0.join(format!("{}-{hash}", kind.word()))
     }
@@ -104,7 +104,7 @@ impl Folder {
     ///
     /// # Errors
     /// A folder of this name that has other files and no mark; a folder that cannot be created.
-    pub(super) fn prepare(&self) -> io::Result<()> {
+    pub(crate) fn prepare(&self) -> io::Result<()> {
         if self.is_marked() {
             return Ok(());
         }
@@ -131,7 +131,7 @@ impl Folder {
     }
 
     /// Removes a file of the cache; any other file stays.
-    pub(super) fn remove(&self, path: &Path) -> io::Result<()> {
+    pub(crate) fn remove(&self, path: &Path) -> io::Result<()> {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_own = path.parent() == Some(self.0.as_path())
             && name.and_then(role).is_some()
@@ -146,7 +146,7 @@ impl Folder {
 
     /// Removes the least recently used entries until the total size is within the limit; `newest`
     /// stays. Parts and locks that were not written to for `abandoned` are removed, too.
-    pub(super) fn make_room(&self, limit_bytes: u64, newest: &Path, abandoned: Duration) {
+    pub(crate) fn make_room(&self, limit_bytes: u64, newest: &Path, abandoned: Duration) {
         if !self.is_marked() {
             return;
         }
@@ -191,7 +191,7 @@ impl Folder {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use std::fs::File;
     use std::time::SystemTime;

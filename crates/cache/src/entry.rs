@@ -20,7 +20,7 @@ const LENGTH: usize = 8;
 
 /// Reason why an entry cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Damage {
+pub(crate) enum Damage {
     #[error("it cannot be read: {0}")]
     Io(#[from] io::Error),
     #[error("it is cut off")]
@@ -34,7 +34,7 @@ pub(super) enum Damage {
 }
 
 /// Reads an entry; `None` if there is no such file.
-pub(super) fn read<T: DeserializeOwned>(
+pub(crate) fn read<T: DeserializeOwned>(
     path: &Path,
     key: &[u8; HASH],
 ) -> Result<Option<T>, Damage> {
@@ -60,7 +60,7 @@ pub(super) fn read<T: DeserializeOwned>(
 }
 
 /// Size of the file of an entry, bytes.
-pub(super) fn size(value: &impl Serialize) -> u64 {
+pub(crate) fn size(value: &impl Serialize) -> u64 {
     struct Count(u64);
     impl Write for Count {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -79,7 +79,7 @@ pub(super) fn size(value: &impl Serialize) -> u64 {
 }
 
 /// Writes a whole entry or nothing.
-pub(super) fn write(path: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
+pub(crate) fn write(path: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
     write_whole(path, |file| write_parts(file, key, value))
 }
 
@@ -125,8 +125,8 @@ fn write_parts(file: &mut File, key: &[u8; HASH], value: &impl Serialize) -> io:
 mod tests {
     use std::fs;
 
-    use super::super::folder::tests::Bench;
     use super::*;
+    use crate::folder::tests::Bench;
 
     const KEY: [u8; 32] = [7; 32];
 

@@ -4,12 +4,12 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use super::folder::lock_of;
+use crate::folder::lock_of;
 use dovetail_export::lock::is_at;
 
 /// Right of a run to make an entry; the system releases it when the run ends in any way.
 #[derive(Debug)]
-pub(crate) struct Turn {
+pub struct Turn {
     path: PathBuf,
     _locked: File,
 }
@@ -17,7 +17,7 @@ pub(crate) struct Turn {
 impl Turn {
     /// Waits for the earlier runs; `waiting` is called if there is one. Returns `None` if files
     /// cannot be locked: two runs may then make the same entry, which only costs time.
-    pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
+    pub(crate) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
         let path = lock_of(entry);
         let mut waiting = Some(waiting);
         loop {
