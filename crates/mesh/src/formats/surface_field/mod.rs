@@ -94,7 +94,12 @@ impl SurfaceField {
     ///
     /// # Errors
     /// A text that cannot be read, or is not a file of such points: see [`SurfaceFieldError`].
-    pub fn parse(text: impl Read, path: &Path) -> Result<Self, SurfaceFieldError> {
+    pub fn parse(mut text: impl Read, path: &Path) -> Result<Self, SurfaceFieldError> {
+        Self::read(&mut text, path)
+    }
+
+    /// Reads the text. It is not generic: the program, which is not optimised, does not compile it.
+    fn read(text: &mut dyn Read, path: &Path) -> Result<Self, SurfaceFieldError> {
         let mut lines = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
