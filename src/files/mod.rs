@@ -57,6 +57,7 @@ use dovetail_solver::description::{EngineOrder, Scene};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec, MeshKind, Strength};
+use dovetail_solver::reduced::ReducedModel;
 use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
@@ -644,7 +645,7 @@ impl Files {
     ) -> Result<Option<PairLaw>, RunError> {
         let (problem, rows) = (&reduced.problem, &reduced.pairs.rows);
         let element = Superelement {
-            model: problem.reduced.clone(),
+            model: ReducedModel::clone(&problem.reduced),
             excitations: named_excitations(scene, reduced),
             contacts: reduced.pairs.named_contacts(),
             positions_m: rows.iter().map(|p| p.position_m).collect(),

@@ -24,7 +24,7 @@ pub fn of_response(inputs: &ResponseInputs<'_>) -> Inputs {
     hasher.update(
         format!("{loads:?}{laws:?}{damping:?}{ratios:?}{rest:?}{settings:?}{points:?}").as_bytes(),
     );
-    if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
+    if postcard::to_io(&*problem.reduced, &mut hasher).is_err() {
         unreachable!("a hasher takes all bytes");
     }
     *hasher.finalize().as_bytes()

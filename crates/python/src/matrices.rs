@@ -543,7 +543,7 @@ pub fn problem_of(
     Ok(Problem {
         laws: pairs.iter().map(|pair| pair.law).collect(),
         excitations,
-        reduced,
+        reduced: reduced.into(),
         modal_ratios: Vec::new(),
     })
 }

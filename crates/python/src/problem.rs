@@ -491,7 +491,7 @@ impl PyProblem {
             )
         };
         let problem = Problem {
-            reduced,
+            reduced: reduced.into(),
             laws: laws.collect::<PyResult<_>>()?,
             excitations: vec![excitation],
             modal_ratios: Vec::new(),
@@ -572,7 +572,7 @@ impl PyProblem {
         let element = Superelement {
             model: ReducedModel {
                 unit_loads,
-                ..problem.reduced.clone()
+                ..ReducedModel::clone(&problem.reduced)
             },
             excitations,
             contacts: known.map_or_else(

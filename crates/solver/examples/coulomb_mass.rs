@@ -50,7 +50,8 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
             observations: vec![ObservedPoint::new("mass", along_ground(), vec![])],
             // Nothing moves while the pair sticks: there are no stuck modes.
             ..ReducedModel::of_pairs(identity(), identity())
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(FRICTION, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(along_ground()))],
         modal_ratios: Vec::new(),

@@ -33,7 +33,8 @@ pub fn curve() -> Vec<(f64, f64)> {
         reduced: ReducedModel {
             observations: vec![ObservedPoint::new("mass", normal(1.0), vec![])],
             ..ReducedModel::of_pairs(identity(), identity())
-        },
+        }
+        .into(),
         laws: vec![PairLaw {
             stiffness: Some(PairStiffness::new(5.0, 1.0)),
             ..PairLaw::rigid(0.0, 1.0)

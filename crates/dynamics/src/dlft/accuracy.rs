@@ -157,7 +157,7 @@ impl<'a> Refinement<'a> {
         resolution: Resolution,
         newton: NewtonOptions,
         solver: Solver,
-        holding: &'a Holding<'a>,
+        holding: &'a Holding,
         tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
         let solver_at = |level: &'a Level| {

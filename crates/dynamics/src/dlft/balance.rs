@@ -25,9 +25,9 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
     /// Reduced model with its damping.
-    pub system: &'a ContactSystem<'a>,
+    pub system: &'a ContactSystem,
     /// Reduced model in the form that the inner linear solves use.
-    pub inexact: &'a InexactModel<'a>,
+    pub inexact: &'a InexactModel,
     /// Harmonics and samples.
     pub fourier: &'a Fourier,
     /// eps per unknown of a block, N/m, n: one value for N, one for both T of a pair.
@@ -57,8 +57,8 @@ impl<'a> Setting<'a> {
     /// marched until they are periodic, and the default slip threshold.
     pub fn about(
         state: &'a StaticState,
-        system: &'a ContactSystem<'a>,
-        inexact: &'a InexactModel<'a>,
+        system: &'a ContactSystem,
+        inexact: &'a InexactModel,
         fourier: &'a Fourier,
         eps: &'a [f64],
     ) -> Self {
@@ -87,7 +87,7 @@ pub struct Balance<'a> {
     /// Settings and data that all frequencies share.
     pub setting: &'a Setting<'a>,
     /// Dynamic stiffness of the mean and the harmonics 1..H.
-    pub stiffness: HarmonicStiffness<'a>,
+    pub stiffness: HarmonicStiffness,
     /// Load F, N, (2H+1) n.
     pub force: Vec<f64>,
     /// Size of the forces of a vibration that no force excites, N; 0 for others.
@@ -219,11 +219,7 @@ impl<'a> Balance<'a> {
     }
 
     /// Balance under a force, N, in harmonics, with a free mean and the law and eps of its setting.
-    fn of_force(
-        setting: &'a Setting<'a>,
-        stiffness: HarmonicStiffness<'a>,
-        force: Vec<f64>,
-    ) -> Self {
+    fn of_force(setting: &'a Setting<'a>, stiffness: HarmonicStiffness, force: Vec<f64>) -> Self {
         Self {
             setting,
             stiffness,

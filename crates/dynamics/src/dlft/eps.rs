@@ -31,7 +31,7 @@ impl Eps {
 
     /// eps per unknown of a block, N/m, for balances with so many harmonics at frequencies about
     /// `omega`, rad/s.
-    pub fn of(&self, system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
+    pub fn of(&self, system: &ContactSystem, omega: f64, harmonics: usize) -> Vec<f64> {
         let mut eps = match self.choice {
             EpsChoice::Dynamic => dynamic(system, omega, harmonics.max(FEWEST_HARMONICS)),
             EpsChoice::Pair => system.problem.reduced.diagonal_stiffness(),
@@ -46,7 +46,7 @@ impl Eps {
 
 /// Median of `|Lambda_h|` of each pair over the harmonics h = 1..`harmonics`, but no less than the
 /// static stiffness.
-fn dynamic(system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
+fn dynamic(system: &ContactSystem, omega: f64, harmonics: usize) -> Vec<f64> {
     let stiffness = system.stiffness(omega, harmonics);
     let diagonals: Vec<Vec<f64>> = (1..=harmonics)
         .map(|k| {

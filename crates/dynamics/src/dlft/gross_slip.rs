@@ -149,14 +149,8 @@ mod tests {
             for load in [&mut excitation.cosine, &mut excitation.sine] {
                 load.on_x = all(&load.on_x);
             }
-            problem.reduced = ReducedModel {
-                stiffness: Mat::identity(n, n),
-                mass: Mat::identity(n, n),
-                coupling: Mat::zeros(n, 0),
-                observations: Vec::new(),
-                ..problem.reduced
-            };
-            problem.reduced.static_load.on_x = vec![0.0; n];
+            problem.reduced =
+                ReducedModel::of_pairs(Mat::identity(n, n), Mat::identity(n, n)).into();
             let system = ContactSystem::new(&problem, made_up::DAMPING);
             let setting = Setting {
                 system: &system,

@@ -91,7 +91,7 @@ pub fn problem(pairs: usize) -> Problem {
         ..ReducedModel::new(stiffness, &g * g.transpose(), coupling, vec![0.9, 2.5, 4.0])
     };
     Problem {
-        reduced,
+        reduced: reduced.into(),
         // The last is beyond the harmonics of the balances.
         excitations: [1, 2, HARMONICS + 1]
             .map(|harmonic| HarmonicLoad {
@@ -148,7 +148,7 @@ fn damp(problem: &mut Problem) {
         (0.3 + 0.2 * j as f64, weights)
     };
     let influenced = [0, 1].map(|j| mixed_load(n, MODES, 120 + 2 * j));
-    problem.reduced.dashpots =
+    problem.reduced_mut().dashpots =
         Dashpots::new(n, MODES, &[0, 1].map(dashpot)).with_influenced(&influenced);
     problem.modal_ratios = vec![0.02, 0.1];
 }
@@ -177,7 +177,7 @@ fn make_waves(problem: &mut Problem) {
         mass,
         omega2,
         ..
-    } = &problem.reduced;
+    } = &*problem.reduced;
     let n = stiffness.nrows();
     // [[A, -B], [B, A]] with a symmetric A and a skew B.
     let copies = |own: &Mat<f64>, seed: usize| {
@@ -222,7 +222,7 @@ fn make_waves(problem: &mut Problem) {
         engine_order: 1,
     };
     let waves = Waves::new(excitation, BTreeMap::from([(1, model)]));
-    problem.reduced.waves = match is_damped {
+    problem.reduced_mut().waves = match is_damped {
         true => waves.with_influence(Influence::new(3, &[1, 2], &influence_of_three())),
         false => waves,
     };

@@ -14,7 +14,7 @@ const STEPS: usize = 30;
 /// between them. The peak of a mode without damping is infinite, and a curve with one has the
 /// frequencies asked for alone. `system` has no pairs.
 pub fn linear_curve(
-    system: &ContactSystem<'_>,
+    system: &ContactSystem,
     harmonics: usize,
     frequencies_hz: &[f64],
 ) -> Vec<LinearPoint> {

@@ -28,7 +28,8 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
         reduced: ReducedModel {
             observations: vec![ObservedPoint::new("mass", normal(1.0), vec![])],
             ..ReducedModel::of_pairs(Mat::identity(3, 3), Mat::identity(3, 3))
-        },
+        }
+        .into(),
         laws: vec![PairLaw {
             stiffness: Some(PairStiffness::new(5.0, 1.0)),
             ..PairLaw::rigid(0.0, gap_m)

@@ -81,7 +81,7 @@ const ROUNDING: f64 = 1e-14;
 /// least so large that `tolerance` of it is above rounding; where nothing vibrates, it is |F|.
 pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]).hypot(balance.vibration_n);
-    let problem = balance.setting.system.problem;
+    let problem = &balance.setting.system.problem;
     let whole = problem.steady_force_n().hypot(harmonic);
     if harmonic == 0.0 {
         return [whole; 2];

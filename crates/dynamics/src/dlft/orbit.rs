@@ -84,14 +84,14 @@ fn with_pairs(
 
 /// Orbit of a converged U with what follows from its displacements alone: modal amplitudes,
 /// observed motion, and the powers of excitation and damping.
-fn motion(system: &ContactSystem<'_>, harmonics: usize, u: &[f64], frequency_hz: f64) -> Orbit {
+fn motion(system: &ContactSystem, harmonics: usize, u: &[f64], frequency_hz: f64) -> Orbit {
     let modal = modal_amplitudes(system, harmonics, TAU * frequency_hz, u);
     motion_of(system, harmonics, u, modal, frequency_hz)
 }
 
 /// Like [`motion`], from the amplitudes of the stuck modes, too.
 fn motion_of(
-    system: &ContactSystem<'_>,
+    system: &ContactSystem,
     harmonics: usize,
     u: &[f64],
     modal: Vec<f64>,
@@ -125,7 +125,7 @@ pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64
 }
 
 fn amplitudes_m(
-    system: &ContactSystem<'_>,
+    system: &ContactSystem,
     harmonics: usize,
     u: &[f64],
     frequency_hz: f64,
@@ -136,7 +136,7 @@ fn amplitudes_m(
 }
 
 /// Complex amplitude of the first harmonic of each observed displacement of U, m.
-pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec<c64> {
+pub fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64> {
     let x = complex_block(u, system.unknowns(), 1);
     let q = system.modal_response(1, omega, &x, &modal_load(system, 1, omega));
     let of = system.problem.reduced.of_harmonic(1);
@@ -147,7 +147,7 @@ pub fn first_harmonics(system: &ContactSystem<'_>, u: &[f64], omega: f64) -> Vec
 
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
 /// pairs: n coefficients for each observed displacement.
-pub fn first_harmonic_slopes(system: &ContactSystem<'_>, omega: f64) -> Vec<Vec<c64>> {
+pub fn first_harmonic_slopes(system: &ContactSystem, omega: f64) -> Vec<Vec<c64>> {
     let observed = system.problem.reduced.of_harmonic(1).observations().iter();
     observed
         .map(|point| system.displacement_slope(1, omega, &point.on_x, &point.on_modes))
@@ -155,11 +155,7 @@ pub fn first_harmonic_slopes(system: &ContactSystem<'_>, omega: f64) -> Vec<Vec<
 }
 
 /// Response of an assembly without pairs at one frequency, in closed form.
-pub fn linear_point(
-    system: &ContactSystem<'_>,
-    harmonics: usize,
-    frequency_hz: f64,
-) -> LinearPoint {
+pub fn linear_point(system: &ContactSystem, harmonics: usize, frequency_hz: f64) -> LinearPoint {
     LinearPoint {
         frequency_hz,
         observed_amplitude: amplitudes_m(system, harmonics, &[], frequency_hz),
@@ -167,7 +163,7 @@ pub fn linear_point(
 }
 
 /// Orbit of an assembly without pairs at one frequency, in closed form. Its number is 0.
-pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+pub fn linear_orbit(system: &ContactSystem, harmonics: usize, frequency_hz: f64) -> Orbit {
     motion(system, harmonics, &[], frequency_hz)
 }
 
@@ -226,7 +222,7 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 }
 
 /// Complex loads on the modes of harmonic k: `cosine - i sine`.
-fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
+fn modal_load(system: &ContactSystem, k: usize, omega: f64) -> Vec<c64> {
     let modes = system.problem.reduced.of_harmonic(k).model.omega2.len();
     let mut out = vec![c64::new(0.0, 0.0); modes];
     let loads = system.problem.excitations.iter();
@@ -248,12 +244,7 @@ pub(super) fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
 
 /// Stuck-mode amplitudes, (2H+1) m, harmonic-major, with room for the
 /// [most modes](crate::reduced::ReducedModel::most_modes) that any harmonic has.
-fn modal_amplitudes(
-    system: &ContactSystem<'_>,
-    harmonics: usize,
-    omega: f64,
-    u: &[f64],
-) -> Vec<f64> {
+fn modal_amplitudes(system: &ContactSystem, harmonics: usize, omega: f64, u: &[f64]) -> Vec<f64> {
     modal_amplitudes_by(system, harmonics, u, |k, x| {
         system.modal_response(k, omega, x, &modal_load(system, k, omega))
     })
@@ -262,7 +253,7 @@ fn modal_amplitudes(
 /// Stuck-mode amplitudes, (2H+1) m, harmonic-major, of which `of` gives those of a harmonic from the
 /// complex amplitudes of the pairs.
 fn modal_amplitudes_by(
-    system: &ContactSystem<'_>,
+    system: &ContactSystem,
     harmonics: usize,
     u: &[f64],
     of: impl Fn(usize, &[c64]) -> Vec<c64>,
@@ -284,12 +275,7 @@ fn modal_amplitudes_by(
     out
 }
 
-fn observe(
-    system: &ContactSystem<'_>,
-    harmonics: usize,
-    u: &[f64],
-    modal: &[f64],
-) -> Vec<Vec<f64>> {
+fn observe(system: &ContactSystem, harmonics: usize, u: &[f64], modal: &[f64]) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
     let mut out = vec![vec![0.0; blocks(harmonics)]; reduced.observations.len()];
     let mut observe = |at: usize, observations: &[ObservedPoint], part: &Block<'_>| {
@@ -316,7 +302,7 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    fn mean(system: &ContactSystem<'_>, u: &[f64], modal: &'a [f64]) -> Self {
+    fn mean(system: &ContactSystem, u: &[f64], modal: &'a [f64]) -> Self {
         let reduced = &system.problem.reduced;
         Self {
             x: u[..system.unknowns()].to_vec(),
@@ -325,7 +311,7 @@ impl<'a> Block<'a> {
     }
 
     /// Both parts of harmonic `k`, from the vectors of all harmonics.
-    fn parts(system: &ContactSystem<'_>, k: usize, u: &[f64], modal: &'a [f64]) -> [Self; 2] {
+    fn parts(system: &ContactSystem, k: usize, u: &[f64], modal: &'a [f64]) -> [Self; 2] {
         let reduced = &system.problem.reduced;
         let (n, m) = (system.unknowns(), reduced.most_modes());
         let of = reduced.of_harmonic(k);
@@ -351,13 +337,13 @@ struct Powers {
 /// viscous (k w)^2 / 2 Y^H C Y with C = a K + b M and what damps besides, i.e. pi k^2 w (...) per
 /// cycle, and -(k w / 2) Im(a^H A a) to the air; kinetic energy (k w)^2 / 4 Y^H M Y.
 fn powers(
-    system: &ContactSystem<'_>,
+    system: &ContactSystem,
     harmonics: usize,
     omega: f64,
     u: &[f64],
     modal: &[f64],
 ) -> Powers {
-    let problem = system.problem;
+    let problem = &system.problem;
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
     let moved = |k: usize| Block::parts(system, k, u, modal);
     let moved: Vec<[Block<'_>; 2]> = (1..=harmonics).map(moved).collect();
@@ -553,8 +539,8 @@ mod tests {
 
     /// Forces of the viscous damping on the pairs and on the modes. A mode with a damping ratio zeta
     /// of its own has a = 0 and b = 2 zeta w, in the products of its rows of the mass alone.
-    fn damping_forces(system: &ContactSystem<'_>, v: &[f64], q_rate: &[f64]) -> [Vec<f64>; 2] {
-        let (problem, reduced) = (system.problem, &system.problem.reduced);
+    fn damping_forces(system: &ContactSystem, v: &[f64], q_rate: &[f64]) -> [Vec<f64>; 2] {
+        let (problem, reduced) = (&system.problem, &system.problem.reduced);
         let (a, b) = (system.damping.stiffness_s, system.damping.mass_per_s);
         let (stiff, mass) = (times(&reduced.stiffness, v), times(&reduced.mass, v));
         let mut on_x: Vec<f64> = stiff
@@ -591,7 +577,7 @@ mod tests {
     fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let problem = system.problem;
+            let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let of_balance = without_contact(&Balance::new(balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
@@ -621,7 +607,7 @@ mod tests {
     fn powers_are_the_means_of_force_times_velocity() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let problem = system.problem;
+            let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let (orbit, evaluation) = orbit_of(balance, u);
             let mut kinetic = 0.0;
@@ -674,7 +660,7 @@ mod tests {
     fn observed_motion_and_cycles_of_pairs_are_read_off_the_solution() {
         at_sample_points(|_, balance, u| {
             let setting = balance.setting;
-            let (problem, n) = (setting.system.problem, setting.system.unknowns());
+            let (problem, n) = (&setting.system.problem, setting.system.unknowns());
             let law = |pair: usize| {
                 let eps = [setting.eps[3 * pair], setting.eps[3 * pair + 1]];
                 problem.laws[pair].predicted(eps, f64::INFINITY)
@@ -758,7 +744,7 @@ mod tests {
             let system = balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
             let stuck = LinearReference::stuck(&system.problem.reduced);
-            let stuck = stuck.problem(system.problem, system.damping);
+            let stuck = stuck.problem(&system.problem, system.damping);
             let stuck = ContactSystem::new(&stuck, system.damping);
             let stuck = linear_point(&stuck, harmonics, FREQUENCY_HZ);
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
@@ -778,7 +764,8 @@ mod tests {
                 static_load: load(mean),
                 observations: vec![ObservedPoint::new("u", vec![], vec![2.0])],
                 ..ReducedModel::new(none(), none(), Mat::zeros(0, 1), vec![w2])
-            },
+            }
+            .into(),
             laws: vec![],
             excitations: vec![HarmonicLoad::cosine(1, load(force))],
             modal_ratios: Vec::new(),

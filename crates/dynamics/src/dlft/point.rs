@@ -64,7 +64,7 @@ pub struct FrequencySolver<'a> {
     pub setting: Setting<'a>,
     pub newton: NewtonOptions,
     pub solver: Solver,
-    pub holding: &'a Holding<'a>,
+    pub holding: &'a Holding,
     tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
 
@@ -74,7 +74,7 @@ impl<'a> FrequencySolver<'a> {
         setting: Setting<'a>,
         newton: NewtonOptions,
         solver: Solver,
-        holding: &'a Holding<'a>,
+        holding: &'a Holding,
         tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
         Self {
@@ -515,7 +515,7 @@ mod tests {
                 for max_iterations in [1, 3, 60] {
                     let newton = NewtonOptions::new(1e-9, max_iterations);
                     let setting = *balance.setting;
-                    let holding = Holding::of(setting.system.problem);
+                    let holding = Holding::of(&setting.system.problem);
                     let solver = Solver::NewtonKrylov;
                     let frequencies =
                         FrequencySolver::new(setting, newton, solver, &holding, &|_| ());

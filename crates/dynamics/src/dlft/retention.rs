@@ -51,18 +51,18 @@ pub enum Mean {
 
 /// Supports of a model besides friction, and its free motions, found when first asked for.
 #[derive(Debug)]
-pub struct Holding<'a> {
-    problem: &'a Problem,
+pub struct Holding {
+    problem: Problem,
     without_contact: OnceLock<bool>,
     along_contacts: OnceLock<Retention>,
     pulls: OnceLock<Vec<Vec<c64>>>,
 }
 
-impl<'a> Holding<'a> {
+impl Holding {
     /// Holding of a model.
-    pub fn of(problem: &'a Problem) -> Self {
+    pub fn of(problem: &Problem) -> Self {
         Self {
-            problem,
+            problem: problem.clone(),
             without_contact: OnceLock::new(),
             along_contacts: OnceLock::new(),
             pulls: OnceLock::new(),
@@ -464,7 +464,7 @@ mod tests {
     fn what_nothing_holds_without_contact_is_free() {
         let problem = |stiffness: Mat<f64>| {
             let mut problem = crate::dlft::jacobians::problem(4);
-            problem.reduced.stiffness = stiffness;
+            problem.reduced_mut().stiffness = stiffness;
             problem
         };
         // Grounded along the normals alone: both translations are free, and no more than with the

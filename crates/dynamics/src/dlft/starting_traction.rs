@@ -103,14 +103,14 @@ fn with_tractions(
     options: NewtonOptions,
 ) -> StaticState {
     let own = smooth.reduced.static_load.on_x.clone();
-    let loads = smooth.reduced.static_load.on_x.chunks_exact_mut(3);
+    let loads = smooth.reduced_mut().static_load.on_x.chunks_exact_mut(3);
     for (load, traction) in loads.zip(tractions_n) {
         load[1] -= traction[0];
         load[2] -= traction[1];
     }
     // Without friction the state does not depend on the way of the load.
     let mut found = static_state(smooth, steps, options);
-    smooth.reduced.static_load.on_x = own;
+    smooth.reduced_mut().static_load.on_x = own;
     if !found.outcome.is_converged() {
         return found;
     }

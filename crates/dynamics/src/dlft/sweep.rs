@@ -222,7 +222,7 @@ fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
 /// Solvers and data that the frequencies of a response share.
 pub(super) struct Run<'a> {
     /// Linear reference.
-    pub(super) linear: ContactSystem<'a>,
+    pub(super) linear: ContactSystem,
     /// Solvers of a frequency, by the number of harmonics.
     pub(super) refinement: Refinement<'a>,
     /// Harmonics, samples and eps of the levels of the solvers.

@@ -321,11 +321,11 @@ mod tests {
     use crate::damping::Rayleigh;
     use crate::dlft::coarse::Blocks;
     use crate::dlft::linear_system::PairDerivatives;
-    use crate::problem::Problem;
     use crate::problem::dovetail72::dovetail72;
     use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
     use crate::problem::inexact::InexactModel;
     use crate::reduced::ReducedModel;
+    use std::sync::Arc;
 
     const HARMONICS: usize = 2;
     const FULL: usize = 3 * (2 * HARMONICS + 1);
@@ -333,10 +333,10 @@ mod tests {
     const PAIRS: usize = 72;
 
     /// System near the first stuck mode; pairs slip at some samples, each with a D of its own.
-    fn system(pairs: impl Iterator<Item = usize>) -> (LinearSystem, HarmonicStiffness<'static>) {
-        let problem: &'static Problem = Box::leak(Box::new(dovetail72(1.0)));
+    fn system(pairs: impl Iterator<Item = usize>) -> (LinearSystem, HarmonicStiffness) {
+        let problem = dovetail72(1.0);
         let damping = Rayleigh::of_stiffness(1e-6);
-        let stiffness = ContactSystem::new(problem, damping)
+        let stiffness = ContactSystem::new(&problem, damping)
             .stiffness(0.99 * problem.reduced.omega2[0].sqrt(), HARMONICS);
         let inexact =
             InexactModel::new(&problem.reduced).taking_part(&pairs.collect::<Vec<_>>(), None);
@@ -364,7 +364,7 @@ mod tests {
     }
 
     /// Computes J x in double precision, with the exact mass and all stuck modes.
-    fn exactly(linear: &LinearSystem, stiffness: &HarmonicStiffness<'_>, x: &[f64]) -> Vec<f64> {
+    fn exactly(linear: &LinearSystem, stiffness: &HarmonicStiffness, x: &[f64]) -> Vec<f64> {
         let (n, width) = (stiffness.unknowns(), linear.width());
         let columns = linear.inexact.columns();
         let m = columns.len();
@@ -417,7 +417,7 @@ mod tests {
 
     /// A system on so many pairs in a row that the near field of K serves; their coupling falls with the
     /// third power of their distance, as that of a flank does. It has the mean alone.
-    fn long_row() -> (LinearSystem, &'static ReducedModel) {
+    fn long_row() -> (LinearSystem, Arc<ReducedModel>) {
         const PAIRS: usize = 430;
         let entry = |i: usize, j: usize| match (i / 3).abs_diff(j / 3) {
             0 if i == j => 1e8,
@@ -426,8 +426,8 @@ mod tests {
             apart => -0.5e7 / (apart as f64).powi(3),
         };
         let stiffness = Mat::from_fn(3 * PAIRS, 3 * PAIRS, entry);
-        let model = ReducedModel::of_pairs(stiffness, Mat::zeros(3 * PAIRS, 3 * PAIRS));
-        let model: &'static ReducedModel = Box::leak(Box::new(model));
+        let mass = Mat::zeros(3 * PAIRS, 3 * PAIRS);
+        let model = Arc::new(ReducedModel::of_pairs(stiffness, mass));
         let all: Vec<usize> = (0..PAIRS).collect();
         // Pairs that open, and pairs that slide.
         let mut derivatives = PairDerivatives::new(1, PAIRS);
@@ -440,7 +440,7 @@ mod tests {
             });
         }
         let linear = LinearSystem {
-            inexact: InexactModel::new(model).taking_part(&all, None),
+            inexact: InexactModel::new(&model).taking_part(&all, None),
             harmonics: vec![],
             derivatives,
             retention: None,

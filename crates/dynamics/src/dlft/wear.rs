@@ -284,7 +284,8 @@ mod tests {
                     Mat::zeros(n, 0),
                     vec![],
                 )
-            },
+            }
+            .into(),
             laws: vec![PairLaw::rigid(0.3, 0.0); 2],
             excitations: vec![],
             modal_ratios: vec![],

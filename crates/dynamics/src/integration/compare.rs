@@ -172,7 +172,13 @@ fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
     let mut retained = problem.clone();
     let n = retained.reduced.static_load.on_x.len();
     let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
-    for (i, load) in retained.reduced.static_load.on_x.iter_mut().enumerate() {
+    for (i, load) in retained
+        .reduced_mut()
+        .static_load
+        .on_x
+        .iter_mut()
+        .enumerate()
+    {
         let elastic: f64 = (0..n)
             .map(|j| problem.reduced.stiffness[(i, j)] * x[j])
             .sum();
@@ -303,8 +309,8 @@ mod tests {
         let hz = 0.9 * problem.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
         let settings = SweepSettings::new(vec![hz], Resolution::fixed(1, 64));
         let response = sweep(&problem, Rayleigh::NONE, &rest, &settings, &[], &|_| ());
-        let dashpots = std::mem::replace(&mut problem.reduced.dashpots, Dashpots::none(n, m));
-        problem.reduced.dashpots = dashpots.with_influenced(&[Load::zeros(n, m)]);
+        let dashpots = std::mem::replace(&mut problem.reduced_mut().dashpots, Dashpots::none(n, m));
+        problem.reduced_mut().dashpots = dashpots.with_influenced(&[Load::zeros(n, m)]);
         let (orbit, until) = (&response.orbits[0], Until::new(1, 0.0));
         let start = Start::Rest(&rest);
         let found = compare(&problem, Rayleigh::NONE, orbit, start, 64, until, 0.0);

@@ -241,7 +241,7 @@ impl<'a> Stepper<'a> {
             coupling,
             omega2,
             ..
-        } = &problem.reduced;
+        } = &*problem.reduced;
         let mut modal: Vec<f64> = omega2.iter().map(|w2| c + half * w2).collect();
         let mut inertial = vec![c; modal.len()];
         for (m, ratio) in problem.modal_ratios.iter().enumerate() {
@@ -534,11 +534,12 @@ mod tests {
             let mut problem = jacobians::problem(1);
             problem.laws = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
             problem.excitations.clear();
-            problem.reduced.mass = Mat::identity(3, 3);
-            problem.reduced.coupling = Mat::zeros(3, problem.reduced.omega2.len());
+            let reduced = problem.reduced_mut();
+            reduced.mass = Mat::identity(3, 3);
+            reduced.coupling = Mat::zeros(3, reduced.omega2.len());
             // Sticks with a coefficient above 1e5.
-            problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
-            problem.reduced.static_load.on_modes.fill(0.0);
+            reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            reduced.static_load.on_modes.fill(0.0);
             let damping = Rayleigh::NONE;
             let mut stepper = Stepper::new(&problem, damping, 0.1, 100).unwrap();
             let mut state = State::at_rest(&problem, &[0.0; 3], &[0.0; 3]);

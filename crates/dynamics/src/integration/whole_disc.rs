@@ -16,7 +16,7 @@ pub fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
     });
     let ratios = problem.modal_ratios.iter().enumerate();
     Problem {
-        reduced: sectors.model(),
+        reduced: sectors.model().into(),
         laws: problem.laws.repeat(sectors.count()),
         excitations: excitations.collect(),
         modal_ratios: ratios

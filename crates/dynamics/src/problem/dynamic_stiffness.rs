@@ -22,6 +22,7 @@ use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
+use std::sync::Arc;
 
 pub use super::elimination::{Coefficients, LowRank};
 
@@ -29,25 +30,29 @@ pub use super::elimination::{Coefficients, LowRank};
 const LEAST_RATIO: f64 = 1e-12;
 
 /// Problem with its damping.
-pub struct ContactSystem<'a> {
+#[derive(Clone)]
+pub struct ContactSystem {
     /// Matrices, laws and excitations.
-    pub problem: &'a Problem,
+    pub problem: Problem,
     /// Coefficients a and b of all that has no damping of its own.
     pub damping: Rayleigh,
 }
 
 /// Dynamic stiffness of the mean and of the harmonics 1..H at one frequency.
-pub struct HarmonicStiffness<'a> {
-    reduced: &'a ReducedModel,
+pub struct HarmonicStiffness {
+    reduced: Arc<ReducedModel>,
     /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
 }
 
-impl<'a> ContactSystem<'a> {
-    /// System of a problem with this damping.
-    pub fn new(problem: &'a Problem, damping: Rayleigh) -> Self {
-        Self { problem, damping }
+impl ContactSystem {
+    /// System of a problem with this damping. It shares the reduced model.
+    pub fn new(problem: &Problem, damping: Rayleigh) -> Self {
+        Self {
+            problem: problem.clone(),
+            damping,
+        }
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
@@ -56,7 +61,7 @@ impl<'a> ContactSystem<'a> {
     }
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
-    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
+    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
         self.of_harmonics(omega, harmonics, |k| {
             self.eliminated(k, omega).coefficients()
         })
@@ -65,7 +70,7 @@ impl<'a> ContactSystem<'a> {
     /// Derivative of Lambda with respect to the frequency of the first harmonic, at `omega` rad/s
     /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
     /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
-    pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
+    pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
         self.of_harmonics(omega, harmonics, |k| {
             let slope = self.factor_slopes(k, omega);
             self.eliminated(k, omega).slopes(&slope, k as f64)
@@ -79,9 +84,9 @@ impl<'a> ContactSystem<'a> {
         omega: f64,
         harmonics: usize,
         of: impl Fn(usize) -> Coefficients,
-    ) -> HarmonicStiffness<'a> {
+    ) -> HarmonicStiffness {
         HarmonicStiffness {
-            reduced: &self.problem.reduced,
+            reduced: Arc::clone(&self.problem.reduced),
             omega,
             harmonics: (1..=harmonics).map(of).collect(),
         }
@@ -89,7 +94,7 @@ impl<'a> ContactSystem<'a> {
 
     /// Equations of harmonic `k` without the stuck modes, where that of the first one is `omega`
     /// rad/s.
-    fn eliminated(&self, k: usize, omega: f64) -> Elimination<'a> {
+    fn eliminated(&self, k: usize, omega: f64) -> Elimination<'_> {
         let of = self.problem.reduced.of_harmonic(k);
         Elimination::new(of.model, self.factors(k, omega), &[])
     }
@@ -423,7 +428,7 @@ fn on_columns(
     out
 }
 
-impl<'a> HarmonicStiffness<'a> {
+impl HarmonicStiffness {
     /// Number of harmonics besides the mean.
     pub fn harmonics(&self) -> usize {
         self.harmonics.len()
@@ -435,7 +440,7 @@ impl<'a> HarmonicStiffness<'a> {
     }
 
     /// Model by which harmonic k (1..H) moves.
-    fn model(&self, k: usize) -> HarmonicModel<'a> {
+    fn model(&self, k: usize) -> HarmonicModel<'_> {
         self.reduced.of_harmonic(k)
     }
 

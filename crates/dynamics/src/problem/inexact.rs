@@ -37,8 +37,8 @@ pub const ALL_FROM: f64 = 0.25;
 const SPARE: usize = 16;
 
 /// Data that are the same for all sets of pairs.
-pub struct InexactModel<'a> {
-    model: &'a ReducedModel,
+pub struct InexactModel {
+    model: Arc<ReducedModel>,
     /// Coarse space W, n x motions.
     coarse_space: Mat<f64>,
     /// Factor of M ~ inertia inertia^T, n x motions or fewer.
@@ -88,9 +88,9 @@ pub fn motions(unknowns: usize) -> usize {
     count.max(FEWEST_MOTIONS)
 }
 
-impl<'a> InexactModel<'a> {
+impl InexactModel {
     /// Model with its coarse space.
-    pub fn new(model: &'a ReducedModel) -> Self {
+    pub fn new(model: &Arc<ReducedModel>) -> Self {
         Self::with_inertia(model, |motions| {
             let moved = product(model.mass.as_ref(), motions.as_ref());
             narrow(nystrom(&moved, motions).as_ref())
@@ -98,17 +98,20 @@ impl<'a> InexactModel<'a> {
     }
 
     /// Model with its coarse space for linear solves in the mean alone, to which no mass belongs.
-    pub fn of_mean(model: &'a ReducedModel) -> Self {
+    pub fn of_mean(model: &Arc<ReducedModel>) -> Self {
         Self::with_inertia(model, |motions| Mat::zeros(motions.nrows(), 0))
     }
 
-    fn with_inertia(model: &'a ReducedModel, inertia: impl FnOnce(&Mat<f64>) -> Mat<f32>) -> Self {
+    fn with_inertia(
+        model: &Arc<ReducedModel>,
+        inertia: impl FnOnce(&Mat<f64>) -> Mat<f32>,
+    ) -> Self {
         let own = model.diagonal_stiffness();
         let count = motions(own.len());
         let CoarseSpace { motions, forces } = coarse_space(model.stiffness.as_ref(), &own, count);
         let mut this = Self {
             inertia: inertia(&motions),
-            model,
+            model: Arc::clone(model),
             coarse_space: motions,
             all: None,
         };
@@ -121,10 +124,10 @@ impl<'a> InexactModel<'a> {
     }
 
     /// Model without motions, for few or no linear solves.
-    pub fn unprepared(model: &'a ReducedModel) -> Self {
+    pub fn unprepared(model: &Arc<ReducedModel>) -> Self {
         let n = model.stiffness.nrows();
         Self {
-            model,
+            model: Arc::clone(model),
             coarse_space: Mat::zeros(n, 0),
             inertia: Mat::zeros(n, 0),
             all: None,

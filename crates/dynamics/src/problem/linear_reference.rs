@@ -216,7 +216,7 @@ impl LinearReference {
             ..self.model(reduced.of_harmonic(0), problem, damping)
         };
         Problem {
-            reduced: on_modes,
+            reduced: on_modes.into(),
             laws: Vec::new(),
             excitations: problem.excitations.iter().map(harmonic).collect(),
             modal_ratios,

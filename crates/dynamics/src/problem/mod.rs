@@ -28,12 +28,14 @@ use crate::damping::{DampingError, Rayleigh};
 use crate::excitation::{Excitation, Growth, NamedExcitation};
 use crate::reduced::{HarmonicModel, Load, ReducedModel};
 use dovetail_numerics::vector::norm;
+use std::sync::Arc;
 
-/// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations.
+/// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations. Clones
+/// share the reduced model.
 #[derive(Debug, Clone)]
 pub struct Problem {
     /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
-    pub reduced: ReducedModel,
+    pub reduced: Arc<ReducedModel>,
     /// Contact law of each pair, n / 3.
     pub laws: Vec<PairLaw>,
     /// Loads by harmonic, ascending. Those of one harmonic that depend alike on the frequency are
@@ -47,7 +49,12 @@ pub struct Problem {
 impl Problem {
     /// Problem of a reduced model with the contact law of each pair and the excitations of its unit
     /// loads, in their order.
-    pub fn new(reduced: ReducedModel, laws: Vec<PairLaw>, excitations: &[Excitation]) -> Self {
+    pub fn new(
+        reduced: impl Into<Arc<ReducedModel>>,
+        laws: Vec<PairLaw>,
+        excitations: &[Excitation],
+    ) -> Self {
+        let reduced = reduced.into();
         Self {
             laws,
             excitations: excited(excitations, &reduced),
@@ -78,6 +85,11 @@ impl Problem {
         let laws = vec![law; reduced.pairs()];
         let excitations: Vec<Excitation> = excitations.iter().map(excitation).collect();
         Self::new(reduced, laws, &excitations)
+    }
+
+    /// Reduced model, to be changed. Problems that share it keep it as it is.
+    pub fn reduced_mut(&mut self) -> &mut ReducedModel {
+        Arc::make_mut(&mut self.reduced)
     }
 
     /// Problem whose first stuck modes have these damping ratios in place of Rayleigh damping.

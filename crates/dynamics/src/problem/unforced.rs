@@ -36,7 +36,7 @@ const ROUNDING: f64 = 1e-12;
 #[derive(Clone, Copy)]
 pub struct Unforced<'a> {
     /// System with its own damping.
-    pub system: &'a ContactSystem<'a>,
+    pub system: &'a ContactSystem,
     /// Stuck mode that is tracked, and what moves with it, with their amplitudes: modes of the model of
     /// harmonic 1. Empty where a relative displacement is tracked: no mode is left out then, and there
     /// is no equation of one.
@@ -50,7 +50,7 @@ pub struct Unforced<'a> {
 impl<'a> Unforced<'a> {
     /// Lambda of the mean and of the harmonics up to `harmonics`, without the tracked mode in
     /// harmonic 1.
-    pub fn stiffness(&self, harmonics: usize) -> HarmonicStiffness<'a> {
+    pub fn stiffness(&self, harmonics: usize) -> HarmonicStiffness {
         let of = |k: usize| self.eliminated(k).coefficients();
         self.system.of_harmonics(self.omega_rad_s, harmonics, of)
     }
@@ -81,7 +81,7 @@ impl<'a> Unforced<'a> {
 
     /// Derivatives of Lambda with respect to the angular frequency and to the damping ratio. What
     /// they write to the mean means nothing.
-    pub fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness<'a>; 2] {
+    pub fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness; 2] {
         [0, 1].map(|unknown| {
             let of = |k: usize| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
             self.system.of_harmonics(self.omega_rad_s, harmonics, of)

@@ -1,7 +1,7 @@
 //! Bodies of a run: their meshes, their model, and their modes after a reduction.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use faer::Mat;
 
@@ -68,7 +68,7 @@ impl From<Mesh> for Meshes {
 }
 
 /// Problem of a reduced model with the contact laws and excitations of the model that it was made of.
-pub fn problem(reduced: ReducedModel, model: &Model) -> Problem {
+pub fn problem(reduced: impl Into<Arc<ReducedModel>>, model: &Model) -> Problem {
     let laws = model.pairs.iter().map(|pair| pair.law).collect();
     let excitations: Vec<Excitation> = model.excitations.iter().map(|e| e.in_time).collect();
     Problem::new(reduced, laws, &excitations)

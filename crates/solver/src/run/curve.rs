@@ -228,7 +228,7 @@ impl First {
         if self.inputs.as_ref() != Some(&inputs(&bound.model, wanted, scene)) {
             return Reduced::of_bound(bound, wanted, scene, session);
         }
-        let problem = problem(self.at.reduced.model().clone(), &bound.model);
+        let problem = problem(Arc::clone(&self.at.reduced.problem.reduced), &bound.model);
         Ok(Reduced {
             pairs: PairTable::of_model(&bound.model),
             problem: problem.with_modal_ratios(&scene.modal_ratios)?,

@@ -2,6 +2,8 @@
 //! itself: both are computed repeatedly until the normal forces no longer change. The first pass
 //! takes the stress of the static state with all pairs stuck, which one linear system gives.
 
+use std::sync::Arc;
+
 use nalgebra_sparse::CscMatrix;
 
 use super::bodies::problem;
@@ -117,7 +119,7 @@ pub(super) fn settle(
     Ok(Settled {
         structure,
         reduction: KeptReduction {
-            reduced: pass.problem.reduced,
+            reduced: Arc::unwrap_or_clone(pass.problem.reduced),
             modes: ReductionModes {
                 truncation: pass.truncation,
                 fixed_interface_omega2: pass.fixed_interface_omega2,

@@ -154,10 +154,8 @@ impl Reduced {
         session: &Session<'_>,
     ) -> Result<Self, Error> {
         if let Some(bodies) = &mut self.bodies {
-            let (all, waves) = (
-                bodies.waves_of_all_sectors(),
-                &mut self.problem.reduced.waves,
-            );
+            let all = bodies.waves_of_all_sectors();
+            let waves = &mut self.problem.reduced_mut().waves;
             *waves = bodies.with_waves(std::mem::take(waves), &all, scene, session)?;
         }
         Ok(self)

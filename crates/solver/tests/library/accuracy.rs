@@ -138,7 +138,7 @@ fn every_observed_point_keeps_the_accuracy() {
     let mut slip = vec![0.0; 3 * pairs];
     slip.iter_mut().skip(1).step_by(3).for_each(|t| *t = 1.0);
     let observed = ObservedPoint::new("slip", slip, vec![0.0; modes]);
-    model.reduced.observations.push(observed);
+    model.reduced_mut().observations.push(observed);
     let both = respond_at(&ratios, &model, Resolution::Accuracy(accuracy));
     let mut more = 0;
     for (alone, both) in alone.orbits.iter().zip(&both.orbits) {

@@ -75,7 +75,8 @@ fn one_pair(gap_m: f64) -> Problem {
                 diagonal([NORMAL_STIFFNESS_N_M, 1.0, 1.0]),
                 Mat::identity(3, 3),
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(0.5, gap_m)],
         excitations: vec![HarmonicLoad::cosine(1, load(SHAKE_N))],
         modal_ratios: Vec::new(),
@@ -133,9 +134,9 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
 fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
     for press_n in [0.0, 0.1] {
         let mut model = one_pair(0.25);
-        model.reduced.static_load.on_x[0] = -press_n;
+        model.reduced_mut().static_load.on_x[0] = -press_n;
         let (mass_kg, shake_n) = (0.5, 0.01);
-        model.reduced.mass = diagonal([mass_kg; 3]);
+        model.reduced_mut().mass = diagonal([mass_kg; 3]);
         model.excitations[0].cosine.on_x[0] = shake_n;
         let state = statics(&model);
         assert_eq!(state.status, [PairStatus::Open]);
@@ -161,8 +162,8 @@ fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
 #[test]
 fn a_stop_that_is_open_at_rest_may_have_no_mass_of_its_own() {
     let mut model = one_pair(0.25);
-    model.reduced.static_load.on_x[0] = 0.0;
-    model.reduced.mass[(0, 0)] = 0.0;
+    model.reduced_mut().static_load.on_x[0] = 0.0;
+    model.reduced_mut().mass[(0, 0)] = 0.0;
     let state = statics(&model);
     assert_eq!(state.status, [PairStatus::Open]);
     assert_eq!(state.linear.with_mass, 2);
@@ -174,8 +175,8 @@ fn a_stop_that_is_open_at_rest_may_have_no_mass_of_its_own() {
 #[test]
 fn a_free_mass_before_a_stop_is_held_by_nothing() {
     let mut model = one_pair(0.25);
-    model.reduced.stiffness[(0, 0)] = 0.0;
-    model.reduced.static_load.on_x[0] = 0.0;
+    model.reduced_mut().stiffness[(0, 0)] = 0.0;
+    model.reduced_mut().static_load.on_x[0] = 0.0;
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::NothingHolds);
 }
@@ -187,9 +188,9 @@ fn a_free_mass_before_a_stop_is_held_by_nothing() {
 fn an_interference_grows_with_the_load_that_opposes_it() {
     let mut model = one_pair(-1.0);
     for (i, j, k) in [(0, 0, 1.0), (0, 1, 0.8), (1, 0, 0.8)] {
-        model.reduced.stiffness[(i, j)] = k;
+        model.reduced_mut().stiffness[(i, j)] = k;
     }
-    model.reduced.static_load.on_x = vec![0.0, 0.6, 0.0];
+    model.reduced_mut().static_load.on_x = vec![0.0, 0.6, 0.0];
     for load_steps in [1, 4, 10] {
         let state = static_state(&model, load_steps, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
@@ -220,7 +221,7 @@ fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
         pair.gap_m = 1e-6 * (1 + p % 5) as f64;
         shift_m[3 * p] = pair.gap_m;
     }
-    for (i, load) in moved.reduced.static_load.on_x.iter_mut().enumerate() {
+    for (i, load) in moved.reduced_mut().static_load.on_x.iter_mut().enumerate() {
         *load -= (0..n)
             .map(|j| model.reduced.stiffness[(i, j)] * shift_m[j])
             .sum::<f64>();
@@ -296,7 +297,7 @@ fn the_static_state_goes_with_its_loads_and_clearances() {
     let (whole, _) = moved_apart(&dovetail(1.5));
     let mut small = whole.clone();
     small
-        .reduced
+        .reduced_mut()
         .static_load
         .on_x
         .iter_mut()

@@ -48,7 +48,7 @@ fn push_along_the_slot(model: &mut Problem, share: f64) {
         model.reduced.elastic_product(&slide)
     };
     let along = if common(1) < common(2) { 1 } else { 2 };
-    let load = &mut model.reduced.static_load.on_x;
+    let load = &mut model.reduced_mut().static_load.on_x;
     let pressing_n: f64 = load.iter().step_by(3).map(|f| f.abs()).sum();
     let each_n = share * pressing_n / (n / 3) as f64;
     let pushed = load.iter_mut().skip(along).step_by(3);

@@ -49,7 +49,8 @@ impl Mass {
                 static_load: load([-self.press_n, 0.0, 0.0]),
                 observations: (0..3).map(along).collect(),
                 ..ReducedModel::of_pairs(identity(), identity())
-            },
+            }
+            .into(),
             laws: vec![PairLaw {
                 stiffness: Some(self.springs),
                 ..PairLaw::rigid(self.friction, self.gap_m)
@@ -381,7 +382,8 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             observations: vec![ObservedPoint::new("body", observed.on_x, observed.on_modes)],
             dashpots: Dashpots::none(n, 1),
             waves: Waves::default(),
-        },
+        }
+        .into(),
         laws: vec![
             PairLaw {
                 stiffness: Some(PairStiffness::new(1.0, own)),
@@ -455,7 +457,8 @@ fn mass_before_a_gap() -> (Problem, Rayleigh) {
             static_load: load(0.0),
             observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
             ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
-        },
+        }
+        .into(),
         laws: vec![PairLaw {
             stiffness: Some(PairStiffness::new(1000.0, 1.0)),
             ..PairLaw::rigid(0.0, 10.0)

@@ -40,7 +40,8 @@ fn pulled(gap_m: f64, force_n: f64) -> Problem {
                 Mat::zeros(3, 0),
                 Vec::new(),
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(0.5, gap_m)],
         excitations: vec![HarmonicLoad::cosine(
             1,
@@ -54,13 +55,13 @@ fn pulled(gap_m: f64, force_n: f64) -> Problem {
 /// multiples in the end.
 fn by_parts(gap_m: f64, [press, pull]: [f64; 2]) -> Problem {
     let mut problem = pulled(gap_m, 0.0);
-    problem.reduced.static_load.on_x = vec![-press, pull, 0.0];
+    problem.reduced_mut().static_load.on_x = vec![-press, pull, 0.0];
     let part = |number: usize, on_x: [f64; 3], working: f64| StaticPart {
         cause: SteadyCause::Load(number),
         on_x: on_x.to_vec(),
         working,
     };
-    problem.reduced.static_parts = vec![
+    problem.reduced_mut().static_parts = vec![
         part(0, [-1.0, 0.0, 0.0], press),
         part(1, [0.0, 1.0, 0.0], pull),
     ];
@@ -116,7 +117,7 @@ fn a_point_at_which_nothing_holds_the_mass_ends_the_path() {
         (pulled, 0.0, Outcome::NothingHolds, Some(0)),
     ] {
         let mut problem = by_parts(0.0, [1.0, 0.2]);
-        problem.reduced.stiffness[(0, 0)] = spring_n_m;
+        problem.reduced_mut().stiffness[(0, 0)] = spring_n_m;
         let state = static_state(&problem, path(2, &points), NEWTON);
         let found = (state.outcome, state.ended_at);
         assert_eq!(found, (outcome, ended_at), "{points:?}, {spring_n_m}");
@@ -262,10 +263,11 @@ fn the_parts_of_the_steady_load_are_those_of_each_load_alone() {
             (false, [false, true]),
         ];
         for (part, (rotates, forces)) in alone.into_iter().enumerate() {
-            let expected = model_of(&loaded(rotates, forces, modes)).static_load.on_x;
+            let expected = model_of(&loaded(rotates, forces, modes));
             let mut multiples = [0.0; 3];
             multiples[part] = whole.working_multiples()[part];
-            close(&whole.steady_on_x(&multiples), &expected);
+            let expected = &expected.static_load.on_x;
+            close(&whole.steady_on_x(&multiples), expected);
         }
         let at_rest = model_of(&loaded(false, [true, true], modes));
         assert_eq!(at_rest.working_multiples(), [0.0, 1.0, 1.0]);

@@ -34,7 +34,8 @@ fn two_masses(friction: f64) -> Problem {
                 Mat::from_fn(3, 1, |i, _| if i == 1 { 1.0 } else { 0.0 }),
                 vec![1.0],
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
         modal_ratios: Vec::new(),

@@ -127,7 +127,7 @@ fn ring_under(engine_order: usize) -> Problem {
             ..HarmonicLoad::cosine(1, cosine)
         }],
         laws: Vec::new(),
-        reduced,
+        reduced: reduced.into(),
         modal_ratios: Vec::new(),
     }
 }

@@ -83,7 +83,8 @@ fn beam(friction: f64) -> Problem {
                 Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
                 ROOTS.map(|b| b.powi(4)).to_vec(),
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(1.0))],
         modal_ratios: Vec::new(),

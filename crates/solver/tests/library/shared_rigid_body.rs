@@ -30,7 +30,8 @@ pub fn body(mass_kg: f64, friction: f64) -> Problem {
                 diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
                 diagonal(mass_kg),
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad::cosine(1, load(mass_kg * BASE_M_S2))],
         modal_ratios: Vec::new(),

@@ -127,7 +127,7 @@ fn problem(case: Case) -> Problem {
             ..HarmonicLoad::cosine(1, cosine)
         }],
         laws: vec![law; case.pairs],
-        reduced,
+        reduced: reduced.into(),
         modal_ratios: Vec::new(),
     }
 }

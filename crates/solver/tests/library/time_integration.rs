@@ -68,7 +68,8 @@ impl OnePair {
                     Mat::from_fn(3, modes, |i, _| along(p)[i]),
                     vec![w2; modes],
                 )
-            },
+            }
+            .into(),
             laws: vec![PairLaw::rigid(self.friction, 0.0)],
             excitations: vec![HarmonicLoad::cosine(1, load(self.force_n))],
             modal_ratios: Vec::new(),
@@ -133,9 +134,9 @@ fn a_stuck_joint_with_a_dashpot_or_a_ratio_is_that_oscillator_too() {
     let (mut dashpot, mut ratio, mut both) = (plain.clone(), plain.clone(), plain);
     // The pair does not move; its share in the dashpot does not count.
     let on_both = Load::new(vec![0.0, 0.7, 0.0], vec![0.5]);
-    dashpot.reduced.dashpots = Dashpots::new(3, 1, &[(0.2, on_both)]);
+    dashpot.reduced_mut().dashpots = Dashpots::new(3, 1, &[(0.2, on_both)]);
     ratio.modal_ratios = vec![0.025];
-    both.reduced.dashpots = dashpot.reduced.dashpots.clone();
+    both.reduced_mut().dashpots = dashpot.reduced.dashpots.clone();
     both.modal_ratios = vec![0.01];
     let material = Rayleigh::new(0.02, 0.03);
     for (model, damping, c) in [

@@ -40,7 +40,8 @@ fn oscillator() -> Problem {
                 Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
                 vec![both],
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(0.0, GAP_M)],
         excitations: vec![HarmonicLoad::cosine(1, load(FORCE_N))],
         modal_ratios: Vec::new(),

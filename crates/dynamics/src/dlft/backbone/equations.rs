@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn slopes_and_derivatives_are_those_by_differences() {
         at_sample_points_of_waves_too(|what, sample, u| {
-            let holding = Holding::of(sample.setting.system.problem);
+            let holding = Holding::of(&sample.setting.system.problem);
             let newton = NewtonOptions::new(1e-9, 60);
             let (setting, solver) = (*sample.setting, Solver::NewtonKrylov);
             let solver = FrequencySolver::new(setting, newton, solver, &holding, &|_| ());

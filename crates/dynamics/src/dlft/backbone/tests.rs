@@ -49,7 +49,8 @@ fn jenkins() -> Problem {
             static_load: Load::new(vec![-PRESSED_N, 0.0, 0.0], vec![0.0; 2]),
             observations: vec![mass],
             ..reduced
-        },
+        }
+        .into(),
         laws: vec![PairLaw::rigid(FRICTION, 0.0)],
         excitations: vec![HarmonicLoad::cosine(
             1,
@@ -145,7 +146,8 @@ fn mass_on_a_pair(ground_n_m: f64) -> Problem {
                 // The motion across has a frequency of its own.
                 diagonal([1.0, 1.0, 0.9]),
             )
-        },
+        }
+        .into(),
         laws: vec![PairLaw {
             stiffness: Some(PairStiffness::new(9.0, KT)),
             ..PairLaw::rigid(FRICTION, 0.0)
@@ -313,7 +315,7 @@ fn small_amplitudes_have_the_frequency_and_the_damping_of_the_linear_mode() {
 #[test]
 fn a_pair_on_springs_moves_as_the_linear_mode_with_air_and_a_dashpot_does() {
     let mut problem = jenkins();
-    let reduced = &mut problem.reduced;
+    let reduced = problem.reduced_mut();
     reduced.mass = Mat::from_fn(3, 3, |i, j| if i == j { 0.5 } else { 0.0 });
     reduced.stiffness = Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.1 });
     reduced.coupling = Mat::from_fn(3, 2, |i, j| [[0.1, 0.0], [0.4, 0.2], [-0.1, 0.3]][i][j]);
@@ -368,7 +370,7 @@ fn a_pair_on_springs_moves_as_the_linear_mode_with_air_and_a_dashpot_does() {
 #[test]
 fn a_mode_with_pairs_open_at_rest_begins_at_the_linear_reference() {
     let mut problem = jenkins();
-    problem.reduced.static_load.on_x.fill(0.0);
+    problem.reduced_mut().static_load.on_x.fill(0.0);
     problem.laws[0].gap_m = 1.0;
     let model = (&problem, Rayleigh::of_mass(0.01));
     let found = of_first_mode(model, vec![1e-3, 0.5], &settings(1, 64, 1e-9));

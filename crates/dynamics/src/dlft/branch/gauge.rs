@@ -187,8 +187,9 @@ mod tests {
             let mut problem = sample.setting.system.problem.clone();
             for observed in [true, false] {
                 if !observed {
-                    problem.reduced.observations.clear();
-                    problem.reduced.waves = problem.reduced.waves.with(|_, copies| ReducedModel {
+                    let reduced = problem.reduced_mut();
+                    reduced.observations.clear();
+                    reduced.waves = reduced.waves.with(|_, copies| ReducedModel {
                         observations: Vec::new(),
                         ..copies.clone()
                     });

@@ -262,8 +262,8 @@ mod tests {
         let mut problem = mass_with_a_stop(0.0);
         let along = |n: f64, t: f64| vec![n, t, 0.0];
         problem.laws = vec![PairLaw::rigid(0.3, 0.0)];
-        problem.reduced.static_load.on_x = along(-1.0, 0.0);
-        problem.reduced.observations[0].on_x = along(0.0, 1.0);
+        problem.reduced_mut().static_load.on_x = along(-1.0, 0.0);
+        problem.reduced_mut().observations[0].on_x = along(0.0, 1.0);
         problem.excitations[0].cosine.on_x = along(0.0, 1.0);
         let settings = SweepSettings::new(vec![0.12, 0.2], Resolution::Accuracy(1e-4));
         let state = static_state(&problem, 1, settings.newton);
@@ -335,8 +335,8 @@ mod tests {
     #[test]
     fn where_there_is_no_motion_it_is_looked_for_at_few_frequencies() {
         let mut problem = mass_with_a_stop(0.0);
-        problem.reduced.stiffness[(0, 0)] = 0.0;
-        problem.reduced.static_load.on_x[0] = -0.05;
+        problem.reduced_mut().stiffness[(0, 0)] = 0.0;
+        problem.reduced_mut().static_load.on_x[0] = -0.05;
         let resolution = Resolution::fixed(1, 32);
         let mut settings = SweepSettings::new(vec![0.1, 0.4], resolution);
         settings.slip_threshold_m = Some(1e-9);

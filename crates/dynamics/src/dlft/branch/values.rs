@@ -206,7 +206,7 @@ impl<'b> Values<'b> {
     fn setting<'a>(
         &'a self,
         state: &'a StaticState,
-        (system, inexact): (&'a ContactSystem<'a>, &'a InexactModel<'a>),
+        (system, inexact): (&'a ContactSystem, &'a InexactModel),
         free_slips_m: &'a [f64],
     ) -> Setting<'a> {
         let lowest = &self.run.refinement.lowest().setting;
@@ -270,12 +270,12 @@ impl<T> Shelf<T> {
 /// Parts of the balances at a value that borrow its model.
 struct Parts<'m> {
     model: &'m ModelAt,
-    system: ContactSystem<'m>,
+    system: ContactSystem,
     linear: Problem,
     /// Holding of the bodies; `None` where it is that of the first value.
-    holding: Option<Holding<'m>>,
+    holding: Option<Holding>,
     /// Model of the inner linear solves; `None` where that of the first value serves.
-    inexact: Option<InexactModel<'m>>,
+    inexact: Option<InexactModel>,
     free_slips_m: Vec<f64>,
 }
 
@@ -348,7 +348,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
             inexact,
             free_slips_m,
         });
-        let inexact: &'p InexactModel<'p> = parts.inexact.as_ref().unwrap_or(of_first);
+        let inexact: &'p InexactModel = parts.inexact.as_ref().unwrap_or(of_first);
         let refinement = self.solvers.put(Refinement::new(
             values.setting(state, (&parts.system, inexact), &parts.free_slips_m),
             levels,

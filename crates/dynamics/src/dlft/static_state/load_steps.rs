@@ -35,7 +35,7 @@ impl StaticSystem<'_> {
         mut self,
         start: Start<'_>,
         path: &LoadPath,
-        holding: &Holding<'_>,
+        holding: &Holding,
         options: NewtonOptions,
     ) -> StaticState {
         let n = self.eps.len();

@@ -346,7 +346,7 @@ mod tests {
             let mut problem = problem(1);
             problem.laws = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
             // Sticks with a coefficient above 1e5.
-            problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            problem.reduced_mut().static_load.on_x = vec![-1e-5, 0.0, 1.0];
             static_state(&problem, 1, options)
         });
         assert_eq!(at_most.outcome, Outcome::Converged);

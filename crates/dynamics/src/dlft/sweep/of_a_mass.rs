@@ -138,10 +138,10 @@ fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
     // Without its spring, pressed against the stop by more and by less than the 0.1 N that excite
     // it.
-    problem.reduced.stiffness[(0, 0)] = 0.0;
-    problem.reduced.static_load.on_x[0] = -1.0;
+    problem.reduced_mut().stiffness[(0, 0)] = 0.0;
+    problem.reduced_mut().static_load.on_x[0] = -1.0;
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
-    problem.reduced.static_load.on_x[0] = -0.05;
+    problem.reduced_mut().static_load.on_x[0] = -0.05;
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::LeavesSlot; 2]);
 }
 
