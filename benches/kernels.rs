@@ -108,7 +108,7 @@ fn reduced_dovetail() -> Problem {
 }
 
 /// Newton-GMRES from `start`, with no preconditioner left over from another frequency.
-fn newton_krylov(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
+fn newton_krylov(balance: &Balance, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     let mut u = start.to_vec();
     let mut preconditioner = Preconditioner::default();
     let mut system = KrylovSystem::new(
@@ -123,7 +123,7 @@ fn newton_krylov(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) 
 }
 
 /// Powell's hybrid method from `start`.
-fn dogleg(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
+fn dogleg(balance: &Balance, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     let mut u = start.to_vec();
     let (end, _) = powell(balance, &mut u, None, NEWTON);
     (u, end)
@@ -153,18 +153,18 @@ fn dlft(c: &mut Criterion) {
     let eps = Eps::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
     let inexact = InexactModel::new(&model.reduced);
     let setting = Setting {
-        system: &system,
-        inexact: &inexact,
-        fourier: &fourier,
-        eps: &eps,
-        x_static: &statics.x,
-        lambda_static: &statics.lambda,
-        at_rest: &statics.status,
+        system: system.into(),
+        inexact: inexact.into(),
+        fourier: fourier.into(),
+        eps: eps.into(),
+        x_static: statics.x.as_slice().into(),
+        lambda_static: statics.lambda.as_slice().into(),
+        at_rest: statics.status.as_slice().into(),
         static_mean: Mean::Free,
         pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
         slip_threshold_m: 0.0,
-        free_slips_m: &[],
+        free_slips_m: [].into(),
     };
     group.bench_function("condense_one_frequency", |b| {
         b.iter(|| Balance::new(&setting, black_box(omega)));

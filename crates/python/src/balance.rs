@@ -11,7 +11,6 @@ use crate::motion::PyMotion;
 use crate::running::watched;
 use crate::subject::Subject;
 use dovetail_solver::dlft::balance::{Balance, Jacobian};
-use dovetail_solver::dlft::one_balance::OneBalance;
 use dovetail_solver::dlft::orbit::orbit;
 use dovetail_solver::dlft::{Outcome, StaticState};
 
@@ -27,7 +26,7 @@ const MOST_DENSE: usize = 1 << 28;
 pub struct PyBalance {
     pub subject: Arc<Subject>,
     pub state: Arc<StaticState>,
-    pub one: OneBalance,
+    pub balance: Balance,
     pub frequency_hz: f64,
     pub harmonics: usize,
     /// The Jacobian that was asked for last, and its U.
@@ -36,7 +35,7 @@ pub struct PyBalance {
 
 impl PyBalance {
     fn vector_of(&self, name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-        real_vector(name, given, self.one.unknowns())
+        real_vector(name, given, self.balance.unknowns())
     }
 
     /// Does what may take long on another thread, so that a panic is an exception.
@@ -49,11 +48,9 @@ impl PyBalance {
     fn of_balance<T: Send>(
         &self,
         py: Python<'_>,
-        function: impl FnOnce(&Balance<'_>) -> T + Send,
+        function: impl FnOnce(&Balance) -> T + Send,
     ) -> PyResult<T> {
-        self.apart(py, || {
-            self.one.with(&self.subject.problem, &self.state, function)
-        })
+        self.apart(py, || function(&self.balance))
     }
 
     fn jacobian_at(&self, u: &[f64]) -> Arc<Jacobian> {
@@ -63,15 +60,14 @@ impl PyBalance {
         {
             return Arc::clone(jacobian);
         }
-        let made = |b: &Balance<'_>| b.linearise(&b.evaluate(u));
-        let jacobian = Arc::new(self.one.with(&self.subject.problem, &self.state, made));
+        let balance = &self.balance;
+        let jacobian = Arc::new(balance.linearise(&balance.evaluate(u)));
         *lock() = Some((u.to_vec(), Arc::clone(&jacobian)));
         jacobian
     }
 
     fn product(&self, jacobian: &Jacobian, v: &[f64]) -> Vec<f64> {
-        let times = |b: &Balance<'_>| b.jacobian_times(jacobian, v);
-        self.one.with(&self.subject.problem, &self.state, times)
+        self.balance.jacobian_times(jacobian, v)
     }
 }
 
@@ -82,7 +78,7 @@ impl PyBalance {
             "<dovetail.Balance at {} Hz: {} harmonics, {} unknowns>",
             self.frequency_hz,
             self.harmonics,
-            self.one.unknowns()
+            self.balance.unknowns()
         )
     }
 
@@ -101,7 +97,7 @@ impl PyBalance {
     /// Number of unknowns, (2H+1) 3 pairs.
     #[getter]
     fn unknowns(&self) -> usize {
-        self.one.unknowns()
+        self.balance.unknowns()
     }
 
     /// Shape of the unknowns as blocks, pairs and components: (2H+1, pairs, 3).
@@ -113,7 +109,7 @@ impl PyBalance {
     /// Parameter eps of DLFT of each unknown of a block, N/m, (3 pairs,).
     #[getter]
     fn eps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.one.eps().to_vec())
+        vector(py, self.balance.setting.eps.to_vec())
     }
 
     /// Load F, N, (unknowns,): the steady load and the excitations, condensed on the pairs.
@@ -126,7 +122,7 @@ impl PyBalance {
     #[getter]
     fn at_rest<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let mut u = self.state.x.clone();
-        u.resize(self.one.unknowns(), 0.0);
+        u.resize(self.balance.unknowns(), 0.0);
         vector(py, u)
     }
 

@@ -25,7 +25,7 @@ use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::branch::follow;
 use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::one_balance::{OneBalance, OneBalanceSettings};
+use dovetail_solver::dlft::one_balance::{OneBalanceSettings, one_balance};
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::{LoadPath, static_state};
@@ -852,7 +852,7 @@ impl PyProblem {
         let settings =
             SweepSettings::new(vec![frequency_hz], Resolution::fixed(harmonics, samples));
         self.fits(py, &settings, harmonics)?;
-        let one = quietly(py, || {
+        let balance = quietly(py, || {
             let settings = OneBalanceSettings {
                 frequency_hz,
                 harmonics,
@@ -861,12 +861,12 @@ impl PyProblem {
                 eps_hz,
                 mean,
             };
-            OneBalance::new(self.problem(), damping, &state, settings)
+            one_balance(self.problem(), damping, &state, settings)
         })?;
         Ok(PyBalance {
             subject: Arc::clone(&self.subject),
             state,
-            one,
+            balance,
             frequency_hz,
             harmonics,
             last: Mutex::new(None),

@@ -16,7 +16,7 @@ use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::dlft::balance::Balance;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::one_balance::{OneBalance, OneBalanceSettings};
+use dovetail_solver::dlft::one_balance::{OneBalanceSettings, one_balance};
 use dovetail_solver::dlft::orbit::observed_amplitudes_m;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
@@ -58,7 +58,7 @@ fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
     Ok((problem, damping, state))
 }
 
-fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> OneBalance {
+fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> Balance {
     let settings = OneBalanceSettings {
         frequency_hz: FREQUENCY_HZ,
         harmonics: HARMONICS,
@@ -67,31 +67,29 @@ fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> OneB
         eps_hz: FREQUENCY_HZ,
         mean: Mean::Free,
     };
-    OneBalance::new(problem, damping, state, settings)
+    one_balance(problem, damping, state, settings)
 }
 
 /// Amplitude of the observed point by Newton's method from the static state, and by the library, m.
 pub fn amplitudes_m() -> Result<[f64; 2], Box<dyn Error>> {
     let (problem, damping, state) = dovetail()?;
-    let one = balance_of(&problem, damping, &state);
+    let balance = balance_of(&problem, damping, &state);
     let mut u = state.x.clone();
-    u.resize(one.unknowns(), 0.0);
-    let own = one.with(&problem, &state, |balance| {
-        for _ in 0..10 {
-            let evaluation = balance.evaluate(&u);
-            let mut step = evaluation.residual;
-            formed(balance, &u).solve_column_in_place(&mut step);
-            u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
-        }
-        observed_amplitudes_m(balance, &u, FREQUENCY_HZ)
-    });
+    u.resize(balance.unknowns(), 0.0);
+    for _ in 0..10 {
+        let evaluation = balance.evaluate(&u);
+        let mut step = evaluation.residual;
+        formed(&balance, &u).solve_column_in_place(&mut step);
+        u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
+    }
+    let own = observed_amplitudes_m(&balance, &u, FREQUENCY_HZ);
     let settings = SweepSettings::new(vec![FREQUENCY_HZ], Resolution::fixed(HARMONICS, SAMPLES));
     let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
     Ok([own[0], response.orbits[0].observed_amplitude[0]])
 }
 
 /// Jacobian at U, column by column, factored.
-fn formed(balance: &Balance<'_>, u: &[f64]) -> Lu {
+fn formed(balance: &Balance, u: &[f64]) -> Lu {
     let jacobian = balance.linearise(&balance.evaluate(u));
     let mut matrix = Mat::zeros(u.len(), u.len());
     for column in 0..u.len() {
@@ -107,19 +105,17 @@ fn formed(balance: &Balance<'_>, u: &[f64]) -> Lu {
 /// state.
 pub fn bits() -> Result<Vec<[u64; 2]>, Box<dyn Error>> {
     let (problem, damping, state) = dovetail()?;
-    let one = balance_of(&problem, damping, &state);
+    let balance = balance_of(&problem, damping, &state);
     // Whole numbers, so that any program makes the same ones.
-    let v: Vec<f64> = (0..one.unknowns())
+    let v: Vec<f64> = (0..balance.unknowns())
         .map(|i| ((i * 7919) % 2003) as f64 / 1e9 - 1e-6)
         .collect();
     let mut u = state.x.clone();
-    u.resize(one.unknowns(), 0.0);
+    u.resize(balance.unknowns(), 0.0);
     u.iter_mut().zip(&v).for_each(|(u, v)| *u += v);
-    Ok(one.with(&problem, &state, |balance| {
-        let evaluation = balance.evaluate(&u);
-        let jacobian = balance.linearise(&evaluation);
-        let product = balance.jacobian_times(&jacobian, &v);
-        let both = evaluation.residual.iter().zip(&product);
-        both.map(|(f, jv)| [f.to_bits(), jv.to_bits()]).collect()
-    }))
+    let evaluation = balance.evaluate(&u);
+    let jacobian = balance.linearise(&evaluation);
+    let product = balance.jacobian_times(&jacobian, &v);
+    let both = evaluation.residual.iter().zip(&product);
+    Ok(both.map(|(f, jv)| [f.to_bits(), jv.to_bits()]).collect())
 }

@@ -14,14 +14,12 @@
 //! rigid friction at a point has kinks over which a linear step tells little, and amplitudes may
 //! not change between two numbers of harmonics.
 
-use super::Told;
 use super::balance::Setting;
 use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Truncation, Work};
-use super::retention::Holding;
-use crate::dlft::settings::{Resolution, Solver};
+use crate::dlft::settings::Resolution;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::nonlinear::NewtonOptions;
 use std::iter;
+use std::sync::Arc;
 
 /// Harmonics that are tried one after the other.
 const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
@@ -55,9 +53,9 @@ pub struct Refinement<'a> {
 }
 
 /// Frequency solved with the harmonics that it needs.
-pub struct Resolved<'b> {
+pub struct Resolved {
     /// Solution that was accepted.
-    pub solved: Solution<'b>,
+    pub solved: Solution,
     /// Estimated relative error, at most 1, of each observed amplitude, or of the whole vibration
     /// where nothing is observed. Empty where the error was not estimated.
     pub estimated_errors: Vec<f64>,
@@ -69,9 +67,9 @@ pub struct Resolved<'b> {
     pub next_level: usize,
 }
 
-impl<'b> Resolved<'b> {
+impl Resolved {
     /// Solution of a level as it is, whose error is not estimated.
-    pub fn without_estimate(level: usize, solved: Solution<'b>) -> Self {
+    pub fn without_estimate(level: usize, solved: Solution) -> Self {
         Self {
             is_accurate: solved.is_converged(),
             solved,
@@ -85,9 +83,9 @@ impl<'b> Resolved<'b> {
 /// Harmonics, samples and eps of a balance.
 pub struct Level {
     /// Harmonics and samples.
-    pub fourier: Fourier,
+    pub fourier: Arc<Fourier>,
     /// Parameter eps, as in [`Setting`].
-    pub eps: Vec<f64>,
+    pub eps: Arc<[f64]>,
     /// Level with two to four times the harmonics, where that is small enough to be solved to judge
     /// this one.
     pub check: Option<Box<Level>>,
@@ -100,8 +98,8 @@ pub fn levels(
     eps: impl Fn(usize) -> Vec<f64>,
 ) -> Vec<Level> {
     let level = |harmonics, samples| Level {
-        fourier: Fourier::new(harmonics, samples),
-        eps: eps(harmonics),
+        fourier: Fourier::new(harmonics, samples).into(),
+        eps: eps(harmonics).into(),
         check: None,
     };
     let checked = |harmonics: usize, samples: &dyn Fn(usize) -> usize| {
@@ -149,36 +147,35 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 }
 
 impl<'a> Refinement<'a> {
-    /// One level for each of `resolutions`. The last one serves estimates alone; for a fixed number
-    /// of harmonics all but the first do.
-    pub fn new(
-        setting: Setting<'a>,
-        resolutions: &'a [Level],
-        resolution: Resolution,
-        newton: NewtonOptions,
-        solver: Solver,
-        holding: &'a Holding,
-        tell: &'a (dyn Fn(Told<'_>) + Sync),
-    ) -> Self {
-        let solver_at = |level: &'a Level| {
-            let Level { fourier, eps, .. } = level;
-            let setting = Setting {
-                fourier,
-                eps,
-                ..setting
-            };
-            FrequencySolver::new(setting, newton, solver, holding, tell)
-        };
+    /// Solvers like `lowest`, one for each of `levels`. The last one serves estimates alone; for a
+    /// fixed number of harmonics all but the first do.
+    pub fn new(lowest: &FrequencySolver<'a>, levels: &[Level], resolution: Resolution) -> Self {
+        let solver_at = |level: &Level| lowest.with(&level.fourier, &level.eps);
+        let check_of = |level: &Level| level.check.as_deref().map(solver_at);
         Self {
-            levels: resolutions.iter().map(solver_at).collect(),
-            checks: resolutions
-                .iter()
-                .map(|level| level.check.as_deref().map(solver_at))
-                .collect(),
+            levels: levels.iter().map(solver_at).collect(),
+            checks: levels.iter().map(check_of).collect(),
             accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
             },
+        }
+    }
+
+    /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
+    pub fn like(&self, solver: &FrequencySolver<'a>) -> Self {
+        let own = |of_level: &FrequencySolver<'a>| {
+            let Setting { fourier, eps, .. } = &of_level.setting;
+            solver.with(fourier, eps)
+        };
+        Self {
+            levels: self.levels.iter().map(own).collect(),
+            checks: self
+                .checks
+                .iter()
+                .map(|check| check.as_ref().map(own))
+                .collect(),
+            accuracy: self.accuracy,
         }
     }
 
@@ -213,12 +210,12 @@ impl<'a> Refinement<'a> {
 
     /// Solves one frequency by `solve` on level `from`, or on one of the next above it where no
     /// solution is found. Returns the level of the solution, and the solution.
-    pub fn solve<'b>(
-        &'b self,
+    pub fn solve(
+        &self,
         from: usize,
         work: &mut Work,
-        solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
-    ) -> (usize, Solution<'b>) {
+        solve: impl Fn(&FrequencySolver<'a>, &mut Work) -> Solution,
+    ) -> (usize, Solution) {
         let highest = self.highest();
         let mut level = from.min(highest);
         let mut solved = solve(&self.levels[level], work);
@@ -245,13 +242,13 @@ impl<'a> Refinement<'a> {
 
     /// Estimates the error of a solution of a level, and solves levels above until the accuracy
     /// asked for is reached.
-    pub fn refined<'b>(
-        &'b self,
+    pub fn refined(
+        &self,
         frequency_hz: f64,
         mut level: usize,
-        mut solved: Solution<'b>,
+        mut solved: Solution,
         work: &mut Work,
-    ) -> Resolved<'b> {
+    ) -> Resolved {
         let highest = self.highest();
         loop {
             if !solved.is_converged() {
@@ -290,7 +287,7 @@ impl<'a> Refinement<'a> {
     fn estimate(
         &self,
         level: usize,
-        solved: &Solution<'_>,
+        solved: &Solution,
         frequency_hz: f64,
         work: &mut Work,
     ) -> (Vec<f64>, Vec<f64>) {
@@ -324,7 +321,7 @@ impl<'a> Refinement<'a> {
 
     /// Returns `true` if this level has one harmonic, and most pairs slip or open: a linear step
     /// does not tell how far further harmonics move such a motion.
-    fn is_rough(&self, level: usize, solved: &Solution<'_>) -> bool {
+    fn is_rough(&self, level: usize, solved: &Solution) -> bool {
         let ends = &solved.evaluation.ends;
         let sticks = |pair: &usize| solved.balance.sticks(*pair, &ends[*pair]);
         let stuck = (0..ends.len()).filter(sticks).count();

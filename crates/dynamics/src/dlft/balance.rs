@@ -18,26 +18,26 @@ use dovetail_numerics::vector::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
-use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Settings and data that are the same at all frequencies of a sweep.
-#[derive(Clone, Copy)]
-pub struct Setting<'a> {
+/// Settings and data that are the same at all frequencies of a sweep. Clones share the data.
+#[derive(Clone)]
+pub struct Setting {
     /// Reduced model with its damping.
-    pub system: &'a ContactSystem,
+    pub system: Arc<ContactSystem>,
     /// Reduced model in the form that the inner linear solves use.
-    pub inexact: &'a InexactModel,
+    pub inexact: Arc<InexactModel>,
     /// Harmonics and samples.
-    pub fourier: &'a Fourier,
+    pub fourier: Arc<Fourier>,
     /// eps per unknown of a block, N/m, n: one value for N, one for both T of a pair.
-    pub eps: &'a [f64],
+    pub eps: Arc<[f64]>,
     /// Static relative displacement, m, n, where the time evaluation of a pair starts.
-    pub x_static: &'a [f64],
+    pub x_static: Arc<[f64]>,
     /// Contact forces in the static state, N, n.
-    pub lambda_static: &'a [f64],
+    pub lambda_static: Arc<[f64]>,
     /// Status of each pair in the static state.
-    pub at_rest: &'a [PairStatus],
+    pub at_rest: Arc<[PairStatus]>,
     /// Treatment of the mean of the static state along the motions that only friction holds. Where
     /// it is retained, so is the mean of every motion about that state.
     pub static_mean: Mean,
@@ -49,43 +49,43 @@ pub struct Setting<'a> {
     pub slip_threshold_m: f64,
     /// Distance that each pair slides at the middle of the curve where nothing rubs, m; empty where
     /// it is not known.
-    pub free_slips_m: &'a [f64],
+    pub free_slips_m: Arc<[f64]>,
 }
 
-impl<'a> Setting<'a> {
+impl Setting {
     /// Setting about a static state, of these harmonics, samples and eps, with pairs that are
     /// marched until they are periodic, and the default slip threshold.
     pub fn about(
-        state: &'a StaticState,
-        system: &'a ContactSystem,
-        inexact: &'a InexactModel,
-        fourier: &'a Fourier,
-        eps: &'a [f64],
+        state: &StaticState,
+        system: Arc<ContactSystem>,
+        inexact: Arc<InexactModel>,
+        fourier: Arc<Fourier>,
+        eps: Arc<[f64]>,
     ) -> Self {
         Self {
-            system,
-            inexact,
-            fourier,
-            eps,
-            x_static: &state.x,
-            lambda_static: &state.lambda,
-            at_rest: &state.status,
+            x_static: state.x.as_slice().into(),
+            lambda_static: state.lambda.as_slice().into(),
+            at_rest: state.status.as_slice().into(),
             static_mean: match state.retention_n {
                 None => Mean::Free,
                 Some(_) => Mean::Retained,
             },
             pressing_n: state.lambda.iter().step_by(3).map(|n| -n).sum(),
             periods: Periods::UntilPeriodic,
-            slip_threshold_m: state.slip_threshold_m(eps),
-            free_slips_m: &[],
+            slip_threshold_m: state.slip_threshold_m(&eps),
+            free_slips_m: [].into(),
+            system,
+            inexact,
+            fourier,
+            eps,
         }
     }
 }
 
 /// Balance of one frequency.
-pub struct Balance<'a> {
+pub struct Balance {
     /// Settings and data that all frequencies share.
-    pub setting: &'a Setting<'a>,
+    pub setting: Setting,
     /// Dynamic stiffness of the mean and the harmonics 1..H.
     pub stiffness: HarmonicStiffness,
     /// Load F, N, (2H+1) n.
@@ -93,7 +93,7 @@ pub struct Balance<'a> {
     /// Size of the forces of a vibration that no force excites, N; 0 for others.
     pub vibration_n: f64,
     /// Spring that retains the mean at the static state along the motions that only friction holds.
-    retention: Option<Cow<'a, Retention>>,
+    retention: Option<Arc<Retention>>,
     /// Upper limit of the coefficients of friction.
     pub most_friction: f64,
     /// Rounding of the law; `None` for the law itself.
@@ -149,15 +149,15 @@ impl Evaluation {
 }
 
 /// Balance that keeps its last evaluation, and does not evaluate the same U twice in a row.
-pub struct Evaluator<'a, 'b> {
+pub struct Evaluator<'a> {
     /// Balance that is evaluated.
-    pub balance: &'b Balance<'a>,
+    pub balance: &'a Balance,
     last: Option<(Vec<f64>, Evaluation)>,
 }
 
-impl<'a, 'b> Evaluator<'a, 'b> {
+impl<'a> Evaluator<'a> {
     /// Evaluator that holds no evaluation yet.
-    pub fn new(balance: &'b Balance<'a>) -> Self {
+    pub fn new(balance: &'a Balance) -> Self {
         Self {
             balance,
             last: None,
@@ -192,11 +192,11 @@ pub struct Jacobian {
     pub derivatives: Vec<Vec<f64>>,
 }
 
-impl<'a> Balance<'a> {
+impl Balance {
     /// Balance at `omega` rad/s, with its dynamic stiffness and condensed loads.
-    pub fn new(setting: &'a Setting<'a>, omega: f64) -> Self {
+    pub fn new(setting: &Setting, omega: f64) -> Self {
         let harmonics = setting.fourier.harmonics();
-        let system = setting.system;
+        let system = &setting.system;
         let n = system.unknowns();
         let stiffness = system.stiffness(omega, harmonics);
         let mut force = vec![0.0; blocks(harmonics) * n];
@@ -219,9 +219,9 @@ impl<'a> Balance<'a> {
     }
 
     /// Balance under a force, N, in harmonics, with a free mean and the law and eps of its setting.
-    fn of_force(setting: &'a Setting<'a>, stiffness: HarmonicStiffness, force: Vec<f64>) -> Self {
+    fn of_force(setting: &Setting, stiffness: HarmonicStiffness, force: Vec<f64>) -> Self {
         Self {
-            setting,
+            setting: setting.clone(),
             stiffness,
             force,
             vibration_n: 0.0,
@@ -235,7 +235,7 @@ impl<'a> Balance<'a> {
 
     /// Balance of a vibration without a force, in which the tracked mode has the amplitude `q` at
     /// harmonic 1. Its load is that of the tracked mode on the pairs, besides the static one.
-    pub fn unforced(setting: &'a Setting<'a>, motion: &Unforced<'a>, q: f64) -> Self {
+    pub fn unforced(setting: &Setting, motion: &Unforced<'_>, q: f64) -> Self {
         let harmonics = setting.fourier.harmonics();
         let n = setting.system.unknowns();
         let mut force = vec![0.0; blocks(harmonics) * n];
@@ -246,10 +246,10 @@ impl<'a> Balance<'a> {
 
     /// Retains the mean of this balance by `retention`, anchored at the static state, or at rest
     /// where the static state is itself retained.
-    pub fn retained_by(mut self, retention: Cow<'a, Retention>) -> Self {
+    pub fn retained_by(mut self, retention: Arc<Retention>) -> Self {
         let n = self.unknowns_per_block();
         if self.setting.static_mean == Mean::Free {
-            retention.add_to(self.setting.x_static, &mut self.force[..n]);
+            retention.add_to(&self.setting.x_static, &mut self.force[..n]);
         }
         self.retention = Some(retention);
         self
@@ -258,7 +258,7 @@ impl<'a> Balance<'a> {
     /// Derivative of Lambda U - F with respect to the frequency, at constant U, N s/rad; `omega` is
     /// that of the balance.
     pub fn frequency_slope(&self, u: &[f64], omega: f64) -> Vec<f64> {
-        let (system, harmonics) = (self.setting.system, self.stiffness.harmonics());
+        let (system, harmonics) = (&self.setting.system, self.stiffness.harmonics());
         let mut out = vec![0.0; u.len()];
         system.stiffness_slope(omega, harmonics).apply(u, &mut out);
         out[..self.unknowns_per_block()].fill(0.0);
@@ -303,7 +303,7 @@ impl<'a> Balance<'a> {
         let n = self.unknowns_per_block();
         let at_rest = vec![0.0; n];
         let anchor = match self.setting.static_mean {
-            Mean::Free => self.setting.x_static,
+            Mean::Free => &*self.setting.x_static,
             Mean::Retained => &at_rest,
         };
         self.retention
@@ -314,6 +314,11 @@ impl<'a> Balance<'a> {
     /// Number of unknowns of one block, 3 per pair.
     pub fn unknowns_per_block(&self) -> usize {
         self.setting.system.unknowns()
+    }
+
+    /// Number of unknowns of U, (2H+1) n.
+    pub fn unknowns(&self) -> usize {
+        self.force.len()
     }
 
     fn law(&self, pair: usize) -> PredictedLaw {
@@ -335,7 +340,8 @@ impl<'a> Balance<'a> {
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
         let law = self.law(pair);
         let tangential = |v: &[f64]| [v[3 * pair + 1], v[3 * pair + 2]];
-        let [x, lambda] = [self.setting.x_static, self.setting.lambda_static].map(tangential);
+        let [x, lambda] =
+            [&self.setting.x_static, &self.setting.lambda_static].map(|v| tangential(v));
         PairInput {
             periods: self.setting.periods,
             force,
@@ -366,7 +372,7 @@ impl<'a> Balance<'a> {
 
     /// Computes f(U), lambda(U) and the time evaluation of each pair.
     pub fn evaluate(&self, u: &[f64]) -> Evaluation {
-        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+        let (n, fourier) = (self.unknowns_per_block(), &*self.setting.fourier);
         let width = fourier.width();
         let lambda_u = self.lambda_u(u);
         let evaluated: Vec<(PairEnd, Vec<f64>)> = (0..n / 3)
@@ -405,7 +411,7 @@ impl<'a> Balance<'a> {
     /// Compression -lambda_N of a pair at the samples of a period under the law itself, N, from the
     /// `lambda_u` of an evaluation.
     pub fn compressions_n(&self, pair: usize, lambda_u: &[f64]) -> Vec<f64> {
-        let fourier = self.setting.fourier;
+        let fourier = &self.setting.fourier;
         let shift_n = self.law(pair).shift_n;
         let mut compressions = vec![0.0; fourier.samples()];
         let force = self.prediction(lambda_u, pair);
@@ -418,7 +424,7 @@ impl<'a> Balance<'a> {
 
     /// Jacobian J at the U of an evaluation.
     pub fn linearise(&self, evaluation: &Evaluation) -> Jacobian {
-        let fourier = self.setting.fourier;
+        let fourier = &self.setting.fourier;
         let width = fourier.width();
         let found: Vec<Option<Vec<f64>>> = (evaluation.ends.par_iter().enumerate())
             .with_min_len(8)
@@ -585,7 +591,7 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, at_sample_points, at_sample_points_of_waves_too, with_changed, without_contact,
+        OMEGA_RAD_S, at_sample_points, at_sample_points_of_waves_too, changed, without_contact,
     };
     use crate::problem::Problem;
 
@@ -595,18 +601,17 @@ mod tests {
             for static_mean in [Mean::Free, Mean::Retained] {
                 let setting = Setting {
                     static_mean,
-                    ..*sample.setting
+                    ..sample.setting.clone()
                 };
                 let n = setting.system.unknowns();
                 let anchor = match static_mean {
                     Mean::Free => setting.x_static.to_vec(),
                     Mean::Retained => vec![0.0; n],
                 };
-                let retention =
-                    Retention::new(&setting.system.problem.reduced.stiffness, setting.eps);
+                let stiffness = &setting.system.problem.reduced.stiffness;
+                let retention = Arc::new(Retention::new(stiffness, &setting.eps));
                 let free = Balance::new(&setting, OMEGA_RAD_S);
-                let retained =
-                    Balance::new(&setting, OMEGA_RAD_S).retained_by(Cow::Borrowed(&retention));
+                let retained = Balance::new(&setting, OMEGA_RAD_S).retained_by(retention);
                 assert_eq!([free.mean(), retained.mean()], [Mean::Free, Mean::Retained]);
                 assert_eq!(free.retention_n(u), 0.0);
 
@@ -638,11 +643,11 @@ mod tests {
             problem.laws.iter_mut().for_each(|law| law.stiffness = None);
             let system = ContactSystem::new(&problem, sample.setting.system.damping);
             let setting = Setting {
-                system: &system,
-                eps: &eps,
-                x_static: &x_static,
-                at_rest: &[],
-                ..*sample.setting
+                system: system.into(),
+                eps: eps.into(),
+                x_static: x_static.as_slice().into(),
+                at_rest: [].into(),
+                ..sample.setting.clone()
             };
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             for pair in 0..n / 3 {
@@ -661,31 +666,30 @@ mod tests {
         use crate::excitation::Growth;
         at_sample_points(|what, sample, u| {
             let growing = |problem: &mut Problem| problem.excitations[1].growth = Growth::Squared;
-            with_changed(sample.setting, growing, |setting| {
-                let at = |omega: f64| without_contact(&Balance::new(setting, omega), u);
-                let step = 1e-6;
-                let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
-                let balance = Balance::new(setting, OMEGA_RAD_S);
-                let slope = balance.frequency_slope(u, OMEGA_RAD_S);
-                let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                for ((a, b), slope) in above.iter().zip(&below).zip(&slope) {
-                    let by_differences = (a - b) / (2.0 * step);
-                    let off = (by_differences - slope).abs();
-                    assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
-                }
-            });
+            let setting = changed(&sample.setting, growing);
+            let at = |omega: f64| without_contact(&Balance::new(&setting, omega), u);
+            let step = 1e-6;
+            let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
+            let balance = Balance::new(&setting, OMEGA_RAD_S);
+            let slope = balance.frequency_slope(u, OMEGA_RAD_S);
+            let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            for ((a, b), slope) in above.iter().zip(&below).zip(&slope) {
+                let by_differences = (a - b) / (2.0 * step);
+                let off = (by_differences - slope).abs();
+                assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
+            }
         });
     }
 
     #[test]
     fn a_finer_balance_has_the_evaluation_and_the_jacobian_of_a_coarser_one() {
         at_sample_points_of_waves_too(|what, sample, u| {
-            let fourier = sample.setting.fourier;
+            let fourier = &sample.setting.fourier;
             let (width, samples) = (fourier.width(), fourier.samples());
             let finer = Fourier::new(fourier.harmonics() + 3, samples);
             let setting = Setting {
-                fourier: &finer,
-                ..*sample.setting
+                fourier: finer.into(),
+                ..sample.setting.clone()
             };
             let with_force = |setting| {
                 let mut balance = Balance::new(setting, OMEGA_RAD_S);
@@ -695,7 +699,7 @@ mod tests {
                 further.fill(0.0);
                 balance
             };
-            let (fine, coarse) = (with_force(&setting), with_force(sample.setting));
+            let (fine, coarse) = (with_force(&setting), with_force(&sample.setting));
             let mut longer = u.to_vec();
             longer.resize(fine.force.len(), 0.0);
             let [of_finer, own] = [(&fine, &longer[..]), (&coarse, u)].map(|(balance, u)| {
@@ -740,19 +744,18 @@ mod tests {
     fn a_coefficient_of_friction_above_what_is_computed_counts_as_that() {
         at_sample_points(|_, sample, _| {
             let too_rough = |problem: &mut Problem| problem.laws[0].friction = 1e6;
-            with_changed(sample.setting, too_rough, |setting| {
-                let balance = Balance::new(setting, OMEGA_RAD_S);
-                let friction = |pair: usize| balance.input(pair, &sample.force).law.friction;
-                assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
-                assert_eq!(friction(1), setting.system.problem.laws[1].friction);
-            });
+            let setting = changed(&sample.setting, too_rough);
+            let balance = Balance::new(&setting, OMEGA_RAD_S);
+            let friction = |pair: usize| balance.input(pair, &sample.force).law.friction;
+            assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
+            assert_eq!(friction(1), setting.system.problem.laws[1].friction);
         });
     }
 
     #[test]
     fn no_coefficient_of_friction_counts_as_more_than_the_most() {
         at_sample_points(|_, sample, u| {
-            let (setting, most) = (sample.setting, 0.35);
+            let (setting, most) = (&sample.setting, 0.35);
             let mut capped = Balance::new(setting, OMEGA_RAD_S);
             capped.force.copy_from_slice(&sample.force);
             capped.most_friction = most;
@@ -762,14 +765,13 @@ mod tests {
                     pair.friction = pair.friction.min(most);
                 }
             };
-            with_changed(setting, less_rough, |setting| {
-                let mut less_rough = Balance::new(setting, OMEGA_RAD_S);
-                less_rough.force.copy_from_slice(&sample.force);
-                let [capped, less_rough, as_it_is] =
-                    [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
-                assert_eq!(capped, less_rough);
-                assert_ne!(capped, as_it_is);
-            });
+            let setting = changed(setting, less_rough);
+            let mut less_rough = Balance::new(&setting, OMEGA_RAD_S);
+            less_rough.force.copy_from_slice(&sample.force);
+            let [capped, less_rough, as_it_is] =
+                [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
+            assert_eq!(capped, less_rough);
+            assert_ne!(capped, as_it_is);
         });
     }
 }

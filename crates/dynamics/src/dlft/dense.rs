@@ -21,7 +21,7 @@ pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 /// [`Damping::Persistent`]. `known` is the evaluation there, if there is one. Returns the evaluation
 /// at its end, too.
 pub fn exact_newton(
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &mut [f64],
     known: Option<Evaluation>,
     options: NewtonOptions,
@@ -33,11 +33,7 @@ pub fn exact_newton(
 }
 
 /// Newton's correction at `u`, which is not applied; `None` where the Jacobian is singular there.
-pub fn exact_correction(
-    balance: &Balance<'_>,
-    u: &[f64],
-    options: NewtonOptions,
-) -> Option<Vec<f64>> {
+pub fn exact_correction(balance: &Balance, u: &[f64], options: NewtonOptions) -> Option<Vec<f64>> {
     correction(
         &mut ExactSystem::new(balance, options),
         u,
@@ -47,7 +43,7 @@ pub fn exact_correction(
 
 /// Like [`exact_newton`], by the dogleg.
 pub fn powell(
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &mut [f64],
     known: Option<Evaluation>,
     options: NewtonOptions,
@@ -66,14 +62,14 @@ pub fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> Opti
     dx.iter().all(|d| d.is_finite()).then_some(0.0)
 }
 
-struct ExactSystem<'a, 'b> {
-    dense: DenseBalance<'a, 'b>,
+struct ExactSystem<'a> {
+    dense: DenseBalance<'a>,
     /// Factor of the Jacobian at the last linearisation.
     factor: Option<Lu>,
 }
 
-impl<'a, 'b> ExactSystem<'a, 'b> {
-    fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
+impl<'a> ExactSystem<'a> {
+    fn new(balance: &'a Balance, options: NewtonOptions) -> Self {
         Self {
             dense: DenseBalance::new(balance, options),
             factor: None,
@@ -81,7 +77,7 @@ impl<'a, 'b> ExactSystem<'a, 'b> {
     }
 }
 
-impl NonlinearSystem for ExactSystem<'_, '_> {
+impl NonlinearSystem for ExactSystem<'_> {
     const DAMPING: Damping = Damping::Persistent;
 
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
@@ -104,14 +100,14 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
     }
 }
 
-struct DenseBalance<'a, 'b> {
-    evaluator: Evaluator<'a, 'b>,
+struct DenseBalance<'a> {
+    evaluator: Evaluator<'a>,
     /// Norms of the load, as in [`load_scale`].
     scale: [f64; 2],
 }
 
-impl<'a, 'b> DenseBalance<'a, 'b> {
-    fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
+impl<'a> DenseBalance<'a> {
+    fn new(balance: &'a Balance, options: NewtonOptions) -> Self {
         Self {
             evaluator: Evaluator::new(balance),
             scale: load_scale(balance, options.tolerance),
@@ -119,7 +115,7 @@ impl<'a, 'b> DenseBalance<'a, 'b> {
     }
 }
 
-impl DoglegSystem for DenseBalance<'_, '_> {
+impl DoglegSystem for DenseBalance<'_> {
     fn residual(&mut self, x: &[f64]) -> Vec<f64> {
         self.evaluator.at(x).residual.clone()
     }
@@ -140,7 +136,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
 }
 
 /// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
-pub fn formed(balance: &Balance<'_>, jacobian: &Jacobian) -> Mat<f64> {
+pub fn formed(balance: &Balance, jacobian: &Jacobian) -> Mat<f64> {
     let n = balance.unknowns_per_block();
     let width = balance.setting.fourier.width();
     let size = n * width;

@@ -19,7 +19,7 @@ pub const GROSS_SLIP: f64 = 1e5;
 /// Motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off,
 /// as the norm of its harmonics, m. Empty where there are too many pairs for a balance of one
 /// harmonic to have exact corrections.
-pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
+pub fn free_slips_m(setting: &Setting, omega: f64) -> Vec<f64> {
     let pairs = setting.system.problem.laws.len();
     if 3 * setting.system.unknowns() > MOST_DENSE_UNKNOWNS {
         return vec![];
@@ -33,7 +33,7 @@ pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
 
 /// Ratio of the largest of [`free_slips_m`] to the mean elastic displacement under friction, mu N /
 /// eps. 0 where nothing rubs, and where the free slips are not known.
-pub fn slides_past(setting: &Setting<'_>, free_slips_m: &[f64]) -> f64 {
+pub fn slides_past(setting: &Setting, free_slips_m: &[f64]) -> f64 {
     let pairs = &setting.system.problem.laws;
     let count = pairs.len() as f64;
     let friction = pairs.iter().map(|p| p.computed_friction()).sum::<f64>() / count;
@@ -48,7 +48,7 @@ pub fn slides_past(setting: &Setting<'_>, free_slips_m: &[f64]) -> f64 {
 
 /// Vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics
 /// that are excited.
-fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
+fn without_friction(balance: &Balance) -> Vec<f64> {
     let n = balance.unknowns_per_block();
     let along = tangential(n);
     let mut out = vec![0.0; balance.force.len()];
@@ -111,10 +111,10 @@ mod tests {
     #[test]
     fn pairs_slide_past_the_elastic_displacement_of_the_mean_limit_of_friction() {
         at_sample_points(|_, balance, _| {
-            let free_slips_m = free_slips_m(balance.setting, OMEGA_RAD_S);
+            let free_slips_m = free_slips_m(&balance.setting, OMEGA_RAD_S);
             let setting = Setting {
                 pressing_n: 6.0,
-                ..*balance.setting
+                ..balance.setting.clone()
             };
             let pairs = &setting.system.problem.laws;
             let count = pairs.len() as f64;
@@ -131,7 +131,7 @@ mod tests {
             assert!((slides_past(&setting, &free_slips_m) / expected - 1.0).abs() < 1e-12);
             let unpressed = Setting {
                 pressing_n: 0.0,
-                ..setting
+                ..setting.clone()
             };
             assert_eq!(slides_past(&unpressed, &free_slips_m), 0.0);
             assert_eq!(slides_past(&setting, &[]), 0.0);
@@ -153,18 +153,18 @@ mod tests {
                 ReducedModel::of_pairs(Mat::identity(n, n), Mat::identity(n, n)).into();
             let system = ContactSystem::new(&problem, made_up::DAMPING);
             let setting = Setting {
-                system: &system,
-                inexact: &InexactModel::unprepared(&problem.reduced),
-                fourier: &Fourier::new(1, 4),
-                eps: &vec![1.0; n],
-                x_static: &vec![0.0; n],
-                lambda_static: &vec![0.0; n],
-                at_rest: &vec![PairStatus::Stuck; pairs],
+                system: system.into(),
+                inexact: InexactModel::unprepared(&problem.reduced).into(),
+                fourier: Fourier::new(1, 4).into(),
+                eps: vec![1.0; n].into(),
+                x_static: vec![0.0; n].into(),
+                lambda_static: vec![0.0; n].into(),
+                at_rest: vec![PairStatus::Stuck; pairs].into(),
                 static_mean: Mean::Free,
                 pressing_n: 1.0,
                 periods: Periods::UntilPeriodic,
                 slip_threshold_m: 0.0,
-                free_slips_m: &[],
+                free_slips_m: [].into(),
             };
             free_slips_m(&setting, OMEGA_RAD_S).len()
         };

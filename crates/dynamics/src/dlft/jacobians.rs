@@ -23,8 +23,8 @@ use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
 use faer::Mat;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 64;
@@ -236,17 +236,17 @@ fn make_waves(problem: &mut Problem) {
 /// rigid and with springs, with Rayleigh damping alone and with more, with the mean free and
 /// retained. The forces are such that each pair has
 /// the intended motion at U.
-pub fn at_sample_points(check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+pub fn at_sample_points(check: impl FnMut(&str, &Balance, &[f64])) {
     at_points(false, check);
 }
 
 /// Like [`at_sample_points`], also for harmonics that are waves round a disc.
-pub fn at_sample_points_of_waves_too(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+pub fn at_sample_points_of_waves_too(mut check: impl FnMut(&str, &Balance, &[f64])) {
     at_points(false, &mut check);
     at_points(true, check);
 }
 
-fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
+fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance, &[f64])) {
     let means = [Mean::Free, Mean::Retained];
     let kinds = [
         (MANY, false, false),
@@ -289,29 +289,28 @@ fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance<'_>, &[f64]))
         let eps = asked.of(&system, OMEGA_RAD_S, HARMONICS);
         let inexact = InexactModel::new(&problem.reduced);
         let fourier = Fourier::new(HARMONICS, SAMPLES);
-        let retention = Retention::new(&problem.reduced.stiffness, &eps);
+        let retention = Arc::new(Retention::new(&problem.reduced.stiffness, &eps));
         assert!(retention.is_needed());
+        let width = fourier.width();
         let setting = Setting {
-            system: &system,
-            inexact: &inexact,
-            fourier: &fourier,
-            eps: &eps,
-            x_static: &x_static,
-            lambda_static: &lambda_static,
-            at_rest: &at_rest,
+            system: system.into(),
+            inexact: inexact.into(),
+            fourier: fourier.into(),
+            eps: eps.as_slice().into(),
+            x_static: x_static.as_slice().into(),
+            lambda_static: lambda_static.as_slice().into(),
+            at_rest: at_rest.into(),
             static_mean: Mean::Free,
             pressing_n: 1.0,
             periods: Periods::UntilPeriodic,
             slip_threshold_m: 0.0,
-            free_slips_m: &[],
+            free_slips_m: [].into(),
         };
         let mut balance = Balance::new(&setting, OMEGA_RAD_S);
         if mean == Mean::Retained {
-            balance = balance.retained_by(Cow::Borrowed(&retention));
+            balance = balance.retained_by(retention);
         }
-        let u: Vec<f64> = (0..fourier.width() * n)
-            .map(|i| 0.1 * mixed(i, 6))
-            .collect();
+        let u: Vec<f64> = (0..width * n).map(|i| 0.1 * mixed(i, 6)).collect();
         // F = lambda_u + Lambda U - eps U.
         let mut force = vec![0.0; u.len()];
         balance.apply_stiffness(&u, &mut force);
@@ -354,23 +353,18 @@ fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance<'_>, &[f64]))
     }
 }
 
-/// Calls `check` with a setting whose problem is changed.
-pub fn with_changed(
-    setting: &Setting<'_>,
-    change: impl FnOnce(&mut Problem),
-    check: impl FnOnce(&Setting<'_>),
-) {
+/// Setting whose problem is changed.
+pub fn changed(setting: &Setting, change: impl FnOnce(&mut Problem)) -> Setting {
     let mut problem = setting.system.problem.clone();
     change(&mut problem);
-    let system = ContactSystem::new(&problem, setting.system.damping);
-    check(&Setting {
-        system: &system,
-        ..*setting
-    });
+    Setting {
+        system: ContactSystem::new(&problem, setting.system.damping).into(),
+        ..setting.clone()
+    }
 }
 
 /// Computes Lambda U - F.
-pub fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
+pub fn without_contact(balance: &Balance, u: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; u.len()];
     balance.apply_stiffness(u, &mut out);
     out.iter_mut()
@@ -380,7 +374,7 @@ pub fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
 }
 
 /// Jacobian d residual / d U by central differences.
-pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
+pub fn differences(balance: &Balance, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)
 }
 

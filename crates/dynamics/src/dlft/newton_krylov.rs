@@ -38,28 +38,28 @@ pub struct Preconditioner {
 }
 
 /// One frequency as a nonlinear system.
-pub struct KrylovSystem<'a, 'b> {
+pub struct KrylovSystem<'a> {
     /// Residual and Jacobian.
-    pub evaluator: Evaluator<'a, 'b>,
-    preconditioner: &'b mut Preconditioner,
+    pub evaluator: Evaluator<'a>,
+    preconditioner: &'a mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
     scale: [f64; 2],
     linear: Option<LinearSystem>,
     krylov_tolerance: f64,
     /// Returns `true` if the mean of U lies where no solution is looked for.
-    walked_off: &'b dyn Fn(&[f64]) -> bool,
+    walked_off: &'a dyn Fn(&[f64]) -> bool,
     /// Number of iterations of all linear solves.
     pub krylov_iterations: usize,
 }
 
-impl<'a, 'b> KrylovSystem<'a, 'b> {
+impl<'a> KrylovSystem<'a> {
     /// System of one balance.
     pub fn new(
-        balance: &'b Balance<'a>,
-        preconditioner: &'b mut Preconditioner,
+        balance: &'a Balance,
+        preconditioner: &'a mut Preconditioner,
         krylov_tolerance: f64,
         tolerance: f64,
-        walked_off: &'b dyn Fn(&[f64]) -> bool,
+        walked_off: &'a dyn Fn(&[f64]) -> bool,
     ) -> Self {
         Self {
             scale: load_scale(balance, tolerance),
@@ -79,7 +79,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// Norms |F| and |F_1..H|, with the forces of a vibration that none of these excites. The second is at
 /// least so large that `tolerance` of it is above rounding; where nothing vibrates, it is |F|.
-pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
+pub fn load_scale(balance: &Balance, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]).hypot(balance.vibration_n);
     let problem = &balance.setting.system.problem;
     let whole = problem.steady_force_n().hypot(harmonic);
@@ -101,7 +101,7 @@ pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
     }
 }
 
-impl NonlinearSystem for KrylovSystem<'_, '_> {
+impl NonlinearSystem for KrylovSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         f.copy_from_slice(&self.evaluator.at(x).residual);
     }
@@ -159,15 +159,15 @@ pub fn krylov_tolerances(usual: f64) -> LinearTolerances {
 }
 
 /// Length of a step in forces, eps dU, so that steps of pairs of different stiffness weigh alike.
-pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
+pub fn step_length(balance: &Balance, dx: &[f64]) -> f64 {
     let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
     forces.map(|f| f * f).sum::<f64>().sqrt()
 }
 
 impl Preconditioner {
     /// Linear system on the pairs that take part, with a coarse problem that serves it.
-    pub fn linear_system(&mut self, balance: &Balance<'_>, jacobian: &Jacobian) -> LinearSystem {
-        let problem = balance.setting.inexact;
+    pub fn linear_system(&mut self, balance: &Balance, jacobian: &Jacobian) -> LinearSystem {
+        let problem = &balance.setting.inexact;
         let inexact = problem.taking_part(&jacobian.active, self.inexact.as_ref());
         let columns = inexact.columns();
         let linear = LinearSystem {
@@ -190,7 +190,7 @@ impl Preconditioner {
     #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
     pub fn solve(
         &mut self,
-        balance: &Balance<'_>,
+        balance: &Balance,
         linear: &LinearSystem,
         border: Option<&Border>,
         right: &[f64],

@@ -1,31 +1,16 @@
 //! Harmonic balance of one frequency for solvers of one's own.
-//!
-//! A [`Balance`] borrows the data that all frequencies of a sweep share. [`OneBalance`] owns what a
-//! single frequency needs besides its problem and static state, and lends the balance to a function.
 
 use super::StaticState;
 use super::balance::{Balance, Setting};
 use super::eps::Eps;
-use super::retention::{Holding, Mean, Retention};
+use super::retention::{Holding, Mean};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::spectrum::blocks;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
-
-/// Data of the balance of one frequency, besides its problem and static state.
-pub struct OneBalance {
-    omega_rad_s: f64,
-    damping: Rayleigh,
-    fourier: Fourier,
-    /// Parameter eps of each unknown of a block, N/m, n.
-    eps: Vec<f64>,
-    /// Spring that retains the mean where that of the static state is retained.
-    retention: Option<Retention>,
-}
+use std::sync::Arc;
 
 /// Choices for the balance of one frequency.
 #[derive(Debug, Clone, Copy)]
@@ -45,59 +30,37 @@ pub struct OneBalanceSettings {
     pub mean: Mean,
 }
 
-impl OneBalance {
-    /// Balance of a problem about a static state.
-    pub fn new(
-        problem: &Problem,
-        damping: Rayleigh,
-        state: &StaticState,
-        settings: OneBalanceSettings,
-    ) -> Self {
-        let OneBalanceSettings {
-            frequency_hz,
-            harmonics,
-            samples,
-            eps,
-            eps_hz,
-            mean,
-        } = settings;
-        let system = ContactSystem::new(problem, damping);
-        let is_retained = mean == Mean::Retained || state.retention_n.is_some();
-        let holding = is_retained.then(|| Holding::of(problem));
-        Self {
-            omega_rad_s: TAU * frequency_hz,
-            damping,
-            fourier: Fourier::new(harmonics, samples),
-            eps: eps.of(&system, TAU * eps_hz, harmonics),
-            retention: holding.and_then(|holding| holding.retention().cloned()),
-        }
+/// Balance of a problem about a static state.
+pub fn one_balance(
+    problem: &Problem,
+    damping: Rayleigh,
+    state: &StaticState,
+    settings: OneBalanceSettings,
+) -> Balance {
+    let OneBalanceSettings {
+        frequency_hz,
+        harmonics,
+        samples,
+        eps,
+        eps_hz,
+        mean,
+    } = settings;
+    let system = ContactSystem::new(problem, damping);
+    let eps = eps.of(&system, TAU * eps_hz, harmonics);
+    let setting = Setting::about(
+        state,
+        system.into(),
+        InexactModel::unprepared(&problem.reduced).into(),
+        Fourier::new(harmonics, samples).into(),
+        eps.into(),
+    );
+    let balance = Balance::new(&setting, TAU * frequency_hz);
+    if mean == Mean::Free && state.retention_n.is_none() {
+        return balance;
     }
-
-    /// Number of unknowns, (2H+1) n.
-    pub fn unknowns(&self) -> usize {
-        blocks(self.fourier.harmonics()) * self.eps.len()
-    }
-
-    /// Parameter eps of each unknown of a block, N/m, n.
-    pub fn eps(&self) -> &[f64] {
-        &self.eps
-    }
-
-    /// Lends the balance of the problem and the static state that this was made for.
-    pub fn with<T>(
-        &self,
-        problem: &Problem,
-        state: &StaticState,
-        work: impl FnOnce(&Balance<'_>) -> T,
-    ) -> T {
-        let system = ContactSystem::new(problem, self.damping);
-        let inexact = InexactModel::unprepared(&problem.reduced);
-        let setting = Setting::about(state, &system, &inexact, &self.fourier, &self.eps);
-        let mut balance = Balance::new(&setting, self.omega_rad_s);
-        if let Some(retention) = &self.retention {
-            balance = balance.retained_by(Cow::Borrowed(retention));
-        }
-        work(&balance)
+    match Holding::of(problem).retention() {
+        Some(retention) => balance.retained_by(Arc::clone(retention)),
+        None => balance,
     }
 }
 
@@ -147,15 +110,15 @@ mod tests {
                 eps_hz: hz,
                 mean,
             };
-            OneBalance::new(&problem, damping, &state, settings)
+            one_balance(&problem, damping, &state, settings)
         };
         let [free, retained] = [Mean::Free, Mean::Retained].map(own);
-        let mean = match orbit.mean {
-            Mean::Free => &free,
-            Mean::Retained => &retained,
+        let own = match orbit.mean {
+            Mean::Free => free,
+            Mean::Retained => retained,
         };
-        assert_eq!(mean.unknowns(), orbit.x.len());
-        let residual = |u: &[f64]| mean.with(&problem, &state, |b| norm(&b.evaluate(u).residual));
+        assert_eq!(own.unknowns(), orbit.x.len());
+        let residual = |u: &[f64]| norm(&own.evaluate(u).residual);
         let (at_rest, solved) = (residual(&vec![0.0; orbit.x.len()]), residual(&orbit.x));
         assert!(solved < 1e-7 * at_rest, "{solved:e} of {at_rest:e}");
     }

@@ -18,7 +18,7 @@ const AMPLITUDE_INSTANTS: usize = 720;
 
 /// Builds the orbit of U. Number, `residual` and iteration counts are left at zero for the caller.
 pub fn orbit(
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &[f64],
     evaluation: &Evaluation,
     frequency_hz: f64,
@@ -26,7 +26,7 @@ pub fn orbit(
 ) -> Orbit {
     let Setting {
         system, fourier, ..
-    } = balance.setting;
+    } = &balance.setting;
     let motion = motion(system, fourier.harmonics(), u, frequency_hz);
     with_pairs(motion, balance, u, evaluation, outcome)
 }
@@ -34,7 +34,7 @@ pub fn orbit(
 /// Builds the orbit of a converged vibration without a force, in which the tracked mode has this
 /// amplitude at harmonic 1. No power is put in.
 pub fn unforced_orbit(
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &[f64],
     evaluation: &Evaluation,
     unforced: &Unforced<'_>,
@@ -42,7 +42,7 @@ pub fn unforced_orbit(
 ) -> Orbit {
     let Setting {
         system, fourier, ..
-    } = balance.setting;
+    } = &balance.setting;
     let harmonics = fourier.harmonics();
     let modal = modal_amplitudes_by(system, harmonics, u, |k, x| {
         unforced.modal_amplitudes(k, x, tracked_amplitude)
@@ -58,7 +58,7 @@ pub fn unforced_orbit(
 /// Adds what the pairs do to an orbit.
 fn with_pairs(
     motion: Orbit,
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &[f64],
     evaluation: &Evaluation,
     outcome: Outcome,
@@ -117,10 +117,10 @@ fn motion_of(
 }
 
 /// Amplitudes of the observed displacements of U, m: the largest departures from their means.
-pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+pub fn observed_amplitudes_m(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
     let Setting {
         system, fourier, ..
-    } = balance.setting;
+    } = &balance.setting;
     amplitudes_m(system, fourier.harmonics(), u, frequency_hz)
 }
 
@@ -425,14 +425,14 @@ fn elastic_and_inertial_products(
 }
 
 fn pair_cycle(
-    balance: &Balance<'_>,
+    balance: &Balance,
     u: &[f64],
     evaluation: &Evaluation,
     pair: usize,
     frequency_hz: f64,
 ) -> PairCycle {
     let n = balance.unknowns_per_block();
-    let fourier = balance.setting.fourier;
+    let fourier = &balance.setting.fourier;
     let end = &evaluation.ends[pair];
     let slid_m = balance.slid_m(pair, end);
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
@@ -468,7 +468,7 @@ mod tests {
     use super::*;
     use crate::damping::Rayleigh;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, OPEN_AT_REST, at_sample_points, with_changed, without_contact,
+        OMEGA_RAD_S, OPEN_AT_REST, at_sample_points, changed, without_contact,
     };
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduced::ReducedModel;
@@ -530,7 +530,7 @@ mod tests {
         );
     }
 
-    fn orbit_of(balance: &Balance<'_>, u: &[f64]) -> (Orbit, Evaluation) {
+    fn orbit_of(balance: &Balance, u: &[f64]) -> (Orbit, Evaluation) {
         let evaluation = balance.evaluate(u);
         let outcome = Outcome::Converged;
         let orbit = orbit(balance, u, &evaluation, FREQUENCY_HZ, outcome);
@@ -576,10 +576,10 @@ mod tests {
     #[test]
     fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
         at_sample_points(|_, balance, u| {
-            let system = balance.setting.system;
+            let system = &balance.setting.system;
             let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
-            let of_balance = without_contact(&Balance::new(balance.setting, OMEGA_RAD_S), u);
+            let of_balance = without_contact(&Balance::new(&balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
             for i in 0..7 {
                 let phase = 0.9 * f64::from(i);
@@ -606,7 +606,7 @@ mod tests {
     #[test]
     fn powers_are_the_means_of_force_times_velocity() {
         at_sample_points(|_, balance, u| {
-            let system = balance.setting.system;
+            let system = &balance.setting.system;
             let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let (orbit, evaluation) = orbit_of(balance, u);
@@ -648,18 +648,17 @@ mod tests {
             let smooth = |problem: &mut Problem| {
                 problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
             };
-            with_changed(balance.setting, smooth, |setting| {
-                let (orbit, _) = orbit_of(&Balance::new(setting, OMEGA_RAD_S), u);
-                assert_eq!(orbit.friction_power_w, 0.0);
-                assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
-            });
+            let setting = changed(&balance.setting, smooth);
+            let (orbit, _) = orbit_of(&Balance::new(&setting, OMEGA_RAD_S), u);
+            assert_eq!(orbit.friction_power_w, 0.0);
+            assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
         });
     }
 
     #[test]
     fn observed_motion_and_cycles_of_pairs_are_read_off_the_solution() {
         at_sample_points(|_, balance, u| {
-            let setting = balance.setting;
+            let setting = &balance.setting;
             let (problem, n) = (&setting.system.problem, setting.system.unknowns());
             let law = |pair: usize| {
                 let eps = [setting.eps[3 * pair], setting.eps[3 * pair + 1]];
@@ -698,7 +697,7 @@ mod tests {
             let farthest_m = orbit.cycles.iter().fold(0.0_f64, |m, c| m.max(c.slid_m));
             let lax = Setting {
                 slip_threshold_m: farthest_m,
-                ..*setting
+                ..setting.clone()
             };
             let lax = Balance::new(&lax, OMEGA_RAD_S);
             for (pair, end) in evaluation.ends.iter().enumerate() {
@@ -741,7 +740,7 @@ mod tests {
     fn a_stuck_assembly_moves_as_one_whose_pairs_do_not() {
         at_sample_points(|_, balance, u| {
             let still = vec![0.0; u.len()];
-            let system = balance.setting.system;
+            let system = &balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
             let stuck = LinearReference::stuck(&system.problem.reduced);
             let stuck = stuck.problem(&system.problem, system.damping);

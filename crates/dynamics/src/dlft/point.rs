@@ -25,8 +25,8 @@ use super::{Attempt, Told};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
-use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 mod friction_path;
 mod mean;
@@ -60,21 +60,22 @@ const GOOD_START: f64 = 1e-2;
 
 /// Solver of a frequency, with what is the same at all frequencies: the balance, the solver asked
 /// for, and what holds the bodies, found when first asked for.
+#[derive(Clone)]
 pub struct FrequencySolver<'a> {
-    pub setting: Setting<'a>,
+    pub setting: Setting,
     pub newton: NewtonOptions,
     pub solver: Solver,
-    pub holding: &'a Holding,
-    tell: &'a (dyn Fn(Told<'_>) + Sync),
+    pub holding: Arc<Holding>,
+    pub tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
 
 impl<'a> FrequencySolver<'a> {
     /// `holding` belongs to the model of `setting`; `tell` is called with each strategy tried.
     pub fn new(
-        setting: Setting<'a>,
+        setting: Setting,
         newton: NewtonOptions,
         solver: Solver,
-        holding: &'a Holding,
+        holding: Arc<Holding>,
         tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
         Self {
@@ -89,12 +90,7 @@ impl<'a> FrequencySolver<'a> {
     /// Solves one frequency: free where friction holds the motions that nothing else holds,
     /// otherwise with the mean retained along them. Returns the attempt with the smallest residual
     /// where none converges.
-    pub fn solve(
-        &self,
-        frequency_hz: f64,
-        last: Option<&Neighbour>,
-        work: &mut Work,
-    ) -> Solution<'_> {
+    pub fn solve(&self, frequency_hz: f64, last: Option<&Neighbour>, work: &mut Work) -> Solution {
         self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
     }
 
@@ -104,7 +100,7 @@ impl<'a> FrequencySolver<'a> {
         frequency_hz: f64,
         neighbour: &Neighbour,
         work: &mut Work,
-    ) -> Solution<'_> {
+    ) -> Solution {
         let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| {
             let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
@@ -145,9 +141,9 @@ impl<'a> FrequencySolver<'a> {
         frequency_hz: f64,
         last: Option<&Neighbour>,
         work: &mut Work,
-    ) -> Solution<'_> {
-        let mut best: Option<Solution<'_>> = None;
-        let mut far: Option<Solution<'_>> = None;
+    ) -> Solution {
+        let mut best: Option<Solution> = None;
+        let mut far: Option<Solution> = None;
         let means: &[Mean] = match (self.must_be_retained(), last.map(|l| l.mean)) {
             (true, _) => &[Mean::Retained],
             (false, Some(Mean::Retained)) => &[Mean::Retained, Mean::Free],
@@ -237,7 +233,7 @@ impl<'a> FrequencySolver<'a> {
             (Method::Krylov(KRYLOV_TOLERANCE), Some(loose))
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
-        let in_gross_slip = slides_past(&self.setting, self.setting.free_slips_m) > GROSS_SLIP;
+        let in_gross_slip = slides_past(&self.setting, &self.setting.free_slips_m) > GROSS_SLIP;
         in_gross_slip
             .then_some(InSharpness)
             .into_iter()
@@ -262,7 +258,7 @@ impl<'a> FrequencySolver<'a> {
         mean: Mean,
         last: Option<&Neighbour>,
         work: &mut Work,
-    ) -> Option<Solution<'_>> {
+    ) -> Option<Solution> {
         match strategy {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
@@ -282,7 +278,7 @@ impl<'a> FrequencySolver<'a> {
                         std::mem::swap(continued, unchanged);
                     }
                 }
-                let mut best: Option<Solution<'_>> = None;
+                let mut best: Option<Solution> = None;
                 let mut first = Some(balance);
                 for start in starts {
                     let balance = match first.take() {
@@ -347,7 +343,7 @@ impl<'a> FrequencySolver<'a> {
             return Some(start);
         }
         let fourier = Fourier::new(excited, setting.fourier.samples());
-        let fewer = self.with_fourier(&fourier);
+        let fewer = self.with(&fourier.into(), &setting.eps);
         let balance = fewer.balance(frequency_hz, mean)?;
         let options = NewtonOptions {
             tolerance: self.newton.tolerance.max(GOOD_START),
@@ -362,24 +358,23 @@ impl<'a> FrequencySolver<'a> {
         (!may_be_retained).then_some(start)
     }
 
-    /// This solver with other harmonics and samples.
-    fn with_fourier<'b>(&'b self, fourier: &'b Fourier) -> FrequencySolver<'b> {
-        let setting = Setting {
-            fourier,
-            ..self.setting
-        };
-        FrequencySolver { setting, ..*self }
+    /// This solver with other harmonics and samples, and another eps.
+    pub fn with(&self, fourier: &Arc<Fourier>, eps: &Arc<[f64]>) -> Self {
+        let mut other = self.clone();
+        other.setting.fourier = Arc::clone(fourier);
+        other.setting.eps = Arc::clone(eps);
+        other
     }
 
     /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where
     /// one of them fails.
-    fn continue_in_steps<'b>(
-        &'b self,
+    fn continue_in_steps(
+        &self,
         mut u: Vec<f64>,
         steps: u32,
-        at: &dyn Fn(f64) -> Option<Balance<'b>>,
+        at: &dyn Fn(f64) -> Option<Balance>,
         work: &mut Work,
-    ) -> Option<Solution<'b>> {
+    ) -> Option<Solution> {
         let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
@@ -406,26 +401,26 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    fn iterate<'b>(
+    fn iterate(
         &self,
-        balance: Balance<'b>,
+        balance: Balance,
         u: Vec<f64>,
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> Solution<'b> {
+    ) -> Solution {
         self.iterate_from(balance, Start::at(u), method, options, work)
     }
 
     /// Like [`FrequencySolver::iterate`], from a start at which the balance may be evaluated already.
-    fn iterate_from<'b>(
+    fn iterate_from(
         &self,
-        mut balance: Balance<'b>,
+        mut balance: Balance,
         start: Start,
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> Solution<'b> {
+    ) -> Solution {
         balance.deadline = work.deadline;
         let Start { mut u, known } = start;
         let (end, evaluation) = match method {
@@ -457,17 +452,17 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Balance with this mean; `None` where there is nothing to retain.
-    pub fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance<'_>> {
+    pub fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance> {
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
         Some(match mean {
             Mean::Free => balance,
-            Mean::Retained => balance.retained_by(Cow::Borrowed(self.retention()?)),
+            Mean::Retained => balance.retained_by(Arc::clone(self.retention()?)),
         })
     }
 
     /// Solution that is known, evaluated; `None` where its mean cannot be retained, or where it has
     /// not as many unknowns.
-    pub fn evaluated(&self, frequency_hz: f64, u: &[f64], mean: Mean) -> Option<Solution<'_>> {
+    pub fn evaluated(&self, frequency_hz: f64, u: &[f64], mean: Mean) -> Option<Solution> {
         let balance = self.balance(frequency_hz, mean)?;
         (u.len() == self.unknowns()).then(|| Solution {
             evaluation: balance.evaluate(u),
@@ -496,7 +491,7 @@ impl<'a> FrequencySolver<'a> {
     pub fn static_start(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
         let mut u = vec![0.0; self.unknowns()];
-        u[..n].copy_from_slice(self.setting.x_static);
+        u[..n].copy_from_slice(&self.setting.x_static);
         u
     }
 }
@@ -514,14 +509,14 @@ mod tests {
             for method in [Method::Krylov(1e-2), Method::Exact, Method::Dogleg] {
                 for max_iterations in [1, 3, 60] {
                     let newton = NewtonOptions::new(1e-9, max_iterations);
-                    let setting = *balance.setting;
-                    let holding = Holding::of(&setting.system.problem);
+                    let setting = balance.setting.clone();
+                    let holding = Holding::of(&setting.system.problem).into();
                     let solver = Solver::NewtonKrylov;
                     let frequencies =
-                        FrequencySolver::new(setting, newton, solver, &holding, &|_| ());
+                        FrequencySolver::new(setting.clone(), newton, solver, holding, &|_| ());
                     let mut work = Work::default();
                     // Pressed together, and excited little: there is a motion to be found.
-                    let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);
+                    let mut balance = Balance::new(&setting, OMEGA_RAD_S);
                     let (mean, vibration) = balance.force.split_at_mut(setting.system.unknowns());
                     mean.iter_mut().step_by(3).for_each(|f| *f = -20.0);
                     vibration.iter_mut().for_each(|f| *f *= 0.1);

@@ -21,7 +21,7 @@ use dovetail_numerics::eigen::independent;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A motion counts as held by friction alone where its stiffness is below this fraction of the mean
 /// stiffness of the pairs.
@@ -54,7 +54,7 @@ pub enum Mean {
 pub struct Holding {
     problem: Problem,
     without_contact: OnceLock<bool>,
-    along_contacts: OnceLock<Retention>,
+    along_contacts: OnceLock<Arc<Retention>>,
     pulls: OnceLock<Vec<Vec<c64>>>,
 }
 
@@ -88,16 +88,16 @@ impl Holding {
     }
 
     /// Motions that only friction holds; `None` where there are none.
-    pub fn retention(&self) -> Option<&Retention> {
+    pub fn retention(&self) -> Option<&Arc<Retention>> {
         let found = self.along_contacts();
         (found.is_needed() && !self.without_contact()).then_some(found)
     }
 
     /// Motions with hardly any stiffness where the normal displacements of all pairs are held.
-    fn along_contacts(&self) -> &Retention {
+    fn along_contacts(&self) -> &Arc<Retention> {
         self.along_contacts.get_or_init(|| {
             let reduced = &self.problem.reduced;
-            Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness())
+            Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness()).into()
         })
     }
 

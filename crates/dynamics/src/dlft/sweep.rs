@@ -6,7 +6,7 @@
 //! an interrupted sweep continues there, with nothing but the frequencies that it has solved, to
 //! the same bits.
 
-use super::accuracy::{Level, Refinement, Resolved, levels};
+use super::accuracy::{Refinement, Resolved, levels};
 use super::balance::Setting;
 use super::eps::Eps;
 use super::gross_slip::free_slips_m;
@@ -24,6 +24,7 @@ use crate::problem::inexact::InexactModel;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Number of frequencies of a stretch.
 const STRETCH: usize = 20;
@@ -89,16 +90,7 @@ pub fn sweep(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
-    let solve = |run: &Run<'_>| run.swept(settings);
-    in_run(
-        problem,
-        damping,
-        static_state,
-        settings,
-        earlier,
-        tell,
-        solve,
-    )
+    Run::new(problem, damping, static_state, settings, earlier, tell).swept(settings)
 }
 
 /// Solves the only frequency of `settings` as a sweep does, where the model changes from frequency to
@@ -118,70 +110,8 @@ pub fn solve_after(
         point,
         frequency_hz,
     };
-    let solve = |run: &Run<'_>| run.point(at, last, &mut Work::default());
-    let solved = in_run(problem, damping, static_state, settings, &[], tell, solve);
-    Some(solved)
-}
-
-/// Solves by a [`Run`], which lives as long as `solve`.
-pub(super) fn in_run<T>(
-    problem: &Problem,
-    damping: Rayleigh,
-    static_state: &StaticState,
-    settings: &SweepSettings,
-    earlier: &[SolvedFrequency],
-    tell: &(dyn Fn(Told<'_>) + Sync),
-    solve: impl FnOnce(&Run<'_>) -> T,
-) -> T {
-    let system = ContactSystem::new(problem, damping);
-    let omega = middle(&settings.frequencies_hz);
-    let levels = levels(
-        settings.resolution,
-        problem.highest_excited(),
-        |harmonics| settings.eps.of(&system, omega, harmonics),
-    );
-    let linear = static_state.linear.problem(problem, damping);
-    let holding = Holding::of(problem);
-    let slip_threshold_m = settings
-        .slip_threshold_m
-        .unwrap_or_else(|| static_state.slip_threshold_m(&levels[0].eps));
-    let inexact = InexactModel::new(&problem.reduced);
-    let mut setting = Setting {
-        periods: settings.periods,
-        slip_threshold_m,
-        ..Setting::about(
-            static_state,
-            &system,
-            &inexact,
-            &levels[0].fourier,
-            &levels[0].eps,
-        )
-    };
-    let free_slips_m = free_slips_m(&setting, omega);
-    setting.free_slips_m = &free_slips_m;
-    let run = Run {
-        linear: ContactSystem::new(&linear, damping),
-        refinement: Refinement::new(
-            setting,
-            &levels,
-            settings.resolution,
-            settings.newton,
-            settings.solver,
-            &holding,
-            tell,
-        ),
-        levels: &levels,
-        earlier: earlier
-            .iter()
-            .map(|solved| (solved.place(), solved))
-            .collect(),
-        slip_threshold_m,
-        most_seconds: settings.most_seconds,
-        estimates: settings.estimates,
-        tell,
-        stop: Stop::default(),
-    };
-    solve(&run)
+    let run = Run::new(problem, damping, static_state, settings, &[], tell);
+    Some(run.point(at, last, &mut Work::default()))
 }
 
 /// Angular frequency in the middle of the range, rad/s. It serves for the whole curve, so that eps
@@ -225,8 +155,6 @@ pub(super) struct Run<'a> {
     pub(super) linear: ContactSystem,
     /// Solvers of a frequency, by the number of harmonics.
     pub(super) refinement: Refinement<'a>,
-    /// Harmonics, samples and eps of the levels of the solvers.
-    pub(super) levels: &'a [Level],
     /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].
@@ -264,28 +192,78 @@ impl NumberedFrequency {
     }
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// Run of a model about its static state. `earlier` and `tell` are those of [`sweep`].
+    pub(super) fn new(
+        problem: &Problem,
+        damping: Rayleigh,
+        static_state: &StaticState,
+        settings: &SweepSettings,
+        earlier: &'a [SolvedFrequency],
+        tell: &'a (dyn Fn(Told<'_>) + Sync),
+    ) -> Self {
+        let system = Arc::new(ContactSystem::new(problem, damping));
+        let omega = middle(&settings.frequencies_hz);
+        let levels = levels(
+            settings.resolution,
+            problem.highest_excited(),
+            |harmonics| settings.eps.of(&system, omega, harmonics),
+        );
+        let (fourier, eps) = (&levels[0].fourier, &levels[0].eps);
+        let slip_threshold_m = settings
+            .slip_threshold_m
+            .unwrap_or_else(|| static_state.slip_threshold_m(eps));
+        let inexact = InexactModel::new(&problem.reduced).into();
+        let mut setting = Setting {
+            periods: settings.periods,
+            slip_threshold_m,
+            ..Setting::about(
+                static_state,
+                system,
+                inexact,
+                Arc::clone(fourier),
+                Arc::clone(eps),
+            )
+        };
+        setting.free_slips_m = free_slips_m(&setting, omega).into();
+        let (newton, solver) = (settings.newton, settings.solver);
+        let holding = Holding::of(problem).into();
+        let lowest = FrequencySolver::new(setting, newton, solver, holding, tell);
+        let linear = static_state.linear.problem(problem, damping);
+        let earlier = earlier.iter();
+        Self {
+            linear: ContactSystem::new(&linear, damping),
+            refinement: Refinement::new(&lowest, &levels, settings.resolution),
+            earlier: earlier.map(|solved| (solved.place(), solved)).collect(),
+            slip_threshold_m,
+            most_seconds: settings.most_seconds,
+            estimates: settings.estimates,
+            tell,
+            stop: Stop::default(),
+        }
+    }
+
     /// Solves one frequency by `solve`, on the level of `begin` or above it, and judges the solution.
-    pub(super) fn resolve<'b, 'r>(
+    pub(super) fn resolve<'r>(
         &self,
-        refinement: &'b Refinement<'r>,
+        refinement: &Refinement<'r>,
         begin: FrequencyOnLevel,
         work: &mut Work,
-        solve: impl Fn(&'b FrequencySolver<'r>, &mut Work) -> Solution<'b>,
-    ) -> Resolved<'b> {
+        solve: impl Fn(&FrequencySolver<'r>, &mut Work) -> Solution,
+    ) -> Resolved {
         let (level, solved) = refinement.solve(begin.level, work, solve);
         let at = FrequencyOnLevel { level, ..begin };
         self.judged(refinement, at, solved, work)
     }
 
     /// Judges a solution of a level of solvers by its estimated error, where errors are estimated.
-    pub(super) fn judged<'b>(
+    pub(super) fn judged(
         &self,
-        refinement: &'b Refinement<'_>,
+        refinement: &Refinement<'_>,
         at: FrequencyOnLevel,
-        solved: Solution<'b>,
+        solved: Solution,
         work: &mut Work,
-    ) -> Resolved<'b> {
+    ) -> Resolved {
         if self.estimates {
             refinement.refined(at.frequency_hz, at.level, solved, work)
         } else {
@@ -387,12 +365,7 @@ impl Run<'_> {
     }
 
     /// Record of a frequency that is solved by itself.
-    fn solved_at(
-        &self,
-        at: NumberedFrequency,
-        resolved: Resolved<'_>,
-        work: &Work,
-    ) -> SolvedFrequency {
+    fn solved_at(&self, at: NumberedFrequency, resolved: Resolved, work: &Work) -> SolvedFrequency {
         SolvedFrequency {
             next_level: resolved.next_level,
             orbit: self.orbit_of(&self.refinement, resolved, at, work),
@@ -489,7 +462,7 @@ impl Run<'_> {
     pub(super) fn orbit_of(
         &self,
         refinement: &Refinement<'_>,
-        resolved: Resolved<'_>,
+        resolved: Resolved,
         at: NumberedFrequency,
         work: &Work,
     ) -> Orbit {

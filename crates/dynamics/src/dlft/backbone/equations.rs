@@ -11,7 +11,7 @@ use crate::problem::unforced::Unforced;
 use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::norm;
 use faer::c64;
-use std::borrow::Cow;
+use std::sync::Arc;
 
 /// The equation of the tracked mode is met to this fraction of the relative residual: the damping
 /// ratio is a small part of it.
@@ -44,11 +44,11 @@ pub struct OfAmplitude<'b> {
     pub linear_omega: f64,
 }
 
-impl<'b> OfAmplitude<'b> {
+impl OfAmplitude<'_> {
     /// Vibration at values of the further unknowns.
-    pub fn motion(&self, further: &[f64]) -> Unforced<'b> {
+    pub fn motion(&self, further: &[f64]) -> Unforced<'_> {
         Unforced {
-            system: self.solver.setting.system,
+            system: &self.solver.setting.system,
             tracked: match self.tracked {
                 Tracked::Mode(modes) => modes,
                 Tracked::Displacement { .. } => &[],
@@ -59,7 +59,7 @@ impl<'b> OfAmplitude<'b> {
     }
 
     /// Derivative of Lambda U - F with respect to each further unknown, at constant U.
-    fn slopes(&self, balance: &Balance<'_>, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
+    fn slopes(&self, balance: &Balance, u: &[f64], further: &[f64]) -> Vec<Vec<f64>> {
         let motion = self.motion(further);
         let (n, harmonics) = (balance.unknowns_per_block(), balance.stiffness.harmonics());
         let both = motion.stiffness_slopes(harmonics).into_iter();
@@ -83,8 +83,8 @@ impl<'b> OfAmplitude<'b> {
     }
 }
 
-impl<'b> Family<'b> for OfAmplitude<'b> {
-    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>> {
+impl Family for OfAmplitude<'_> {
+    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance> {
         let is_possible = further[0] > 0.0 && further.iter().all(|v| v.is_finite());
         if !is_possible {
             return None;
@@ -95,13 +95,13 @@ impl<'b> Family<'b> for OfAmplitude<'b> {
         }
         Some(match mean {
             Mean::Free => balance,
-            Mean::Retained => balance.retained_by(Cow::Borrowed(self.solver.retention()?)),
+            Mean::Retained => balance.retained_by(Arc::clone(self.solver.retention()?)),
         })
     }
 
     fn columns(
         &self,
-        balance: &Balance<'_>,
+        balance: &Balance,
         jacobian: &Jacobian,
         u: &[f64],
         further: &[f64],
@@ -188,11 +188,11 @@ mod tests {
     #[test]
     fn slopes_and_derivatives_are_those_by_differences() {
         at_sample_points_of_waves_too(|what, sample, u| {
-            let holding = Holding::of(&sample.setting.system.problem);
+            let holding = Holding::of(&sample.setting.system.problem).into();
             let newton = NewtonOptions::new(1e-9, 60);
-            let (setting, solver) = (*sample.setting, Solver::NewtonKrylov);
-            let solver = FrequencySolver::new(setting, newton, solver, &holding, &|_| ());
-            let reduced = &setting.system.problem.reduced;
+            let (setting, solver) = (sample.setting.clone(), Solver::NewtonKrylov);
+            let solver = FrequencySolver::new(setting, newton, solver, holding, &|_| ());
+            let reduced = &sample.setting.system.problem.reduced;
             let tracked = reduced.of_harmonic(1).moving_together(0);
             let family = OfAmplitude {
                 solver: &solver,

@@ -138,8 +138,8 @@ struct Solved {
 }
 
 /// Follower of a backbone.
-struct Follower<'b, 's> {
-    run: &'b Run<'s>,
+struct Follower<'b> {
+    run: &'b Run<'b>,
     mode: &'b LinearMode,
     observation: usize,
     accuracy: Option<f64>,
@@ -205,7 +205,7 @@ fn stays_open(orbit: &Orbit) -> bool {
     open as f64 > OPEN * closed.count() as f64
 }
 
-impl<'b, 's: 'b> Follower<'b, 's> {
+impl Follower<'_> {
     /// Point at which the observed displacement has an amplitude, to what a few solutions reach.
     fn reach(&mut self, amplitude_m: f64) -> Option<Solved> {
         let mut found = match self.last.last() {
@@ -406,7 +406,7 @@ impl<'b, 's: 'b> Follower<'b, 's> {
 
     fn point(
         &self,
-        solution: &Solution<'_>,
+        solution: &Solution,
         family: &OfAmplitude<'_>,
         further: &[f64],
     ) -> BackbonePoint {
@@ -474,12 +474,12 @@ fn difference(coarse: &Solved, finer: &Solved) -> f64 {
 
 /// Solves from a start with the mean that holds there: free where the pairs that stick hold the
 /// bodies, and else retained.
-fn settled<'b>(
-    solver: &'b FrequencySolver<'b>,
-    family: &OfAmplitude<'b>,
+fn settled(
+    solver: &FrequencySolver<'_>,
+    family: &OfAmplitude<'_>,
     start: &Start,
     work: &mut Work,
-) -> Option<(Solution<'b>, Vec<f64>)> {
+) -> Option<(Solution, Vec<f64>)> {
     let entries = blocks(solver.setting.fourier.harmonics()) * solver.setting.system.unknowns();
     let options = NewtonOptions {
         max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
@@ -494,7 +494,7 @@ fn settled<'b>(
     if solver.must_be_retained() {
         return solve(&u, &further, Mean::Retained, work);
     }
-    let is_held = |(solution, _): &(Solution<'b>, Vec<f64>)| {
+    let is_held = |(solution, _): &(Solution, Vec<f64>)| {
         !solver.walked_off(&solution.u) && solver.is_blocked_by_friction(solution)
     };
     if start.mean == Mean::Free {

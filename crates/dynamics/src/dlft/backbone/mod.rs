@@ -8,7 +8,7 @@
 mod equations;
 mod follow;
 
-use super::sweep::{Run, SweepSettings, in_run};
+use super::sweep::{Run, SweepSettings};
 use super::{Orbit, StaticState};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
@@ -167,17 +167,8 @@ pub fn backbone(
         frequencies_hz: vec![omega2.sqrt() / std::f64::consts::TAU],
         ..settings.clone()
     };
-    let solve = |run: &Run<'_>| follow::followed(run, &start, &settings, range, tell);
-    let silent = |_: super::Told<'_>| ();
-    Some(in_run(
-        problem,
-        damping,
-        static_state,
-        &settings,
-        &[],
-        &silent,
-        solve,
-    ))
+    let run = Run::new(problem, damping, static_state, &settings, &[], &|_| ());
+    Some(follow::followed(&run, &start, &settings, range, tell))
 }
 
 #[cfg(test)]

@@ -29,15 +29,15 @@ use dovetail_numerics::vector::dot;
 use faer::Mat;
 
 /// Balances over further unknowns, with as many further equations.
-pub trait Family<'b> {
+pub trait Family {
     /// Balance where the further unknowns have these values; `None` where there is none.
-    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>>;
+    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance>;
 
     /// Derivative of the residual with respect to each further unknown, at constant U. `None` where
     /// it is not known.
     fn columns(
         &self,
-        balance: &Balance<'_>,
+        balance: &Balance,
         jacobian: &Jacobian,
         u: &[f64],
         further: &[f64],
@@ -110,19 +110,19 @@ impl Plane {
 }
 
 /// Balances of a curve over its abscissa, the one further unknown, in a plane.
-struct AcrossCurve<'p, 'b> {
-    solvers: Solvers<'b>,
+struct AcrossCurve<'p, 'x> {
+    solvers: Solvers<'x>,
     plane: &'p Plane,
 }
 
-impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
-    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance<'b>> {
+impl Family for AcrossCurve<'_, '_> {
+    fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance> {
         self.solvers.balance(further[0], mean)
     }
 
     fn columns(
         &self,
-        balance: &Balance<'_>,
+        balance: &Balance,
         jacobian: &Jacobian,
         u: &[f64],
         further: &[f64],
@@ -153,14 +153,14 @@ impl<'b> Family<'b> for AcrossCurve<'_, 'b> {
 
 /// Solves for the point of the curve in a plane, near a prediction. Returns the solution and its
 /// abscissa, `None` where there is no model, or no mean to retain.
-pub fn correct<'b>(
-    solvers: Solvers<'b>,
+pub fn correct(
+    solvers: Solvers<'_>,
     plane: &Plane,
     near: &Prediction,
     mean: Mean,
     options: NewtonOptions,
     work: &mut Work,
-) -> Option<(Solution<'b>, f64)> {
+) -> Option<(Solution, f64)> {
     let family = AcrossCurve { solvers, plane };
     let solver = solvers.at(near.abscissa)?;
     let start = Start {
@@ -174,13 +174,13 @@ pub fn correct<'b>(
 
 /// Solves for U and the further unknowns of a family, with the mean of the start. `None` where there
 /// is no balance at the start, or no mean to retain.
-pub fn corrected<'b, F: Family<'b>>(
-    solver: &'b FrequencySolver<'_>,
-    family: &F,
+pub fn corrected(
+    solver: &FrequencySolver<'_>,
+    family: &impl Family,
     start: Start,
     options: NewtonOptions,
     work: &mut Work,
-) -> Option<(Solution<'b>, Vec<f64>)> {
+) -> Option<(Solution, Vec<f64>)> {
     let own = start.u.len();
     let mut x = [&start.u[..], &start.further].concat();
     let state = State::new(solver, family, start, options, work)?;
@@ -218,7 +218,7 @@ pub fn corrected<'b, F: Family<'b>>(
 /// found.
 pub fn direction(
     solvers: Solvers<'_>,
-    at: SolutionAt<'_, '_>,
+    at: SolutionAt<'_>,
     across: BorderRow,
     work: &mut Work,
 ) -> Option<Direction> {
@@ -260,7 +260,7 @@ pub fn direction(
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
 /// on the further unknowns.
-pub fn columns(balance: &Balance<'_>, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn columns(balance: &Balance, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = balance.unknowns_per_block();
     let slopes = slopes.iter();
     slopes
@@ -299,12 +299,12 @@ fn bordered(inner: &Mat<f64>, border: &Border) -> Mat<f64> {
 }
 
 /// Balance at the further unknowns that were asked for last, with its last evaluation.
-struct State<'f, 'b, F> {
-    solver: &'b FrequencySolver<'b>,
-    family: &'f F,
+struct State<'a, F> {
+    solver: &'a FrequencySolver<'a>,
+    family: &'a F,
     mean: Mean,
     options: NewtonOptions,
-    balance: Balance<'b>,
+    balance: Balance,
     /// Number of unknowns of U.
     own: usize,
     further: Vec<f64>,
@@ -313,10 +313,10 @@ struct State<'f, 'b, F> {
     scale: [f64; 2],
 }
 
-impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
+impl<'a, F: Family> State<'a, F> {
     fn new(
-        solver: &'b FrequencySolver<'_>,
-        family: &'f F,
+        solver: &'a FrequencySolver<'_>,
+        family: &'a F,
         start: Start,
         options: NewtonOptions,
         work: &Work,
@@ -360,7 +360,7 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
-    fn take(mut self, u: &[f64], further: &[f64]) -> (Balance<'b>, Evaluation) {
+    fn take(mut self, u: &[f64], further: &[f64]) -> (Balance, Evaluation) {
         self.go_to(further);
         self.at(u);
         let (_, evaluation) = self.last.expect("just evaluated");
@@ -420,12 +420,12 @@ impl<'f, 'b, F: Family<'b>> State<'f, 'b, F> {
 }
 
 /// The system solved with its matrix formed and factored, for few unknowns.
-struct Exact<'f, 'b, F> {
-    state: State<'f, 'b, F>,
+struct Exact<'a, F> {
+    state: State<'a, F>,
     factor: Option<Lu>,
 }
 
-impl<'b, F: Family<'b>> NonlinearSystem for Exact<'_, 'b, F> {
+impl<F: Family> NonlinearSystem for Exact<'_, F> {
     const DAMPING: Damping = Damping::Persistent;
 
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
@@ -453,14 +453,14 @@ impl<'b, F: Family<'b>> NonlinearSystem for Exact<'_, 'b, F> {
 }
 
 /// The system solved by GMRES on the pairs that take part.
-struct Krylov<'f, 'b, 'w, F> {
-    state: State<'f, 'b, F>,
+struct Krylov<'a, F> {
+    state: State<'a, F>,
     linear: Option<(LinearSystem, Border)>,
     krylov_iterations: usize,
-    preconditioner: &'w mut Preconditioner,
+    preconditioner: &'a mut Preconditioner,
 }
 
-impl<'b, F: Family<'b>> NonlinearSystem for Krylov<'_, 'b, '_, F> {
+impl<F: Family> NonlinearSystem for Krylov<'_, F> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         self.state.residual(x, f);
     }

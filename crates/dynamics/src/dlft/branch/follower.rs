@@ -303,7 +303,7 @@ impl<'b> Follower<'b> {
     fn record<'x>(
         &mut self,
         over: &'x dyn Over<'x>,
-        resolved: Resolved<'_>,
+        resolved: Resolved,
         abscissa: f64,
         length: f64,
         part: Part,
@@ -355,9 +355,9 @@ impl Run<'_> {
         &self,
         solvers: Solvers<'x>,
         abscissa: f64,
-        solved: Solution<'x>,
+        solved: Solution,
         work: &mut Work,
-    ) -> Option<Resolved<'x>> {
+    ) -> Option<Resolved> {
         let refinement = solvers.over.refinement(abscissa)?;
         let at = FrequencyOnLevel {
             frequency_hz: solvers.over.frequency_hz(abscissa),

@@ -18,8 +18,8 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Motion T of a point: cosine and sine part of each observed displacement, m; without any, the
 /// first harmonic of the pairs in forces, eps X, N.
-pub fn motion(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
-    let system = balance.setting.system;
+pub fn motion(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    let system = &balance.setting.system;
     if system.problem.reduced.observations.is_empty() {
         let n = balance.unknowns_per_block();
         let first = cosine(1) * n..(sine(1) + 1) * n;
@@ -73,24 +73,19 @@ pub struct Gauge {
 
 impl Gauge {
     /// Gauge at a point, where T has this derivative with respect to the abscissa at constant U.
-    pub fn at(
-        balance: &Balance<'_>,
-        u: &[f64],
-        frequency_hz: f64,
-        over_abscissa: Vec<f64>,
-    ) -> Self {
+    pub fn at(balance: &Balance, u: &[f64], frequency_hz: f64, over_abscissa: Vec<f64>) -> Self {
         let n = balance.unknowns_per_block();
         Self {
             unknowns: u.len(),
             n,
-            slopes: first_harmonic_slopes(balance.setting.system, TAU * frequency_hz),
+            slopes: first_harmonic_slopes(&balance.setting.system, TAU * frequency_hz),
             eps: (0..n).map(|i| balance.eps_at(i)).collect(),
             over_abscissa,
         }
     }
 
     /// Derivative of the motion T of a point with respect to the frequency at constant U, per Hz.
-    pub fn motion_per_hz(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    pub fn motion_per_hz(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
         let step = DIFFERENCE * frequency_hz;
         let [above, below] = [step, -step].map(|by| motion(balance, u, frequency_hz + by));
         let differences = above.iter().zip(&below);
@@ -196,8 +191,8 @@ mod tests {
                 }
                 let system = ContactSystem::new(&problem, sample.setting.system.damping);
                 let setting = Setting {
-                    system: &system,
-                    ..*sample.setting
+                    system: system.into(),
+                    ..sample.setting.clone()
                 };
                 let frequency_hz = OMEGA_RAD_S / TAU;
                 let balance = Balance::new(&setting, OMEGA_RAD_S);

@@ -37,7 +37,7 @@ pub use followed::so_far;
 pub use peak::{Guess, estimated, peak_near};
 pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 
-use super::sweep::{Run, SweepSettings, in_run};
+use super::sweep::{Run, SweepSettings};
 use super::{Response, SolvedFrequency, StaticState, Told};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
@@ -61,16 +61,8 @@ pub fn follow(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
-    let solve = |run: &Run<'_>| run.followed(&settings.frequencies_hz);
-    in_run(
-        problem,
-        damping,
-        static_state,
-        settings,
-        earlier,
-        tell,
-        solve,
-    )
+    let run = Run::new(problem, damping, static_state, settings, earlier, tell);
+    run.followed(&settings.frequencies_hz)
 }
 
 #[cfg(test)]

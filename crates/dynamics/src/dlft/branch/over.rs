@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, Copy)]
 pub struct Place<'p> {
     /// Balance at the point.
-    pub balance: &'p Balance<'p>,
+    pub balance: &'p Balance,
     /// Level of its harmonics.
     pub level: usize,
     /// Coefficients, m.
@@ -29,9 +29,9 @@ pub struct Place<'p> {
 
 /// Solution on a curve, with its abscissa.
 #[derive(Clone, Copy)]
-pub struct SolutionAt<'s, 'b> {
+pub struct SolutionAt<'s> {
     /// The solution.
-    pub solution: &'s Solution<'b>,
+    pub solution: &'s Solution,
     /// Its abscissa.
     pub abscissa: f64,
 }
@@ -90,25 +90,20 @@ impl<'x> Solvers<'x> {
     }
 
     /// Balance at an abscissa with this mean; `None` where there is no model, or nothing to retain.
-    pub fn balance(self, abscissa: f64, mean: Mean) -> Option<Balance<'x>> {
+    pub fn balance(self, abscissa: f64, mean: Mean) -> Option<Balance> {
         let solver = self.at(abscissa)?;
         solver.balance(self.over.frequency_hz(abscissa), mean)
     }
 
     /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
     /// off.
-    pub fn on_curve(
-        self,
-        abscissa: f64,
-        solved: Solution<'x>,
-        work: &mut Work,
-    ) -> Option<Solution<'x>> {
+    pub fn on_curve(self, abscissa: f64, solved: Solution, work: &mut Work) -> Option<Solution> {
         let frequency_hz = self.over.frequency_hz(abscissa);
         self.at(abscissa)?.on_curve(frequency_hz, solved, work)
     }
 
     /// Place of a point.
-    pub fn place<'p>(self, balance: &'p Balance<'_>, u: &'p [f64], abscissa: f64) -> Place<'p> {
+    pub fn place<'p>(self, balance: &'p Balance, u: &'p [f64], abscissa: f64) -> Place<'p> {
         Place {
             balance,
             level: self.level,
@@ -118,7 +113,7 @@ impl<'x> Solvers<'x> {
     }
 
     /// Place of a solution.
-    pub fn place_of<'p>(self, at: SolutionAt<'p, '_>) -> Place<'p> {
+    pub fn place_of<'p>(self, at: SolutionAt<'p>) -> Place<'p> {
         self.place(&at.solution.balance, &at.solution.u, at.abscissa)
     }
 }
@@ -190,8 +185,8 @@ mod tests {
     fn the_column_of_the_frequency_is_that_by_differences() {
         at_sample_points_of_waves_too(|what, balance, u| {
             let at = |omega: f64| {
-                let mut moved = Balance::new(balance.setting, omega);
-                let given = Balance::new(balance.setting, OMEGA_RAD_S);
+                let mut moved = Balance::new(&balance.setting, omega);
+                let given = Balance::new(&balance.setting, OMEGA_RAD_S);
                 // The samples have loads of their own.
                 for (i, f) in moved.force.iter_mut().enumerate() {
                     *f += balance.force[i] - given.force[i];

@@ -4,7 +4,7 @@
 use super::trace::Course;
 use crate::damping::Rayleigh;
 use crate::dlft::point::{Neighbour, resized};
-use crate::dlft::sweep::{Run, SweepSettings, in_run};
+use crate::dlft::sweep::{Run, SweepSettings};
 use crate::dlft::{Orbit, StaticState, Told};
 use crate::problem::Problem;
 
@@ -68,8 +68,8 @@ pub fn peak_near(
         estimates: false,
         ..settings.clone()
     };
-    let solve = |run: &Run<'_>| run.peak_near(course, guess, observation);
-    in_run(problem, damping, static_state, &settings, &[], tell, solve)
+    let run = Run::new(problem, damping, static_state, &settings, &[], tell);
+    run.peak_near(course, guess, observation)
 }
 
 /// A motion of a response whose errors were not estimated, with the estimate of its error.
@@ -80,19 +80,9 @@ pub fn estimated(
     settings: &SweepSettings,
     orbit: &Orbit,
 ) -> Orbit {
-    let solve = |run: &Run<'_>| {
-        let level = run.refinement.level_of(orbit.harmonics);
-        run.estimated(orbit, level).0
-    };
-    in_run(
-        problem,
-        damping,
-        static_state,
-        settings,
-        &[],
-        &|_| (),
-        solve,
-    )
+    let run = Run::new(problem, damping, static_state, settings, &[], &|_| ());
+    let level = run.refinement.level_of(orbit.harmonics);
+    run.estimated(orbit, level).0
 }
 
 #[cfg(test)]

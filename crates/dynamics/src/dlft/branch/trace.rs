@@ -101,9 +101,9 @@ pub struct Tracer {
 }
 
 /// Solution on the curve, with its abscissa, and the length of the curve up to it.
-pub struct Found<'b> {
+pub struct Found {
     /// The solution.
-    pub solution: Solution<'b>,
+    pub solution: Solution,
     /// Its abscissa.
     pub abscissa: f64,
     /// Length of the curve up to it.
@@ -111,12 +111,12 @@ pub struct Found<'b> {
 }
 
 /// Points of the curve that a step came to.
-pub struct Step<'b> {
+pub struct Step {
     /// Points at the abscissae asked for that the step passed, in their order.
-    pub passed: Vec<Found<'b>>,
+    pub passed: Vec<Found>,
     /// Point at the end of the step; `None` where the curve left the range within it, or could not
     /// be followed at all.
-    pub reached: Option<Found<'b>>,
+    pub reached: Option<Found>,
     /// `true` if the curve left the range. The last of those passed is then its end.
     pub leaves: bool,
 }
@@ -127,7 +127,7 @@ impl Tracer {
     pub fn from(
         solvers: Solvers<'_>,
         course: Course,
-        at: SolutionAt<'_, '_>,
+        at: SolutionAt<'_>,
         work: &mut Work,
     ) -> Option<Self> {
         let motion = motion_of(solvers.over, at);
@@ -155,12 +155,7 @@ impl Tracer {
 
     /// Follower that goes on in the same direction from another solution at the last abscissa, of
     /// another balance: with another mean, or other harmonics.
-    pub fn again(
-        self,
-        solvers: Solvers<'_>,
-        solution: &Solution<'_>,
-        work: &mut Work,
-    ) -> Option<Self> {
+    pub fn again(self, solvers: Solvers<'_>, solution: &Solution, work: &mut Work) -> Option<Self> {
         let abscissa = self.last.abscissa;
         let at = SolutionAt { solution, abscissa };
         let motion = motion_of(solvers.over, at);
@@ -298,7 +293,7 @@ impl Tracer {
         asked: &[f64],
         creeps: bool,
         work: &mut Work,
-    ) -> Step<'b> {
+    ) -> Step {
         let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
@@ -333,7 +328,7 @@ impl Tracer {
         asked: &[f64],
         by_abscissa: bool,
         work: &mut Work,
-    ) -> Option<Step<'b>> {
+    ) -> Option<Step> {
         let (h, solvers) = (self.step, self.solvers(over));
         let Point { scales, mean, .. } = self.last;
         let plane = self.last.plane(h, &self.last.ahead(h));
@@ -410,7 +405,7 @@ impl Tracer {
         end: f64,
         asked: &[f64],
         work: &mut Work,
-    ) -> Option<Step<'b>> {
+    ) -> Option<Step> {
         let (step, last) = (self.step, &self.last);
         let is_before = |h: f64| (self.predicted(h).abscissa - end) * (last.abscissa - end) > 0.0;
         let [low, _] = bisected([0.0, step], is_before);
@@ -465,7 +460,7 @@ impl Tracer {
     fn point<'b>(
         &self,
         over: &'b dyn Over<'b>,
-        at: SolutionAt<'_, '_>,
+        at: SolutionAt<'_>,
         reached: Vec<f64>,
         work: &mut Work,
     ) -> Option<Point> {

@@ -19,13 +19,13 @@ use super::over::{Over, Place, Use};
 use super::several::Several;
 use super::trace::Course;
 use crate::damping::Rayleigh;
-use crate::dlft::accuracy::{Level, Refinement};
+use crate::dlft::accuracy::Refinement;
 use crate::dlft::balance::{Balance, Jacobian, Setting};
 use crate::dlft::gross_slip::free_slips_m;
 use crate::dlft::orbit::{linear_point, observed_amplitudes_m};
+use crate::dlft::point::FrequencySolver;
 use crate::dlft::retention::{Holding, Mean};
-use crate::dlft::settings::Resolution;
-use crate::dlft::sweep::{Run, SweepSettings, in_run};
+use crate::dlft::sweep::{Run, SweepSettings};
 use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, Told};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -115,18 +115,16 @@ pub fn follow_over(
         frequencies_hz: vec![range.frequency_hz],
         ..settings.clone()
     };
-    let solve = |run: &Run<'_>| {
-        run.followed_over(&Values {
-            run,
-            range,
-            model_of,
-            first: &first,
-            resolution: settings.resolution,
-            slip_threshold_m: settings.slip_threshold_m,
-        })
-    };
     let (problem, damping, state) = (&first.problem, first.damping, &first.state);
-    let response = in_run(problem, damping, state, &settings, earlier, tell, solve);
+    let run = Run::new(problem, damping, state, &settings, earlier, tell);
+    let values = Values {
+        run: &run,
+        range,
+        model_of,
+        first: &first,
+        slip_threshold_m: settings.slip_threshold_m,
+    };
+    let response = run.followed_over(&values);
     Some(range.curve(response))
 }
 
@@ -192,7 +190,6 @@ pub struct Values<'b> {
     range: &'b ValueRange,
     model_of: &'b ModelOf<'b>,
     first: &'b ModelAt,
-    resolution: Resolution,
     slip_threshold_m: Option<f64>,
 }
 
@@ -202,23 +199,6 @@ impl<'b> Values<'b> {
         self.range.abscissae()
     }
 
-    /// Setting of the balances about a static state.
-    fn setting<'a>(
-        &'a self,
-        state: &'a StaticState,
-        (system, inexact): (&'a ContactSystem, &'a InexactModel),
-        free_slips_m: &'a [f64],
-    ) -> Setting<'a> {
-        let lowest = &self.run.refinement.lowest().setting;
-        Setting {
-            periods: lowest.periods,
-            slip_threshold_m: (self.slip_threshold_m)
-                .unwrap_or_else(|| state.slip_threshold_m(lowest.eps)),
-            free_slips_m,
-            ..Setting::about(state, system, inexact, lowest.fourier, lowest.eps)
-        }
-    }
-
     /// Acts with the models of these values, which are dropped afterwards. `near` is the abscissa of
     /// a point of the curve from which a step begins.
     pub fn within<T>(
@@ -226,13 +206,10 @@ impl<'b> Values<'b> {
         near: Option<f64>,
         act: impl for<'x> FnOnce(&'x dyn Over<'x>) -> T,
     ) -> T {
-        let (models, parts, solvers) = (Shelf::new(), Shelf::new(), Shelf::new());
         act(&OverValue {
             values: self,
             course: Course::over(&self.abscissae()),
-            models: &models,
-            parts: &parts,
-            solvers: &solvers,
+            shelf: &Shelf::new(),
             near,
             known: RefCell::default(),
         })
@@ -267,28 +244,14 @@ impl<T> Shelf<T> {
     }
 }
 
-/// Parts of the balances at a value that borrow its model.
-struct Parts<'m> {
-    model: &'m ModelAt,
-    system: ContactSystem,
-    linear: Problem,
-    /// Holding of the bodies; `None` where it is that of the first value.
-    holding: Option<Holding>,
-    /// Model of the inner linear solves; `None` where that of the first value serves.
-    inexact: Option<InexactModel>,
-    free_slips_m: Vec<f64>,
-}
-
 /// A value of the model, within one step of the follower.
-struct OverValue<'m, 'p, 's> {
+struct OverValue<'m, 's> {
     values: &'m Values<'m>,
     course: Course,
-    models: &'m Shelf<Arc<ModelAt>>,
-    parts: &'p Shelf<Parts<'m>>,
-    solvers: &'s Shelf<Refinement<'p>>,
+    shelf: &'s Shelf<Known<'m>>,
     /// Abscissa of the point from which a step begins.
     near: Option<f64>,
-    known: RefCell<Vec<(f64, Option<Known<'m, 'p, 's>>)>>,
+    known: RefCell<Vec<(f64, Option<&'s Known<'m>>)>>,
 }
 
 /// Solvers or a balance at an abscissa close to that of a place.
@@ -297,16 +260,62 @@ struct Beside<T> {
     found: T,
 }
 
-/// Solvers at an abscissa, and the parts that they borrow.
-#[derive(Clone, Copy)]
-struct Known<'m, 'p, 's> {
-    parts: &'p Parts<'m>,
-    refinement: &'s Refinement<'p>,
+/// Model at an abscissa, with its linear reference and its solvers.
+struct Known<'m> {
+    model: Arc<ModelAt>,
+    linear: ContactSystem,
+    /// `true` if its matrices are those of the first value.
+    is_as_first: bool,
+    refinement: Refinement<'m>,
 }
 
-impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
+impl<'m> Known<'m> {
+    /// Solvers about the static state of a model, with the harmonics, samples and eps of the run.
+    fn of(values: &Values<'m>, model: Arc<ModelAt>) -> Self {
+        let ModelAt {
+            problem,
+            damping,
+            state,
+        } = &*model;
+        let (of_run, first) = (&values.run.refinement, &values.first.problem);
+        let lowest = of_run.lowest();
+        let is_as_first = have_same_matrices(&problem.reduced, &first.reduced);
+        let inexact = match is_as_first {
+            true => Arc::clone(&lowest.setting.inexact),
+            false => InexactModel::new(&problem.reduced).into(),
+        };
+        let holding = match is_as_first && problem.excitations == first.excitations {
+            true => Arc::clone(&lowest.holding),
+            false => Holding::of(problem).into(),
+        };
+        let Setting { fourier, eps, .. } = &lowest.setting;
+        let (fourier, eps) = (Arc::clone(fourier), Arc::clone(eps));
+        let system = ContactSystem::new(problem, *damping).into();
+        let about = Setting::about(state, system, inexact, fourier, eps);
+        let mut setting = Setting {
+            periods: lowest.setting.periods,
+            slip_threshold_m: values.slip_threshold_m.unwrap_or(about.slip_threshold_m),
+            ..about
+        };
+        setting.free_slips_m = free_slips_m(&setting, TAU * values.range.frequency_hz).into();
+        let solver = FrequencySolver {
+            setting,
+            holding,
+            ..lowest.clone()
+        };
+        let linear = state.linear.problem(problem, *damping);
+        Self {
+            linear: ContactSystem::new(&linear, *damping),
+            is_as_first,
+            refinement: of_run.like(&solver),
+            model,
+        }
+    }
+}
+
+impl<'m, 's> OverValue<'m, 's> {
     /// Solvers at an abscissa; `None` outside of the range, and where there is no model.
-    fn known(&self, abscissa: f64) -> Option<Known<'m, 'p, 's>> {
+    fn known(&self, abscissa: f64) -> Option<&'s Known<'m>> {
         let Course { from, to } = self.course;
         if !(from.min(to)..=from.max(to)).contains(&abscissa) {
             return None;
@@ -316,54 +325,16 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
             return *found;
         }
         drop(known);
-        let made = self.made(abscissa);
+        let values = self.values;
+        let model = (values.model_of)(values.range.value(abscissa));
+        let made = model.map(|model| self.shelf.put(Known::of(values, model)));
         self.known.borrow_mut().push((abscissa, made));
         made
     }
 
-    fn made(&self, abscissa: f64) -> Option<Known<'m, 'p, 's>> {
-        let values = self.values;
-        let model = (values.model_of)(values.range.value(abscissa))?;
-        let model: &'m ModelAt = self.models.put(model);
-        let ModelAt {
-            problem,
-            damping,
-            state,
-        } = model;
-        let lowest = values.run.refinement.lowest();
-        let levels: &'m [Level] = values.run.levels;
-        let is_as_first = have_same_matrices(&problem.reduced, &values.first.problem.reduced);
-        let is_held_as_first =
-            is_as_first && problem.excitations == values.first.problem.excitations;
-        let inexact = (!is_as_first).then(|| InexactModel::new(&problem.reduced));
-        let system = ContactSystem::new(problem, *damping);
-        let omega = TAU * values.range.frequency_hz;
-        let of_first = lowest.setting.inexact;
-        let free_slips_m = free_slips_m(&values.setting(state, (&system, of_first), &[]), omega);
-        let parts: &'p Parts<'m> = self.parts.put(Parts {
-            linear: state.linear.problem(problem, *damping),
-            holding: (!is_held_as_first).then(|| Holding::of(problem)),
-            model,
-            system,
-            inexact,
-            free_slips_m,
-        });
-        let inexact: &'p InexactModel = parts.inexact.as_ref().unwrap_or(of_first);
-        let refinement = self.solvers.put(Refinement::new(
-            values.setting(state, (&parts.system, inexact), &parts.free_slips_m),
-            levels,
-            values.resolution,
-            lowest.newton,
-            lowest.solver,
-            parts.holding.as_ref().unwrap_or(lowest.holding),
-            values.run.tell,
-        ));
-        Some(Known { parts, refinement })
-    }
-
     /// Solvers at two abscissae close to one, within the range, the greater one first; `None` where
     /// there are no two.
-    fn beside(&self, abscissa: f64) -> Option<[Beside<Known<'m, 'p, 's>>; 2]> {
+    fn beside(&self, abscissa: f64) -> Option<[Beside<&'s Known<'m>>; 2]> {
         let Course { from, to } = self.course;
         let by = DIFFERENCE * self.course.range();
         let [above, below] = [by, -by].map(|by| {
@@ -381,7 +352,7 @@ impl<'m: 'p, 'p: 's, 's> OverValue<'m, 'p, 's> {
     }
 
     /// Balances of a place beside an abscissa, with their own ones.
-    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[Beside<Balance<'s>>; 2]> {
+    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[Beside<Balance>; 2]> {
         let mean = place.balance.mean();
         let [above, below] = self.beside(abscissa)?.map(|known| {
             let solver = known.found.refinement.level(place.level);
@@ -417,18 +388,15 @@ fn rest_alike(one: &ModelAt, other: &ModelAt) -> bool {
 }
 
 /// Difference quotient of a vector that two balances have.
-fn quotient(
-    [above, below]: &[Beside<Balance<'_>>; 2],
-    of: impl Fn(&Balance<'_>) -> Vec<f64>,
-) -> Vec<f64> {
+fn quotient([above, below]: &[Beside<Balance>; 2], of: impl Fn(&Balance) -> Vec<f64>) -> Vec<f64> {
     let by = above.abscissa - below.abscissa;
     let (a, b) = (of(&above.found), of(&below.found));
     a.iter().zip(&b).map(|(a, b)| (a - b) / by).collect()
 }
 
-impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
+impl<'x, 'm, 's: 'x> Over<'x> for OverValue<'m, 's> {
     fn refinement(&self, abscissa: f64) -> Option<&'x Refinement<'x>> {
-        Some(self.known(abscissa)?.refinement)
+        Some(&self.known(abscissa)?.refinement)
     }
 
     fn frequency_hz(&self, _: f64) -> f64 {
@@ -437,14 +405,13 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
 
     fn linear_point(&self, abscissa: f64) -> LinearPoint {
         let frequency_hz = self.values.range.frequency_hz;
-        let Some(Known { parts, .. }) = self.known(abscissa) else {
+        let Some(known) = self.known(abscissa) else {
             return LinearPoint {
                 frequency_hz,
                 observed_amplitude: Vec::new(),
             };
         };
-        let system = ContactSystem::new(&parts.linear, parts.model.damping);
-        linear_point(&system, self.values.run.harmonics(), frequency_hz)
+        linear_point(&known.linear, self.values.run.harmonics(), frequency_hz)
     }
 
     fn end_before(&self, abscissa: f64) -> Option<f64> {
@@ -455,16 +422,16 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
 
     fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>> {
         // A model with other matrices than the first one is dear.
-        let is_dear = self.known(place.abscissa)?.parts.inexact.is_some();
+        let is_dear = !self.known(place.abscissa)?.is_as_first;
         let near = match purpose {
             Use::Correction if is_dear => self.near.unwrap_or(place.abscissa),
             Use::Correction | Use::Direction => place.abscissa,
         };
         let [above, below] = self.beside(near)?;
-        let alike = rest_alike(above.found.parts.model, below.found.parts.model);
+        let alike = rest_alike(&above.found.model, &below.found.model);
         let beside = self.balances_beside(place, near)?;
         if alike {
-            let left = |balance: &Balance<'_>| {
+            let left = |balance: &Balance| {
                 let mut left = vec![0.0; place.u.len()];
                 balance.apply_stiffness(place.u, &mut left);
                 let both = left.iter_mut().zip(&balance.force);
@@ -497,7 +464,7 @@ impl<'x, 'm: 'p, 'p: 's, 's: 'x> Over<'x> for OverValue<'m, 'p, 's> {
 
     fn amplitudes_near(&self, place: Place<'_>, u: &[f64], by: f64) -> Option<Vec<f64>> {
         let frequency_hz = self.values.range.frequency_hz;
-        let of = |balance: &Balance<'_>, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
+        let of = |balance: &Balance, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
         let mut amplitudes = of(place.balance, u);
         if by != 0.0 {
             let beside = self.balances_beside(place, place.abscissa)?;

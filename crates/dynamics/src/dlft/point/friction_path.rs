@@ -18,7 +18,7 @@ impl FrequencySolver<'_> {
         frequency_hz: f64,
         mean: Mean,
         work: &mut Work,
-    ) -> Option<Solution<'_>> {
+    ) -> Option<Solution> {
         let GrowingFriction { from, mut growth } = friction;
         let pairs = self.setting.system.problem.laws.iter();
         let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));

@@ -7,8 +7,8 @@ use crate::dlft::pair_signals::Periods;
 use crate::dlft::retention::{Mean, Retention, may_have_walked_off};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::norm;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Fractions of the retention's stiffness on the way from a retained motion to the free one.
 const RELEASE: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
@@ -18,23 +18,23 @@ const RELEASE_TOLERANCE: f64 = 1e-5;
 const RELEASE_ITERATIONS: usize = 15;
 
 /// A solution with the mean that it is to have.
-pub(super) enum Settled<'b> {
+pub(super) enum Settled {
     /// The motion.
-    Answer(Solution<'b>),
+    Answer(Solution),
     /// Friction holds the bodies, but far from where they are at rest.
-    Far(Solution<'b>),
+    Far(Solution),
     /// The mean has walked off, and friction does not hold it.
-    Walks(Solution<'b>),
+    Walks(Solution),
 }
 
 impl FrequencySolver<'_> {
     /// Decides between the free and the retained balance for a solution of either.
-    pub(super) fn with_its_mean<'b>(
-        &'b self,
+    pub(super) fn with_its_mean(
+        &self,
         frequency_hz: f64,
-        solved: Solution<'b>,
+        solved: Solution,
         work: &mut Work,
-    ) -> Settled<'b> {
+    ) -> Settled {
         if solved.balance.mean() == Mean::Retained {
             let released = (!self.must_be_retained())
                 .then(|| self.with_mean_released(frequency_hz, &solved, work))
@@ -57,12 +57,12 @@ impl FrequencySolver<'_> {
 
     /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
     /// off.
-    pub fn on_curve<'b>(
-        &'b self,
+    pub fn on_curve(
+        &self,
         frequency_hz: f64,
-        solved: Solution<'b>,
+        solved: Solution,
         work: &mut Work,
-    ) -> Option<Solution<'b>> {
+    ) -> Option<Solution> {
         match self.with_its_mean(frequency_hz, solved, work) {
             Settled::Answer(solved) => Some(solved),
             Settled::Far(_) | Settled::Walks(_) => None,
@@ -76,9 +76,9 @@ impl FrequencySolver<'_> {
     fn with_mean_released(
         &self,
         frequency_hz: f64,
-        retained: &Solution<'_>,
+        retained: &Solution,
         work: &mut Work,
-    ) -> Option<Solution<'_>> {
+    ) -> Option<Solution> {
         if !self.is_blocked_by_friction(retained) {
             return None;
         }
@@ -107,7 +107,7 @@ impl FrequencySolver<'_> {
                 ..self.newton
             };
             if fraction > 0.0 {
-                balance = balance.retained_by(Cow::Owned(self.retention()?.softened(fraction)));
+                balance = balance.retained_by(self.retention()?.softened(fraction).into());
                 options.tolerance = options.tolerance.max(RELEASE_TOLERANCE);
             }
             let solved = self.iterate(balance, u, self.stepping(), options, work);
@@ -126,9 +126,9 @@ impl FrequencySolver<'_> {
     fn with_mean_retained(
         &self,
         frequency_hz: f64,
-        free: &Solution<'_>,
+        free: &Solution,
         work: &mut Work,
-    ) -> Option<Solution<'_>> {
+    ) -> Option<Solution> {
         let balance = self.balance(frequency_hz, Mean::Retained)?;
         let u = free.u.clone();
         let retained = self.iterate(balance, u, self.stepping(), self.newton, work);
@@ -142,7 +142,7 @@ impl FrequencySolver<'_> {
     }
 
     /// Returns `true` if the pairs that stick throughout hold the motions that nothing else holds.
-    pub fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
+    pub fn is_blocked_by_friction(&self, solved: &Solution) -> bool {
         let Some(retention) = self.retention() else {
             return true;
         };
@@ -158,7 +158,7 @@ impl FrequencySolver<'_> {
 
     /// Motions that only friction holds. `None` where there are none, or where fixed periods are
     /// asked for, which is how programs without a retention evaluate the law.
-    pub fn retention(&self) -> Option<&Retention> {
+    pub fn retention(&self) -> Option<&Arc<Retention>> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
         }
@@ -169,7 +169,7 @@ impl FrequencySolver<'_> {
     /// friction holds.
     pub fn walked_off(&self, u: &[f64]) -> bool {
         let (mean, rest) = u.split_at(self.setting.system.unknowns());
-        let (anchor, vibration) = (self.setting.x_static, norm(rest));
+        let (anchor, vibration) = (&self.setting.x_static, norm(rest));
         may_have_walked_off(mean, anchor, vibration)
             && self
                 .retention()

@@ -37,8 +37,8 @@ const SOFTEST: f64 = 1e-2;
 const SLIP: f64 = 1e2;
 
 /// Path to a motion: the balance that is solved next, and the last solution.
-struct Path<'a, 'b> {
-    solver: &'b FrequencySolver<'a>,
+struct Path<'a> {
+    solver: &'a FrequencySolver<'a>,
     frequency_hz: f64,
     mean: Mean,
     harmonics: usize,
@@ -63,7 +63,7 @@ impl FrequencySolver<'_> {
         frequency_hz: f64,
         mean: Mean,
         work: &mut Work,
-    ) -> Option<Solution<'_>> {
+    ) -> Option<Solution> {
         let balance = self.balance(frequency_hz, mean)?;
         let n = self.setting.system.unknowns();
         let cheap = (MOST_EXACT_UNKNOWNS / n).saturating_sub(1) / 2;
@@ -96,7 +96,7 @@ impl FrequencySolver<'_> {
     }
 }
 
-impl Path<'_, '_> {
+impl Path<'_> {
     /// Solves rounded laws, sharper and sharper, and the law itself.
     fn sharpen(&mut self, work: &mut Work) {
         if !self.solve(work) && self.softest < self.eps_scale {
@@ -155,7 +155,7 @@ impl Path<'_, '_> {
         }
         let setting = &self.solver.setting;
         let fourier = Fourier::new(self.harmonics, setting.fourier.samples());
-        let fewer = self.solver.with_fourier(&fourier);
+        let fewer = self.solver.with(&fourier.into(), &setting.eps);
         let Some(mut balance) = fewer.balance(self.frequency_hz, self.mean) else {
             return false;
         };

@@ -38,14 +38,14 @@ impl Work {
 }
 
 /// A balance, its U, the evaluation there, and how the solution ended.
-pub struct Solution<'b> {
-    pub balance: Balance<'b>,
+pub struct Solution {
+    pub balance: Balance,
     pub u: Vec<f64>,
     pub evaluation: Evaluation,
     pub end: NewtonEnd,
 }
 
-impl Solution<'_> {
+impl Solution {
     pub fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
     }
@@ -65,7 +65,7 @@ impl Start {
 }
 
 /// Keeps the one of two solutions with the smaller residual, the first of equal ones.
-pub(super) fn keep_better<'b>(best: &mut Option<Solution<'b>>, solved: Solution<'b>) {
+pub(super) fn keep_better(best: &mut Option<Solution>, solved: Solution) {
     let measure = solved.end.measure;
     if best.as_ref().is_none_or(|best| measure < best.end.measure) {
         *best = Some(solved);

@@ -22,7 +22,7 @@ pub struct Truncation {
 
 impl Truncation {
     /// Change from `u` to `v`, both of `balance`.
-    fn between(balance: &Balance<'_>, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
+    fn between(balance: &Balance, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
         let [before, after] = [u, &v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
         let mut changes: Vec<f64> = before
             .iter()
@@ -44,7 +44,7 @@ impl Truncation {
     }
 
     /// Truncation of 1 everywhere, where nothing is known of the finer balance.
-    fn unknown(u: Vec<f64>, balance: &Balance<'_>) -> Self {
+    fn unknown(u: Vec<f64>, balance: &Balance) -> Self {
         let observed = balance.setting.system.problem.reduced.observations.len();
         Self {
             u,
@@ -64,10 +64,10 @@ struct Linearised {
 impl Linearised {
     /// Linearises a balance at U, or takes what is known of one with more harmonics and the same
     /// eps, where it has as many samples and nothing excites its further harmonics.
-    fn at(balance: &Balance<'_>, u: &[f64], finer: Option<Self>) -> Self {
+    fn at(balance: &Balance, u: &[f64], finer: Option<Self>) -> Self {
         let Setting {
             fourier, system, ..
-        } = balance.setting;
+        } = &balance.setting;
         let (samples, harmonics) = (fourier.samples(), fourier.harmonics());
         let excited = system.problem.excitations.iter().map(|load| load.harmonic);
         let excites = |further: std::ops::RangeInclusive<usize>| {
@@ -117,7 +117,7 @@ impl FrequencySolver<'_> {
     /// finest up to their own harmonics, and are computed once.
     pub fn truncations(
         finer: &[&Self],
-        coarse: &Solution<'_>,
+        coarse: &Solution,
         frequency_hz: f64,
         work: &mut Work,
     ) -> Vec<Truncation> {
@@ -138,7 +138,7 @@ impl FrequencySolver<'_> {
     /// once.
     pub fn truncation_by_finer_solution(
         &self,
-        coarse: &Solution<'_>,
+        coarse: &Solution,
         frequency_hz: f64,
         work: &mut Work,
     ) -> Truncation {
@@ -159,17 +159,13 @@ impl FrequencySolver<'_> {
     /// that of a balance with more harmonics, if any, and becomes the one that was used.
     fn estimate_truncation(
         &self,
-        coarse: &Solution<'_>,
+        coarse: &Solution,
         frequency_hz: f64,
         work: &mut Work,
         linearised: &mut Option<Linearised>,
     ) -> Truncation {
         let u = resized(&coarse.u, self.unknowns());
-        let setting = Setting {
-            eps: coarse.balance.setting.eps,
-            ..self.setting
-        };
-        let with_its_eps = FrequencySolver { setting, ..*self };
+        let with_its_eps = self.with(&self.setting.fourier, &coarse.balance.setting.eps);
         let Some(balance) = with_its_eps.balance(frequency_hz, coarse.balance.mean()) else {
             return Truncation::unknown(u, &coarse.balance);
         };
@@ -193,7 +189,7 @@ impl FrequencySolver<'_> {
     /// found.
     fn krylov_correction(
         &self,
-        balance: &Balance<'_>,
+        balance: &Balance,
         linearised: &Linearised,
         work: &mut Work,
     ) -> Option<Vec<f64>> {

@@ -94,7 +94,7 @@ impl Follower<'_> {
     fn add<'x>(
         &mut self,
         over: &'x dyn Over<'x>,
-        solve: impl Fn(&Tracer, [&Point; 2], f64, &mut Work) -> Option<Found<'x>>,
+        solve: impl Fn(&Tracer, [&Point; 2], f64, &mut Work) -> Option<Found>,
         ends: [&Point; 2],
         length: f64,
     ) -> Option<Point> {

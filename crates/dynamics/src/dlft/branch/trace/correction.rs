@@ -21,7 +21,7 @@ impl Tracer {
         starts: &[Prediction],
         may_retain: bool,
         work: &mut Work,
-    ) -> Option<(Solution<'b>, f64)> {
+    ) -> Option<(Solution, f64)> {
         let first = starts.first()?;
         let options = self.newton(over, first.abscissa)?;
         let mut means = ends.map(|end| end.mean).to_vec();
@@ -49,7 +49,7 @@ impl Tracer {
         mean: Mean,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> Option<(Solution<'b>, f64)> {
+    ) -> Option<(Solution, f64)> {
         let (found, abscissa) = correct(self.solvers(over), plane, start, mean, options, work)?;
         if found.is_converged() {
             return Some((found, abscissa));
@@ -66,7 +66,7 @@ impl Tracer {
         start: &Prediction,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> Option<(Solution<'b>, f64)> {
+    ) -> Option<(Solution, f64)> {
         let solvers = self.solvers(over);
         let (found, abscissa) = correct(solvers, plane, start, Mean::Retained, options, work)?;
         if !found.is_converged() {
@@ -84,7 +84,7 @@ impl Tracer {
         over: &'b dyn Over<'b>,
         abscissa: f64,
         work: &mut Work,
-    ) -> Option<(Solution<'b>, f64)> {
+    ) -> Option<(Solution, f64)> {
         let Point { direction, .. } = &self.last;
         let moved_by = abscissa - self.last.abscissa;
         let is_before = |failed: f64| (failed - abscissa) * moved_by >= 0.0;

@@ -27,7 +27,7 @@ impl Tracer {
         length: f64,
         may_retain: bool,
         work: &mut Work,
-    ) -> Option<Found<'b>> {
+    ) -> Option<Found> {
         let [first, second] = ends;
         let span = second.length - first.length;
         let way = length - first.length;
@@ -54,7 +54,7 @@ impl Tracer {
         start: FoldStart,
         length: f64,
         work: &mut Work,
-    ) -> Option<Found<'b>> {
+    ) -> Option<Found> {
         let [first, second] = ends;
         let near = match start {
             FoldStart::AheadOfFirst(way) => first.ahead(way),
@@ -80,7 +80,7 @@ impl Tracer {
     pub fn point_at<'b>(
         &self,
         over: &'b dyn Over<'b>,
-        found: &Found<'_>,
+        found: &Found,
         [first, second]: [&Point; 2],
         work: &mut Work,
     ) -> Option<Point> {

@@ -30,7 +30,7 @@ impl Tracer {
         leaves: bool,
         asked: &[f64],
         work: &mut Work,
-    ) -> Option<Vec<Found<'b>>> {
+    ) -> Option<Vec<Found>> {
         let ends = [self.course.from, self.course.to];
         let ends = if leaves { &ends[..] } else { &[] };
         let of_one = |abscissa: &f64| {
@@ -43,7 +43,7 @@ impl Tracer {
         if let Some(end) = crossed.iter().position(|c| ends.contains(&c.abscissa)) {
             crossed.truncate(end + 1);
         }
-        let mut passed: Vec<Found<'b>> = Vec::new();
+        let mut passed: Vec<Found> = Vec::new();
         for crossing in crossed {
             let before = passed.last().map_or(self.passed_length, |p| p.length);
             if self.length_at(crossing, next) > before + SAME_LENGTH {
@@ -65,7 +65,7 @@ impl Tracer {
         crossing: Crossing,
         next: &Point,
         work: &mut Work,
-    ) -> Option<Found<'b>> {
+    ) -> Option<Found> {
         let (last, abscissa) = (&self.last, crossing.abscissa);
         let predicted = Prediction {
             abscissa,

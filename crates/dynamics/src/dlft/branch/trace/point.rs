@@ -140,7 +140,7 @@ impl Point {
     /// Point at a solution. The length of the curve grows in the direction of `ahead`.
     pub(super) fn at(
         solvers: Solvers<'_>,
-        at: SolutionAt<'_, '_>,
+        at: SolutionAt<'_>,
         measured: Measured,
         ahead: &Ahead<'_>,
         work: &mut Work,
@@ -187,7 +187,7 @@ impl Point {
 }
 
 /// Motion T of a solution.
-pub(super) fn motion_of(over: &dyn Over<'_>, at: SolutionAt<'_, '_>) -> Vec<f64> {
+pub(super) fn motion_of(over: &dyn Over<'_>, at: SolutionAt<'_>) -> Vec<f64> {
     let frequency_hz = over.frequency_hz(at.abscissa);
     motion(&at.solution.balance, &at.solution.u, frequency_hz)
 }
@@ -200,11 +200,7 @@ pub(super) fn gauge(over: &dyn Over<'_>, place: Place<'_>) -> Option<Gauge> {
 }
 
 /// Observed amplitudes at a solution, and their changes along a direction of length 1.
-fn heights(
-    solvers: Solvers<'_>,
-    at: SolutionAt<'_, '_>,
-    direction: &Direction,
-) -> Option<Vec<Height>> {
+fn heights(solvers: Solvers<'_>, at: SolutionAt<'_>, direction: &Direction) -> Option<Vec<Height>> {
     let place = solvers.place_of(at);
     let at = |length: f64| {
         let mut u = place.u.to_vec();

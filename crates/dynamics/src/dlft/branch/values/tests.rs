@@ -3,7 +3,7 @@ use crate::contact::PairLaw;
 use crate::dlft::branch::{folds, follow, so_far, stable};
 use crate::dlft::eps::Eps;
 use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
-use crate::dlft::settings::EpsChoice;
+use crate::dlft::settings::{EpsChoice, Resolution};
 use crate::dlft::static_state::static_state;
 use crate::dlft::sweep::sweep;
 use crate::problem::dovetail72::{damping, dovetail72};
@@ -306,13 +306,13 @@ fn the_column_of_a_value_is_that_by_differences() {
             damping,
             state,
         } = &*first;
-        in_run(problem, *damping, state, &settings, &[], &|_| (), |run| {
+        {
+            let run = Run::new(problem, *damping, state, &settings, &[], &|_| ());
             let values = Values {
-                run,
+                run: &run,
                 range: &range,
                 model_of,
                 first: &first,
-                resolution: settings.resolution,
                 slip_threshold_m: None,
             };
             values.within(None, |over| {
@@ -346,7 +346,7 @@ fn the_column_of_a_value_is_that_by_differences() {
                     assert!(off < 2e-3 * largest, "{value}: {by_differences} {column}");
                 }
             });
-        });
+        }
     }
 }
 
