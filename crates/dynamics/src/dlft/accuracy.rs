@@ -163,12 +163,12 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
-    pub fn like(&self, solver: &FrequencySolver<'a>) -> Self {
-        let own = |of_level: &FrequencySolver<'a>| {
+    pub fn like<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
+        let own = |of_level: &FrequencySolver<'_>| {
             let Setting { fourier, eps, .. } = &of_level.setting;
             solver.with(fourier, eps)
         };
-        Self {
+        Refinement {
             levels: self.levels.iter().map(own).collect(),
             checks: self
                 .checks
@@ -199,12 +199,12 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solver of the first level with at least so many harmonics.
-    pub fn with(&self, harmonics: usize) -> &FrequencySolver<'a> {
+    pub fn with(&self, harmonics: usize) -> &FrequencySolver<'_> {
         &self.levels[self.level_of(harmonics)]
     }
 
     /// Solver of the lowest level, for what is the same on all levels.
-    pub fn lowest(&self) -> &FrequencySolver<'a> {
+    pub fn lowest(&self) -> &FrequencySolver<'_> {
         &self.levels[0]
     }
 
@@ -214,7 +214,7 @@ impl<'a> Refinement<'a> {
         &self,
         from: usize,
         work: &mut Work,
-        solve: impl Fn(&FrequencySolver<'a>, &mut Work) -> Solution,
+        solve: impl Fn(&FrequencySolver<'_>, &mut Work) -> Solution,
     ) -> (usize, Solution) {
         let highest = self.highest();
         let mut level = from.min(highest);

@@ -154,7 +154,7 @@ pub(super) struct Run<'a> {
     /// Linear reference.
     pub(super) linear: ContactSystem,
     /// Solvers of a frequency, by the number of harmonics.
-    pub(super) refinement: Refinement<'a>,
+    pub(super) refinement: Arc<Refinement<'a>>,
     /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// Time limit of a frequency, as in [`SweepSettings`].
@@ -233,7 +233,7 @@ impl<'a> Run<'a> {
         let earlier = earlier.iter();
         Self {
             linear: ContactSystem::new(&linear, damping),
-            refinement: Refinement::new(&lowest, &levels, settings.resolution),
+            refinement: Refinement::new(&lowest, &levels, settings.resolution).into(),
             earlier: earlier.map(|solved| (solved.place(), solved)).collect(),
             slip_threshold_m,
             most_seconds: settings.most_seconds,
@@ -244,12 +244,12 @@ impl<'a> Run<'a> {
     }
 
     /// Solves one frequency by `solve`, on the level of `begin` or above it, and judges the solution.
-    pub(super) fn resolve<'r>(
+    pub(super) fn resolve(
         &self,
-        refinement: &Refinement<'r>,
+        refinement: &Refinement<'_>,
         begin: FrequencyOnLevel,
         work: &mut Work,
-        solve: impl Fn(&FrequencySolver<'r>, &mut Work) -> Solution,
+        solve: impl Fn(&FrequencySolver<'_>, &mut Work) -> Solution,
     ) -> Resolved {
         let (level, solved) = refinement.solve(begin.level, work, solve);
         let at = FrequencyOnLevel { level, ..begin };

@@ -110,12 +110,12 @@ impl Plane {
 }
 
 /// Balances of a curve over its abscissa, the one further unknown, in a plane.
-struct AcrossCurve<'p, 'x> {
-    solvers: Solvers<'x>,
-    plane: &'p Plane,
+struct AcrossCurve<'a> {
+    solvers: Solvers<'a>,
+    plane: &'a Plane,
 }
 
-impl Family for AcrossCurve<'_, '_> {
+impl Family for AcrossCurve<'_> {
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance> {
         self.solvers.balance(further[0], mean)
     }
@@ -168,7 +168,7 @@ pub fn correct(
         further: vec![near.abscissa],
         mean,
     };
-    let (solution, further) = corrected(solver, &family, start, options, work)?;
+    let (solution, further) = corrected(&solver, &family, start, options, work)?;
     Some((solution, further[0]))
 }
 

@@ -36,7 +36,7 @@ pub struct Follower<'b> {
     values: Option<&'b Values<'b>>,
     course: Course,
     /// Abscissae at which motions are asked for.
-    asked: &'b [f64],
+    asked: Vec<f64>,
     /// `true` for the branch that begins at the last abscissa of the range.
     pub from_last: bool,
     /// Branch as far as it is followed.
@@ -68,14 +68,14 @@ impl<'b> Follower<'b> {
         run: &'b Run<'b>,
         values: Option<&'b Values<'b>>,
         course: Course,
-        asked: &'b [f64],
+        asked: &[f64],
         from_last: bool,
     ) -> Self {
         let mut new = Self {
             run,
             values,
             course,
-            asked,
+            asked: asked.to_vec(),
             from_last,
             recent: Vec::new(),
             searched: 0.0,
@@ -94,13 +94,13 @@ impl<'b> Follower<'b> {
         new
     }
 
-    /// Acts with the quantity that the curve is followed over.
-    fn within<T>(&mut self, act: impl for<'x> FnOnce(&mut Self, &'x dyn Over<'x>) -> T) -> T {
+    /// Quantity that the curve is followed over, for one step.
+    fn over(&self) -> Box<dyn Over + 'b> {
         match self.values {
-            None => act(self, &OverFrequency::of(self.run)),
+            None => Box::new(OverFrequency(self.run)),
             Some(values) => {
                 let near = self.tracer.as_ref().map(|tracer| tracer.last().abscissa);
-                values.within(near, |over| act(self, over))
+                Box::new(values.over(near))
             }
         }
     }
@@ -115,10 +115,10 @@ impl<'b> Follower<'b> {
         }
         while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.goes_on() {
             let stops = if self.tracer.is_some() {
-                self.within(|this, over| this.step(over, stop))
+                self.step(&*self.over(), stop)
             } else {
                 let known = self.branch.points.len();
-                self.within(Self::begin);
+                self.begin(&*self.over());
                 let begun = self.next;
                 self.has_left = begun == to;
                 if self.branch.points.len() > known {
@@ -130,7 +130,7 @@ impl<'b> Follower<'b> {
             };
             self.step += 1;
             if self.tracer.is_some() && self.solved >= self.stretch_from + STRETCH {
-                self.within(Self::begin_stretch);
+                self.begin_stretch(&*self.over());
             }
             if stops {
                 return;
@@ -164,7 +164,7 @@ impl<'b> Follower<'b> {
         self.next = near.frequency_hz.clamp(from, to);
         self.level = level;
         self.guess = Some(near.clone());
-        self.within(Self::begin);
+        self.begin(&*self.over());
         self.tracer.as_mut()?.climb(observation)?;
         self.recent.clear();
         self.remember();
@@ -173,7 +173,7 @@ impl<'b> Follower<'b> {
             && self.solved < MOST_CLIMBED
             && self.run.goes_on()
         {
-            self.within(|this, over| this.step(over, None));
+            self.step(&*self.over(), None);
             let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude[observation];
             let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
             let (highest, most) =
@@ -187,7 +187,7 @@ impl<'b> Follower<'b> {
     }
 
     /// Looks for a motion to follow, on from where the branch was lost.
-    fn begin<'x>(&mut self, over: &'x dyn Over<'x>) {
+    fn begin(&mut self, over: &dyn Over) {
         let run = self.run;
         let last = self.branch.points.last();
         let last = last.filter(|p| p.orbit.outcome.holds());
@@ -203,7 +203,7 @@ impl<'b> Follower<'b> {
             frequency_hz,
             level: self.level,
         };
-        let found = run.resolve(refinement, begin, &mut self.work, |level, work| {
+        let found = run.resolve(&refinement, begin, &mut self.work, |level, work| {
             level.solve(frequency_hz, neighbour.as_ref(), work)
         });
         self.level = found.level;
@@ -226,13 +226,13 @@ impl<'b> Follower<'b> {
     }
 
     /// Takes a step along the curve. Returns `true` where it passes `stop`.
-    fn step<'x>(&mut self, over: &'x dyn Over<'x>, stop: Option<f64>) -> bool {
+    fn step(&mut self, over: &dyn Over, stop: Option<f64>) -> bool {
         let run = self.run;
         let Some(mut tracer) = self.tracer.take() else {
             return false;
         };
         self.work.start_counting(run.most_seconds);
-        let mut asked = self.asked.to_vec();
+        let mut asked = self.asked.clone();
         asked.extend(stop);
         let step = tracer.step(over, &asked, self.branch.creeps(), &mut self.work);
         let stops = stop.is_some_and(|stop| step.passed.iter().any(|p| p.abscissa == stop));
@@ -300,9 +300,9 @@ impl<'b> Follower<'b> {
     }
 
     /// Records a point that is solved.
-    fn record<'x>(
+    fn record(
         &mut self,
-        over: &'x dyn Over<'x>,
+        over: &dyn Over,
         resolved: Resolved,
         abscissa: f64,
         length: f64,
@@ -322,7 +322,7 @@ impl<'b> Follower<'b> {
         let followed = followed.filter(|_| matches!(part, Part::Begun | Part::Reached));
         let solved = SolvedFrequency {
             next_level: resolved.level,
-            orbit: run.orbit_of(refinement, resolved, at, &self.work),
+            orbit: run.orbit_of(&refinement, resolved, at, &self.work),
             linear: over.linear_point(abscissa),
             again: false,
             along: Some(Along {
@@ -351,9 +351,9 @@ fn remember(recent: &mut Vec<Point>, point: &Point, outcome: Outcome) {
 
 impl Run<'_> {
     /// Judges a solution of a level at an abscissa; `None` where there is no model.
-    fn judged_at<'x>(
+    fn judged_at(
         &self,
-        solvers: Solvers<'x>,
+        solvers: Solvers<'_>,
         abscissa: f64,
         solved: Solution,
         work: &mut Work,
@@ -363,6 +363,6 @@ impl Run<'_> {
             frequency_hz: solvers.over.frequency_hz(abscissa),
             level: solvers.level,
         };
-        Some(self.judged(refinement, at, solved, work))
+        Some(self.judged(&refinement, at, solved, work))
     }
 }

@@ -13,6 +13,7 @@ use crate::dlft::point::{FrequencySolver, Solution, Work};
 use crate::dlft::retention::Mean;
 use crate::dlft::sweep::Run;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Point whose derivatives are asked for.
 #[derive(Clone, Copy)]
@@ -46,9 +47,9 @@ pub enum Use {
 }
 
 /// Quantity that a curve is followed over, within one step of the follower.
-pub trait Over<'x> {
+pub trait Over {
     /// Solvers at an abscissa; `None` where there is no model.
-    fn refinement(&self, abscissa: f64) -> Option<&'x Refinement<'x>>;
+    fn refinement(&self, abscissa: f64) -> Option<Arc<Refinement<'_>>>;
 
     /// Frequency of the first harmonic at an abscissa, Hz.
     fn frequency_hz(&self, abscissa: f64) -> f64;
@@ -76,17 +77,17 @@ pub trait Over<'x> {
 
 /// Solvers of the points of a curve that have the harmonics of one level.
 #[derive(Clone, Copy)]
-pub struct Solvers<'x> {
+pub struct Solvers<'a> {
     /// Quantity that the curve is followed over.
-    pub over: &'x dyn Over<'x>,
+    pub over: &'a dyn Over,
     /// Level of the harmonics.
     pub level: usize,
 }
 
-impl<'x> Solvers<'x> {
+impl<'a> Solvers<'a> {
     /// Solver at an abscissa.
-    pub fn at(self, abscissa: f64) -> Option<&'x FrequencySolver<'x>> {
-        Some(self.over.refinement(abscissa)?.level(self.level))
+    pub fn at(self, abscissa: f64) -> Option<FrequencySolver<'a>> {
+        Some(self.over.refinement(abscissa)?.level(self.level).clone())
     }
 
     /// Balance at an abscissa with this mean; `None` where there is no model, or nothing to retain.
@@ -119,20 +120,12 @@ impl<'x> Solvers<'x> {
 }
 
 /// The frequency of one model, Hz.
-pub struct OverFrequency<'x> {
-    run: &'x Run<'x>,
-}
+pub struct OverFrequency<'a>(pub &'a Run<'a>);
 
-impl<'x> OverFrequency<'x> {
-    /// Frequency of the model of a run.
-    pub fn of(run: &'x Run<'x>) -> Self {
-        Self { run }
-    }
-}
-
-impl<'x, 's: 'x> Over<'x> for OverFrequency<'s> {
-    fn refinement(&self, frequency_hz: f64) -> Option<&'x Refinement<'x>> {
-        (frequency_hz > 0.0 && frequency_hz.is_finite()).then_some(&self.run.refinement)
+impl Over for OverFrequency<'_> {
+    fn refinement(&self, frequency_hz: f64) -> Option<Arc<Refinement<'_>>> {
+        let is_frequency = frequency_hz > 0.0 && frequency_hz.is_finite();
+        is_frequency.then(|| Arc::clone(&self.0.refinement))
     }
 
     fn frequency_hz(&self, frequency_hz: f64) -> f64 {
@@ -140,7 +133,7 @@ impl<'x, 's: 'x> Over<'x> for OverFrequency<'s> {
     }
 
     fn linear_point(&self, frequency_hz: f64) -> LinearPoint {
-        linear_point(&self.run.linear, self.run.harmonics(), frequency_hz)
+        linear_point(&self.0.linear, self.0.harmonics(), frequency_hz)
     }
 
     fn end_before(&self, _: f64) -> Option<f64> {

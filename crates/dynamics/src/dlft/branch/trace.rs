@@ -232,7 +232,7 @@ impl Tracer {
     }
 
     /// Solvers of the points of the curve.
-    fn solvers<'b>(&self, over: &'b dyn Over<'b>) -> Solvers<'b> {
+    fn solvers<'a>(&self, over: &'a dyn Over) -> Solvers<'a> {
         Solvers {
             over,
             level: self.level,
@@ -240,7 +240,7 @@ impl Tracer {
     }
 
     /// Criteria that end the iterations at an abscissa; `None` where there is no model.
-    fn newton<'b>(&self, over: &'b dyn Over<'b>, abscissa: f64) -> Option<NewtonOptions> {
+    fn newton(&self, over: &dyn Over, abscissa: f64) -> Option<NewtonOptions> {
         Some(self.solvers(over).at(abscissa)?.newton)
     }
 
@@ -287,13 +287,7 @@ impl Tracer {
     /// Takes a step along the curve, shortened until it succeeds. `asked` are abscissae at which
     /// solutions are asked for. `creeps`: many short steps lie behind it, and no shorter one than
     /// [`SHORT_STEP`] is taken.
-    pub fn step<'b>(
-        &mut self,
-        over: &'b dyn Over<'b>,
-        asked: &[f64],
-        creeps: bool,
-        work: &mut Work,
-    ) -> Step {
+    pub fn step(&mut self, over: &dyn Over, asked: &[f64], creeps: bool, work: &mut Work) -> Step {
         let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
@@ -322,9 +316,9 @@ impl Tracer {
     }
 
     /// Tries a step; `None` where a shorter one is to be tried.
-    fn attempt<'b>(
+    fn attempt(
         &mut self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         asked: &[f64],
         by_abscissa: bool,
         work: &mut Work,
@@ -399,9 +393,9 @@ impl Tracer {
 
     /// Tries a step to the end of a range that a whole step would leave, and beyond which there are no
     /// models; `None` where a shorter one is to be tried.
-    fn attempt_end<'b>(
+    fn attempt_end(
         &mut self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         end: f64,
         asked: &[f64],
         work: &mut Work,
@@ -457,9 +451,9 @@ impl Tracer {
     }
 
     /// Point at a solution of this motion, the one after the last.
-    fn point<'b>(
+    fn point(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         at: SolutionAt<'_>,
         reached: Vec<f64>,
         work: &mut Work,

@@ -31,7 +31,7 @@ use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
 use crate::reduced::ReducedModel;
-use std::cell::{OnceCell, RefCell};
+use std::cell::RefCell;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -119,9 +119,9 @@ pub fn follow_over(
     let run = Run::new(problem, damping, state, &settings, earlier, tell);
     let values = Values {
         run: &run,
-        range,
+        range: range.clone(),
         model_of,
-        first: &first,
+        first: Arc::clone(&first),
         slip_threshold_m: settings.slip_threshold_m,
     };
     let response = run.followed_over(&values);
@@ -187,97 +187,26 @@ impl ValueRange {
 pub struct Values<'b> {
     /// Run of the first value: harmonics, samples, eps and solver are those of all values.
     run: &'b Run<'b>,
-    range: &'b ValueRange,
+    range: ValueRange,
     model_of: &'b ModelOf<'b>,
-    first: &'b ModelAt,
+    first: Arc<ModelAt>,
     slip_threshold_m: Option<f64>,
 }
 
-impl<'b> Values<'b> {
+impl Values<'_> {
     /// Abscissae of the values asked for.
     pub fn abscissae(&self) -> Vec<f64> {
         self.range.abscissae()
     }
 
-    /// Acts with the models of these values, which are dropped afterwards. `near` is the abscissa of
-    /// a point of the curve from which a step begins.
-    pub fn within<T>(
-        &self,
-        near: Option<f64>,
-        act: impl for<'x> FnOnce(&'x dyn Over<'x>) -> T,
-    ) -> T {
-        act(&OverValue {
-            values: self,
-            course: Course::over(&self.abscissae()),
-            shelf: &Shelf::new(),
-            near,
-            known: RefCell::default(),
-        })
-    }
-}
-
-/// Things that stay where they are until the shelf is dropped.
-struct Shelf<T> {
-    first: OnceCell<Box<OnShelf<T>>>,
-}
-
-struct OnShelf<T> {
-    thing: T,
-    next: OnceCell<Box<OnShelf<T>>>,
-}
-
-impl<T> Shelf<T> {
-    fn new() -> Self {
-        Self {
-            first: OnceCell::new(),
-        }
-    }
-
-    /// Puts a thing at the end of the shelf.
-    fn put(&self, thing: T) -> &T {
-        let mut end = &self.first;
-        while let Some(there) = end.get() {
-            end = &there.next;
-        }
-        let next = OnceCell::new();
-        &end.get_or_init(|| Box::new(OnShelf { thing, next })).thing
-    }
-}
-
-/// A value of the model, within one step of the follower.
-struct OverValue<'m, 's> {
-    values: &'m Values<'m>,
-    course: Course,
-    shelf: &'s Shelf<Known<'m>>,
-    /// Abscissa of the point from which a step begins.
-    near: Option<f64>,
-    known: RefCell<Vec<(f64, Option<&'s Known<'m>>)>>,
-}
-
-/// Solvers or a balance at an abscissa close to that of a place.
-struct Beside<T> {
-    abscissa: f64,
-    found: T,
-}
-
-/// Model at an abscissa, with its linear reference and its solvers.
-struct Known<'m> {
-    model: Arc<ModelAt>,
-    linear: ContactSystem,
-    /// `true` if its matrices are those of the first value.
-    is_as_first: bool,
-    refinement: Refinement<'m>,
-}
-
-impl<'m> Known<'m> {
     /// Solvers about the static state of a model, with the harmonics, samples and eps of the run.
-    fn of(values: &Values<'m>, model: Arc<ModelAt>) -> Self {
+    fn known(&self, model: Arc<ModelAt>) -> Known<'_> {
         let ModelAt {
             problem,
             damping,
             state,
         } = &*model;
-        let (of_run, first) = (&values.run.refinement, &values.first.problem);
+        let (of_run, first) = (&self.run.refinement, &self.first.problem);
         let lowest = of_run.lowest();
         let is_as_first = have_same_matrices(&problem.reduced, &first.reduced);
         let inexact = match is_as_first {
@@ -294,47 +223,82 @@ impl<'m> Known<'m> {
         let about = Setting::about(state, system, inexact, fourier, eps);
         let mut setting = Setting {
             periods: lowest.setting.periods,
-            slip_threshold_m: values.slip_threshold_m.unwrap_or(about.slip_threshold_m),
+            slip_threshold_m: self.slip_threshold_m.unwrap_or(about.slip_threshold_m),
             ..about
         };
-        setting.free_slips_m = free_slips_m(&setting, TAU * values.range.frequency_hz).into();
+        setting.free_slips_m = free_slips_m(&setting, TAU * self.range.frequency_hz).into();
         let solver = FrequencySolver {
             setting,
             holding,
             ..lowest.clone()
         };
         let linear = state.linear.problem(problem, *damping);
-        Self {
+        Known {
             linear: ContactSystem::new(&linear, *damping),
             is_as_first,
-            refinement: of_run.like(&solver),
+            refinement: of_run.like(&solver).into(),
             model,
+        }
+    }
+
+    /// The value that is followed over in a step, whose models are dropped with it. `near` is the
+    /// abscissa of a point of the curve from which the step begins.
+    pub fn over(&self, near: Option<f64>) -> impl Over {
+        OverValue {
+            values: self,
+            course: Course::over(&self.abscissae()),
+            near,
+            known: RefCell::default(),
         }
     }
 }
 
-impl<'m, 's> OverValue<'m, 's> {
+/// A value of the model, within one step of the follower.
+struct OverValue<'b> {
+    values: &'b Values<'b>,
+    course: Course,
+    /// Abscissa of the point from which a step begins.
+    near: Option<f64>,
+    known: RefCell<Vec<(f64, Option<Arc<Known<'b>>>)>>,
+}
+
+/// Solvers or a balance at an abscissa close to that of a place.
+struct Beside<T> {
+    abscissa: f64,
+    found: T,
+}
+
+/// Model at an abscissa, with its linear reference and its solvers.
+struct Known<'b> {
+    model: Arc<ModelAt>,
+    linear: ContactSystem,
+    /// `true` if its matrices are those of the first value.
+    is_as_first: bool,
+    refinement: Arc<Refinement<'b>>,
+}
+
+impl OverValue<'_> {
     /// Solvers at an abscissa; `None` outside of the range, and where there is no model.
-    fn known(&self, abscissa: f64) -> Option<&'s Known<'m>> {
+    fn known(&self, abscissa: f64) -> Option<Arc<Known<'_>>> {
         let Course { from, to } = self.course;
         if !(from.min(to)..=from.max(to)).contains(&abscissa) {
             return None;
         }
         let known = self.known.borrow();
         if let Some((_, found)) = known.iter().find(|(at, _)| *at == abscissa) {
-            return *found;
+            return found.clone();
         }
         drop(known);
         let values = self.values;
         let model = (values.model_of)(values.range.value(abscissa));
-        let made = model.map(|model| self.shelf.put(Known::of(values, model)));
-        self.known.borrow_mut().push((abscissa, made));
+        let made = model.map(|model| Arc::new(values.known(model)));
+        self.known.borrow_mut().push((abscissa, made.clone()));
         made
     }
 
     /// Solvers at two abscissae close to one, within the range, the greater one first; `None` where
     /// there are no two.
-    fn beside(&self, abscissa: f64) -> Option<[Beside<&'s Known<'m>>; 2]> {
+    fn beside(&self, abscissa: f64) -> Option<[Beside<Arc<Known<'_>>>; 2]> {
         let Course { from, to } = self.course;
         let by = DIFFERENCE * self.course.range();
         let [above, below] = [by, -by].map(|by| {
@@ -367,6 +331,9 @@ impl<'m, 's> OverValue<'m, 's> {
 
 /// Returns `true` if two models have the same matrices, in phase and in each wave.
 fn have_same_matrices(one: &ReducedModel, other: &ReducedModel) -> bool {
+    if std::ptr::eq(one, other) {
+        return true;
+    }
     let [own, others] = [one, other].map(|model| model.waves.copies());
     one.omega2 == other.omega2
         && one.stiffness == other.stiffness
@@ -394,9 +361,9 @@ fn quotient([above, below]: &[Beside<Balance>; 2], of: impl Fn(&Balance) -> Vec<
     a.iter().zip(&b).map(|(a, b)| (a - b) / by).collect()
 }
 
-impl<'x, 'm, 's: 'x> Over<'x> for OverValue<'m, 's> {
-    fn refinement(&self, abscissa: f64) -> Option<&'x Refinement<'x>> {
-        Some(&self.known(abscissa)?.refinement)
+impl Over for OverValue<'_> {
+    fn refinement(&self, abscissa: f64) -> Option<Arc<Refinement<'_>>> {
+        Some(Arc::clone(&self.known(abscissa)?.refinement))
     }
 
     fn frequency_hz(&self, _: f64) -> f64 {
@@ -448,9 +415,9 @@ impl<'x, 'm, 's: 'x> Over<'x> for OverValue<'m, 's> {
     }
 
     fn motion_at(&self, place: Place<'_>, abscissa: f64) -> Option<Vec<f64>> {
-        let solver = self.known(abscissa)?.refinement.level(place.level);
+        let known = self.known(abscissa)?;
         let frequency_hz = self.values.range.frequency_hz;
-        let balance = solver.balance(frequency_hz, Mean::Free)?;
+        let balance = (known.refinement.level(place.level)).balance(frequency_hz, Mean::Free)?;
         Some(motion(&balance, place.u, frequency_hz))
     }
 

@@ -20,7 +20,7 @@ const FOLD_ERROR: f64 = 2e-4;
 impl Follower<'_> {
     /// Adds points where an observed amplitude has a peak between the last points, until nothing
     /// tells of a top above the highest of them.
-    pub(super) fn refine_peaks<'x>(&mut self, over: &'x dyn Over<'x>) {
+    pub(super) fn refine_peaks(&mut self, over: &dyn Over) {
         let observed = self.recent.first().map_or(0, |p| p.heights.len());
         for observation in 0..observed {
             for _ in 0..MOST_ADDED {
@@ -57,7 +57,7 @@ impl Follower<'_> {
 
     /// Adds points where the curve folds between the last two points, until the tangents of those
     /// on both sides of the fold meet little beyond them.
-    pub(super) fn refine_fold<'x>(&mut self, over: &'x dyn Over<'x>) {
+    pub(super) fn refine_fold(&mut self, over: &dyn Over) {
         let [.., before, after] = &self.recent[..] else {
             return;
         };
@@ -91,9 +91,9 @@ impl Follower<'_> {
     }
 
     /// Solves for the point of the curve at a length between two points.
-    fn add<'x>(
+    fn add(
         &mut self,
-        over: &'x dyn Over<'x>,
+        over: &dyn Over,
         solve: impl Fn(&Tracer, [&Point; 2], f64, &mut Work) -> Option<Found>,
         ends: [&Point; 2],
         length: f64,

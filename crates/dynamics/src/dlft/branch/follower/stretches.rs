@@ -36,12 +36,12 @@ impl Follower<'_> {
         let last = self.branch.points.iter().filter_map(|p| p.along.as_ref());
         if let Some(last) = last.map(|a| a.step).max() {
             self.step = last + 1;
-            self.within(Self::begin_stretch);
+            self.begin_stretch(&*self.over());
         }
     }
 
     /// Goes on from what is recorded of the last points alone.
-    pub(super) fn begin_stretch<'x>(&mut self, over: &'x dyn Over<'x>) {
+    pub(super) fn begin_stretch(&mut self, over: &dyn Over) {
         self.stretch_from = self.solved;
         self.work = Work::default();
         self.tracer = None;

@@ -13,10 +13,10 @@ impl Tracer {
     /// Solution in a plane between two points, from the first of `starts` that leads to one, with
     /// the mean of the first point, or else with that of the second. Where `may_retain` is true and
     /// neither is found, the mean may be retained where friction does not hold the bodies.
-    pub(super) fn corrected_between<'b>(
+    pub(super) fn corrected_between(
         &self,
         ends: [&Point; 2],
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         plane: &Plane,
         starts: &[Prediction],
         may_retain: bool,
@@ -41,9 +41,9 @@ impl Tracer {
 
     /// Solution in a plane, with this mean, or with the retained one where no free one is found and
     /// friction does not hold the bodies any more; `None` where none is found.
-    pub(super) fn corrected<'b>(
+    pub(super) fn corrected(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         plane: &Plane,
         start: &Prediction,
         mean: Mean,
@@ -59,9 +59,9 @@ impl Tracer {
 
     /// Solution in a plane with the mean retained; `None` where none is found, or friction holds the
     /// bodies.
-    fn retained<'b>(
+    fn retained(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         plane: &Plane,
         start: &Prediction,
         options: NewtonOptions,
@@ -79,9 +79,9 @@ impl Tracer {
 
     /// Solution at an abscissa ahead, found in all the ways that a frequency is solved in. `None`
     /// where a fold may lie before it.
-    pub(super) fn at_abscissa_ahead<'b>(
+    pub(super) fn at_abscissa_ahead(
         &mut self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         abscissa: f64,
         work: &mut Work,
     ) -> Option<(Solution, f64)> {

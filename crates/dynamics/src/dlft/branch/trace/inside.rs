@@ -20,9 +20,9 @@ impl Tracer {
     /// Solution at a length of the curve between two points, with the mean of either. Where
     /// `may_retain` is true and neither is found, the mean may be retained where friction does not
     /// hold the bodies.
-    pub fn inside<'b>(
+    pub fn inside(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         ends: [&Point; 2],
         length: f64,
         may_retain: bool,
@@ -47,9 +47,9 @@ impl Tracer {
     /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
     /// is looked for in the plane across the line that joins both points: a curve from one to the
     /// other crosses it however sharply it turns.
-    pub fn beside_fold<'b>(
+    pub fn beside_fold(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         ends: [&Point; 2],
         start: FoldStart,
         length: f64,
@@ -77,9 +77,9 @@ impl Tracer {
 
     /// Point at a solution between two points, with the direction of the curve: that of the point
     /// to whose direction it is nearer. Behind a corner the curve may run back.
-    pub fn point_at<'b>(
+    pub fn point_at(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         found: &Found,
         [first, second]: [&Point; 2],
         work: &mut Work,

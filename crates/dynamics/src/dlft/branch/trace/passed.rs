@@ -23,9 +23,9 @@ impl Tracer {
     /// Solutions at the abscissae asked for that the curve crosses before `next`, in their order.
     /// Where it leaves the range the end of the range is the last of them. `None` where one of them
     /// is not found.
-    pub(super) fn passed_before<'b>(
+    pub(super) fn passed_before(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         next: &Point,
         leaves: bool,
         asked: &[f64],
@@ -59,9 +59,9 @@ impl Tracer {
     }
 
     /// Solution at a crossing between the last point and `next`.
-    fn at_crossing<'b>(
+    fn at_crossing(
         &self,
-        over: &'b dyn Over<'b>,
+        over: &dyn Over,
         crossing: Crossing,
         next: &Point,
         work: &mut Work,

@@ -187,13 +187,13 @@ impl Point {
 }
 
 /// Motion T of a solution.
-pub(super) fn motion_of(over: &dyn Over<'_>, at: SolutionAt<'_>) -> Vec<f64> {
+pub(super) fn motion_of(over: &dyn Over, at: SolutionAt<'_>) -> Vec<f64> {
     let frequency_hz = over.frequency_hz(at.abscissa);
     motion(&at.solution.balance, &at.solution.u, frequency_hz)
 }
 
 /// Gauge at a place; `None` where there are no models near it.
-pub(super) fn gauge(over: &dyn Over<'_>, place: Place<'_>) -> Option<Gauge> {
+pub(super) fn gauge(over: &dyn Over, place: Place<'_>) -> Option<Gauge> {
     let slope = over.motion_slope(place)?;
     let frequency_hz = over.frequency_hz(place.abscissa);
     Some(Gauge::at(place.balance, place.u, frequency_hz, slope))

@@ -306,46 +306,46 @@ fn the_column_of_a_value_is_that_by_differences() {
             damping,
             state,
         } = &*first;
-        {
-            let run = Run::new(problem, *damping, state, &settings, &[], &|_| ());
-            let values = Values {
-                run: &run,
-                range: &range,
-                model_of,
-                first: &first,
-                slip_threshold_m: None,
-            };
-            values.within(None, |over| {
-                let balance = |at: f64| {
-                    let solver = over.refinement(at).unwrap().level(0);
-                    solver.balance(frequency_hz, Mean::Free).unwrap()
-                };
-                let own = over.refinement(value).unwrap().level(0);
-                let solved = own.solve(frequency_hz, None, &mut Default::default());
-                assert!(solved.is_converged());
-                // Off the motion, so that the residual is not zero.
-                let moved = |(i, u): (usize, &f64)| u * (1.0 + 0.01 * made_up_number(i));
-                let u: Vec<f64> = solved.u.iter().enumerate().map(moved).collect();
-                let evaluation = solved.balance.evaluate(&u);
-                let jacobian = solved.balance.linearise(&evaluation);
-                let place = Place {
-                    balance: &solved.balance,
-                    level: 0,
-                    u: &u,
-                    abscissa: value,
-                };
-                let column = over.column(place, &jacobian, Use::Direction).unwrap();
-                let step = 1e-5 * (to - from);
-                let [above, below] =
-                    [value + step, value - step].map(|at| balance(at).evaluate(&u).residual);
-                let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                assert!(largest > 0.0);
-                for ((a, b), column) in above.iter().zip(&below).zip(&column) {
-                    let by_differences = (a - b) / (2.0 * step);
-                    let off = (by_differences - column).abs();
-                    assert!(off < 2e-3 * largest, "{value}: {by_differences} {column}");
-                }
-            });
+        let run = Run::new(problem, *damping, state, &settings, &[], &|_| ());
+        let values = Values {
+            run: &run,
+            range,
+            model_of,
+            first: Arc::clone(&first),
+            slip_threshold_m: None,
+        };
+        let over = values.over(None);
+        let balance = |at: f64| {
+            let refinement = over.refinement(at).unwrap();
+            let balance = refinement.level(0).balance(frequency_hz, Mean::Free);
+            balance.unwrap()
+        };
+        let own = over.refinement(value).unwrap();
+        let solved = own
+            .level(0)
+            .solve(frequency_hz, None, &mut Default::default());
+        assert!(solved.is_converged());
+        // Off the motion, so that the residual is not zero.
+        let moved = |(i, u): (usize, &f64)| u * (1.0 + 0.01 * made_up_number(i));
+        let u: Vec<f64> = solved.u.iter().enumerate().map(moved).collect();
+        let evaluation = solved.balance.evaluate(&u);
+        let jacobian = solved.balance.linearise(&evaluation);
+        let place = Place {
+            balance: &solved.balance,
+            level: 0,
+            u: &u,
+            abscissa: value,
+        };
+        let column = over.column(place, &jacobian, Use::Direction).unwrap();
+        let step = 1e-5 * (to - from);
+        let [above, below] =
+            [value + step, value - step].map(|at| balance(at).evaluate(&u).residual);
+        let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!(largest > 0.0);
+        for ((a, b), column) in above.iter().zip(&below).zip(&column) {
+            let by_differences = (a - b) / (2.0 * step);
+            let off = (by_differences - column).abs();
+            assert!(off < 2e-3 * largest, "{value}: {by_differences} {column}");
         }
     }
 }
