@@ -591,13 +591,13 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, at_sample_points, at_sample_points_of_waves_too, changed, without_contact,
+        OMEGA_RAD_S, changed, sample_points, sample_points_of_waves_too, without_contact,
     };
     use crate::problem::Problem;
 
     #[test]
     fn a_retained_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
-        at_sample_points(|_, sample, u| {
+        for (_, sample, u) in &sample_points() {
             for static_mean in [Mean::Free, Mean::Retained] {
                 let setting = Setting {
                     static_mean,
@@ -628,12 +628,12 @@ mod tests {
                 at_anchor[..n].copy_from_slice(&anchor);
                 assert_eq!(retained.retention_n(&at_anchor), 0.0);
             }
-        });
+        }
     }
 
     #[test]
     fn friction_starts_at_the_static_state_with_the_eps_of_its_own_directions() {
-        at_sample_points(|_, sample, _| {
+        for (_, sample, _) in &sample_points() {
             let n = sample.unknowns_per_block();
             let eps: Vec<f64> = (0..n)
                 .map(|i| (1 + i / 3) as f64 * if i % 3 == 0 { 5.0 } else { 2.0 })
@@ -658,13 +658,13 @@ mod tests {
                 let gap_m = setting.system.problem.laws[pair].gap_m;
                 assert_eq!(input.law.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
             }
-        });
+        }
     }
 
     #[test]
     fn the_slope_over_the_frequency_is_that_by_differences() {
         use crate::excitation::Growth;
-        at_sample_points(|what, sample, u| {
+        for (what, sample, u) in &sample_points() {
             let growing = |problem: &mut Problem| problem.excitations[1].growth = Growth::Squared;
             let setting = changed(&sample.setting, growing);
             let at = |omega: f64| without_contact(&Balance::new(&setting, omega), u);
@@ -678,12 +678,12 @@ mod tests {
                 let off = (by_differences - slope).abs();
                 assert!(off < 1e-6 * largest, "{what}: {by_differences} {slope}");
             }
-        });
+        }
     }
 
     #[test]
     fn a_finer_balance_has_the_evaluation_and_the_jacobian_of_a_coarser_one() {
-        at_sample_points_of_waves_too(|what, sample, u| {
+        for (what, sample, u) in &sample_points_of_waves_too() {
             let fourier = &sample.setting.fourier;
             let (width, samples) = (fourier.width(), fourier.samples());
             let finer = Fourier::new(fourier.harmonics() + 3, samples);
@@ -722,12 +722,12 @@ mod tests {
             for (a, b) in of_finer.1.derivatives.iter().zip(&own.1.derivatives) {
                 compare(a, b);
             }
-        });
+        }
     }
 
     #[test]
     fn what_was_evaluated_last_is_not_evaluated_again() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let elsewhere: Vec<f64> = u.iter().map(|u| 1.1 * u).collect();
             let mut evaluator = Evaluator::new(balance);
             let kept = evaluator.at(u).residual.as_ptr();
@@ -737,24 +737,24 @@ mod tests {
             let kept = evaluator.at(&elsewhere).residual.as_ptr();
             assert_eq!(evaluator.take(&elsewhere).residual.as_ptr(), kept);
             assert_eq!(evaluator.take(u).residual, balance.evaluate(u).residual);
-        });
+        }
     }
 
     #[test]
     fn a_coefficient_of_friction_above_what_is_computed_counts_as_that() {
-        at_sample_points(|_, sample, _| {
+        for (_, sample, _) in &sample_points() {
             let too_rough = |problem: &mut Problem| problem.laws[0].friction = 1e6;
             let setting = changed(&sample.setting, too_rough);
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             let friction = |pair: usize| balance.input(pair, &sample.force).law.friction;
             assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
             assert_eq!(friction(1), setting.system.problem.laws[1].friction);
-        });
+        }
     }
 
     #[test]
     fn no_coefficient_of_friction_counts_as_more_than_the_most() {
-        at_sample_points(|_, sample, u| {
+        for (_, sample, u) in &sample_points() {
             let (setting, most) = (&sample.setting, 0.35);
             let mut capped = Balance::new(setting, OMEGA_RAD_S);
             capped.force.copy_from_slice(&sample.force);
@@ -772,6 +772,6 @@ mod tests {
                 [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
             assert_eq!(capped, less_rough);
             assert_ne!(capped, as_it_is);
-        });
+        }
     }
 }

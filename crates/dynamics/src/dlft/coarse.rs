@@ -88,11 +88,12 @@ impl Coarse {
         if size == 0 {
             return None;
         }
-        let columns = Columns::new(linear, &blocks);
+        let columns = Columns::new(linear, blocks);
         let rows: Vec<Mat<f32>> = (0..linear.width())
             .into_par_iter()
             .map(|h| columns.rows_of(linear, h))
             .collect();
+        let blocks = columns.blocks;
         let mut jacobian = Mat::zeros(size, size);
         for (i, (block, motion)) in blocks.each().enumerate() {
             let row = rows[block].col_as_slice(motion);
@@ -126,8 +127,8 @@ impl Coarse {
 }
 
 /// Lambda W on the motions of each block, motions x m.
-struct Columns<'a> {
-    blocks: &'a Blocks,
+struct Columns {
+    blocks: Blocks,
     /// W^T.
     own: Mat<f32>,
     mean: Mat<f32>,
@@ -135,8 +136,8 @@ struct Columns<'a> {
     harmonics: Vec<[Mat<f32>; 2]>,
 }
 
-impl<'a> Columns<'a> {
-    fn new(linear: &LinearSystem, blocks: &'a Blocks) -> Self {
+impl Columns {
+    fn new(linear: &LinearSystem, blocks: Blocks) -> Self {
         let inexact = &linear.inexact;
         let motions = blocks.motions(0);
         let mut mean = inexact.forces.get(..motions, ..).to_owned();
@@ -153,12 +154,12 @@ impl<'a> Columns<'a> {
         }
         let harmonics = linear.harmonics.par_iter().enumerate();
         Self {
-            blocks,
             own: inexact.motions.get(..blocks.most_motions(), ..).to_owned(),
             mean,
             harmonics: harmonics
                 .map(|(k, c)| inexact.dynamic_motions(k + 1, c, blocks.motions(cosine(k + 1))))
                 .collect(),
+            blocks,
         }
     }
 
@@ -215,7 +216,7 @@ impl<'a> Columns<'a> {
 /// Columns of J W on some pairs, at block `to`, one after the other; made with the widest vectors of
 /// the processor.
 struct Images<'a> {
-    of: &'a Columns<'a>,
+    of: &'a Columns,
     linear: &'a LinearSystem,
     to: usize,
     pairs: Range<usize>,

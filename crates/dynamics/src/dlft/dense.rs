@@ -202,15 +202,15 @@ pub fn formed(balance: &Balance, jacobian: &Jacobian) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{at_sample_points_of_waves_too, differences};
+    use crate::dlft::jacobians::{differences, sample_points_of_waves_too};
     use dovetail_testkit::differences::assert_close;
 
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {
-        at_sample_points_of_waves_too(|what, balance, u| {
+        for (what, balance, u) in &sample_points_of_waves_too() {
             let options = NewtonOptions::new(1e-8, 1);
             let exact = DenseBalance::new(balance, options).jacobian(u);
             assert_close(&exact, &differences(balance, u), 1e-7, what);
-        });
+        }
     }
 }

@@ -75,7 +75,7 @@ fn without_friction(balance: &Balance) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, sample_points};
     use crate::dlft::pair_signals::Periods;
     use crate::dlft::retention::Mean;
     use crate::dlft::{PairStatus, made_up};
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn without_friction_nothing_acts_along_the_contact_and_nothing_lifts_off() {
-        at_sample_points(|_, balance, _| {
+        for (_, balance, _) in &sample_points() {
             let x = without_friction(balance);
             let n = balance.unknowns_per_block();
             let mut forces = vec![0.0; x.len()];
@@ -105,12 +105,12 @@ mod tests {
                 }
             }
             assert!(moves);
-        });
+        }
     }
 
     #[test]
     fn pairs_slide_past_the_elastic_displacement_of_the_mean_limit_of_friction() {
-        at_sample_points(|_, balance, _| {
+        for (_, balance, _) in &sample_points() {
             let free_slips_m = free_slips_m(&balance.setting, OMEGA_RAD_S);
             let setting = Setting {
                 pressing_n: 6.0,
@@ -135,7 +135,7 @@ mod tests {
             };
             assert_eq!(slides_past(&unpressed, &free_slips_m), 0.0);
             assert_eq!(slides_past(&setting, &[]), 0.0);
-        });
+        }
     }
     /// One harmonic has three blocks: 1998 unknowns for 222 pairs, 2007 for 223.
     #[test]

@@ -232,21 +232,23 @@ fn make_waves(problem: &mut Problem) {
     }
 }
 
-/// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
-/// rigid and with springs, with Rayleigh damping alone and with more, with the mean free and
-/// retained. The forces are such that each pair has
-/// the intended motion at U.
-pub fn at_sample_points(check: impl FnMut(&str, &Balance, &[f64])) {
-    at_points(false, check);
+/// Samples, each with a name, a balance and a point U: many and few pairs that do not stick, rigid and
+/// with springs, with Rayleigh damping alone and with more, with the mean free and retained. The
+/// forces are such that each pair has the intended motion at U.
+pub fn sample_points() -> Vec<(String, Balance, Vec<f64>)> {
+    points(false)
 }
 
-/// Like [`at_sample_points`], also for harmonics that are waves round a disc.
-pub fn at_sample_points_of_waves_too(mut check: impl FnMut(&str, &Balance, &[f64])) {
-    at_points(false, &mut check);
-    at_points(true, check);
+/// Like [`sample_points`], also for harmonics that are waves round a disc.
+pub fn sample_points_of_waves_too() -> Vec<(String, Balance, Vec<f64>)> {
+    [points(false), points(true)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
-fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance, &[f64])) {
+fn points(has_waves: bool) -> Vec<(String, Balance, Vec<f64>)> {
+    let mut points = Vec::new();
     let means = [Mean::Free, Mean::Retained];
     let kinds = [
         (MANY, false, false),
@@ -345,12 +347,10 @@ fn at_points(has_waves: bool, mut check: impl FnMut(&str, &Balance, &[f64])) {
         let springs = if has_springs { ", springs" } else { "" };
         let dashpots = if is_damped { ", dashpots" } else { "" };
         let waves = if has_waves { ", waves" } else { "" };
-        check(
-            &format!("{moving} pairs move, mean {mean:?}{springs}{dashpots}{waves}"),
-            &balance,
-            &u,
-        );
+        let what = format!("{moving} pairs move, mean {mean:?}{springs}{dashpots}{waves}");
+        points.push((what, balance, u));
     }
+    points
 }
 
 /// Setting whose problem is changed.
@@ -406,12 +406,12 @@ pub fn assert_solves(
 /// the others, to single precision.
 #[test]
 fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
-    at_sample_points_of_waves_too(|what, balance, u| {
+    for (what, balance, u) in &sample_points_of_waves_too() {
         let mut preconditioner = Preconditioner::default();
         let stays = |_: &[f64]| false;
         let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-6, 1e-9, &stays);
         system.residual(u, &mut vec![0.0; u.len()]);
         system.linearise(u);
         assert_solves(&mut system, differences(balance, u), [1e-6, 1e-4], what);
-    });
+    }
 }

@@ -67,7 +67,7 @@ pub fn one_balance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{at_sample_points, differences};
+    use crate::dlft::jacobians::{differences, sample_points};
     use crate::dlft::settings::{EpsChoice, Resolution};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn products_with_the_jacobian_are_those_of_its_differences() {
-        at_sample_points(|what, balance, u| {
+        for (what, balance, u) in &sample_points() {
             let jacobian = balance.linearise(&balance.evaluate(u));
             let mut product = Mat::zeros(u.len(), u.len());
             for j in 0..u.len() {
@@ -88,7 +88,7 @@ mod tests {
                 (0..u.len()).for_each(|i| product[(i, j)] = column[i]);
             }
             assert_close(&product, &differences(balance, u), 1e-5, what);
-        });
+        }
     }
 
     #[test]

@@ -278,7 +278,7 @@ fn modal_amplitudes_by(
 fn observe(system: &ContactSystem, harmonics: usize, u: &[f64], modal: &[f64]) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
     let mut out = vec![vec![0.0; blocks(harmonics)]; reduced.observations.len()];
-    let mut observe = |at: usize, observations: &[ObservedPoint], part: &Block<'_>| {
+    let mut observe = |at: usize, observations: &[ObservedPoint], part: &Block| {
         for (out, point) in out.iter_mut().zip(observations) {
             let on_modes = &part.q[..point.on_modes.len()];
             out[at] = dot(&point.on_x, &part.x) + dot(&point.on_modes, on_modes);
@@ -296,30 +296,30 @@ fn observe(system: &ContactSystem, harmonics: usize, u: &[f64], modal: &[f64]) -
 }
 
 /// Cosine or sine part of a motion in one harmonic, on the model of that harmonic, or its mean.
-struct Block<'a> {
+struct Block {
     x: Vec<f64>,
-    q: &'a [f64],
+    q: Vec<f64>,
 }
 
-impl<'a> Block<'a> {
-    fn mean(system: &ContactSystem, u: &[f64], modal: &'a [f64]) -> Self {
+impl Block {
+    fn mean(system: &ContactSystem, u: &[f64], modal: &[f64]) -> Self {
         let reduced = &system.problem.reduced;
         Self {
             x: u[..system.unknowns()].to_vec(),
-            q: &modal[..reduced.omega2.len()],
+            q: modal[..reduced.omega2.len()].to_vec(),
         }
     }
 
     /// Both parts of harmonic `k`, from the vectors of all harmonics.
-    fn parts(system: &ContactSystem, k: usize, u: &[f64], modal: &'a [f64]) -> [Self; 2] {
+    fn parts(system: &ContactSystem, k: usize, u: &[f64], modal: &[f64]) -> [Self; 2] {
         let reduced = &system.problem.reduced;
         let (n, m) = (system.unknowns(), reduced.most_modes());
         let of = reduced.of_harmonic(k);
-        let parts = [cosine(k), sine(k)];
-        let x = of.widened_parts(parts.map(|block| &u[block * n..(block + 1) * n]));
-        let q = parts.map(|block| &modal[block * m..block * m + of.model.omega2.len()]);
-        let [cosine, sine] = x;
-        [Self { x: cosine, q: q[0] }, Self { x: sine, q: q[1] }]
+        let blocks = [cosine(k), sine(k)];
+        let parts = of.widened_parts(blocks.map(|block| &u[block * n..(block + 1) * n]));
+        let on_modes = blocks.map(|block| &modal[block * m..][..of.model.omega2.len()]);
+        let [[c, s], [q_c, q_s]] = [parts, on_modes.map(<[f64]>::to_vec)];
+        [Self { x: c, q: q_c }, Self { x: s, q: q_s }]
     }
 }
 
@@ -346,7 +346,7 @@ fn powers(
     let problem = &system.problem;
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
     let moved = |k: usize| Block::parts(system, k, u, modal);
-    let moved: Vec<[Block<'_>; 2]> = (1..=harmonics).map(moved).collect();
+    let moved: Vec<[Block; 2]> = (1..=harmonics).map(moved).collect();
     let products = elastic_and_inertial_products(&problem.reduced, &moved);
     for (k, (parts, products)) in (1..=harmonics).zip(moved.iter().zip(products)) {
         let kw = k as f64 * omega;
@@ -356,8 +356,7 @@ fn powers(
         let model = of.model;
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
-            let work =
-                |f: &Load, part: &Block<'_>| dot(&f.on_x, &part.x) + dot(&f.on_modes, part.q);
+            let work = |f: &Load, part: &Block| dot(&f.on_x, &part.x) + dot(&f.on_modes, &part.q);
             let work = work(&load.cosine, &parts[1]) - work(&load.sine, &parts[0]);
             input += 0.5 * kw * load.factor(omega) * share * work;
         }
@@ -402,7 +401,7 @@ fn powers(
 /// harmonics that move by the same model.
 fn elastic_and_inertial_products(
     reduced: &ReducedModel,
-    moved: &[[Block<'_>; 2]],
+    moved: &[[Block; 2]],
 ) -> Vec<[[f64; 2]; 2]> {
     let mut found = vec![[[0.0; 2]; 2]; moved.len()];
     let models = (1..=moved.len()).map(|k| reduced.of_harmonic(k).model);
@@ -468,7 +467,7 @@ mod tests {
     use super::*;
     use crate::damping::Rayleigh;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, OPEN_AT_REST, at_sample_points, changed, without_contact,
+        OMEGA_RAD_S, OPEN_AT_REST, changed, sample_points, without_contact,
     };
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduced::ReducedModel;
@@ -575,7 +574,7 @@ mod tests {
     /// forces, and q'' + w^2 q + p^T x'' and the damping forces are the load on the modes.
     #[test]
     fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let system = &balance.setting.system;
             let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
@@ -600,12 +599,12 @@ mod tests {
                     assert_near(sum, load.on_modes[i]);
                 }
             }
-        });
+        }
     }
 
     #[test]
     fn powers_are_the_means_of_force_times_velocity() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let system = &balance.setting.system;
             let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
@@ -638,13 +637,13 @@ mod tests {
                 assert_near(cycle.friction_power_w, friction / count);
             }
             assert_near(orbit.friction_power_w, friction.iter().sum::<f64>() / count);
-        });
+        }
     }
 
     /// The apparent work of a truncated series of a normal force is no work of friction.
     #[test]
     fn a_pair_without_friction_has_no_friction_power() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let smooth = |problem: &mut Problem| {
                 problem.laws.iter_mut().for_each(|law| law.friction = 0.0);
             };
@@ -652,12 +651,12 @@ mod tests {
             let (orbit, _) = orbit_of(&Balance::new(&setting, OMEGA_RAD_S), u);
             assert_eq!(orbit.friction_power_w, 0.0);
             assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
-        });
+        }
     }
 
     #[test]
     fn observed_motion_and_cycles_of_pairs_are_read_off_the_solution() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let setting = &balance.setting;
             let (problem, n) = (&setting.system.problem, setting.system.unknowns());
             let law = |pair: usize| {
@@ -666,7 +665,7 @@ mod tests {
             };
             let modes = problem.reduced.omega2.len();
             let (orbit, evaluation) = orbit_of(balance, u);
-            assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
+            assert_eq!((&orbit.x, &orbit.lambda), (u, &evaluation.lambda));
             assert_near(orbit.retention_n, balance.retention_n(u));
             assert_eq!(orbit.mean, balance.mean());
             for (point, observed) in problem.reduced.observations.iter().zip(&orbit.observed) {
@@ -733,12 +732,12 @@ mod tests {
                     assert_eq!(cycle.compression_min_n, 0.0);
                 }
             }
-        });
+        }
     }
 
     #[test]
     fn a_stuck_assembly_moves_as_one_whose_pairs_do_not() {
-        at_sample_points(|_, balance, u| {
+        for (_, balance, u) in &sample_points() {
             let still = vec![0.0; u.len()];
             let system = &balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
@@ -749,7 +748,7 @@ mod tests {
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
             assert_eq!(stuck.observed_amplitude, expected);
             assert!(expected.iter().all(|a| *a > 0.0));
-        });
+        }
     }
 
     /// One mode, no pair: the linear oscillator.

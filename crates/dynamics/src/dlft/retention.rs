@@ -107,7 +107,7 @@ impl Holding {
     pub fn pulls(&self) -> &[Vec<c64>] {
         self.pulls.get_or_init(|| {
             let reduced = &self.problem.reduced;
-            let mut models: Vec<(Option<usize>, Sliding<'_>)> = Vec::new();
+            let mut models: Vec<(Option<usize>, Sliding)> = Vec::new();
             let of = |load: &HarmonicLoad| {
                 let of = reduced.of_harmonic(load.harmonic);
                 let nodal_diameter = of.wave.map(|wave| wave.nodal_diameter);
@@ -116,8 +116,9 @@ impl Holding {
                     models.push((nodal_diameter, Sliding::of(&of.model.stiffness)));
                     models.len() - 1
                 });
+                let (stiffness, sliding) = (&of.model.stiffness, &models[at].1);
                 let [cosine, sine] =
-                    [&load.cosine, &load.sine].map(|part| models[at].1.normals(&part.on_x));
+                    [&load.cosine, &load.sine].map(|part| sliding.normals(stiffness, &part.on_x));
                 // A wave has the pairs of the sector first, and those of its other copy behind them.
                 let both = cosine.into_iter().zip(sine).take(of.unknowns() / 3);
                 both.map(|(c, s)| c64::new(c, -s)).collect()
@@ -128,33 +129,31 @@ impl Holding {
 }
 
 /// Pairs that slide without friction, on the stiffness of the model of a harmonic.
-struct Sliding<'a> {
-    stiffness: &'a Mat<f64>,
+struct Sliding {
     /// Tangential unknowns.
     along: Vec<usize>,
     /// Factor of the stiffness on them.
     factor: dense::Lu,
 }
 
-impl<'a> Sliding<'a> {
-    fn of(stiffness: &'a Mat<f64>) -> Self {
+impl Sliding {
+    fn of(stiffness: &Mat<f64>) -> Self {
         let along = tangential(stiffness.nrows());
         let count = along.len();
         let k = Mat::from_fn(count, count, |i, j| stiffness[(along[i], along[j])]);
         Self {
-            stiffness,
             factor: dense::Lu::new(k),
             along,
         }
     }
 
     /// Normal forces of the pairs under forces on all unknowns, N.
-    fn normals(&self, on_x: &[f64]) -> Vec<f64> {
+    fn normals(&self, stiffness: &Mat<f64>, on_x: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = self.along.iter().map(|&i| on_x[i]).collect();
         self.factor.solve_column_in_place(&mut x);
         let carried = |i: usize| {
             let by = self.along.iter().zip(&x);
-            on_x[i] - by.map(|(&j, x)| self.stiffness[(i, j)] * x).sum::<f64>()
+            on_x[i] - by.map(|(&j, x)| stiffness[(i, j)] * x).sum::<f64>()
         };
         (0..on_x.len()).step_by(3).map(carried).collect()
     }

@@ -168,7 +168,7 @@ impl Family for OfAmplitude<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, sample_points_of_waves_too};
     use crate::dlft::retention::Holding;
     use crate::dlft::settings::Solver;
     use dovetail_numerics::nonlinear::NewtonOptions;
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn slopes_and_derivatives_are_those_by_differences() {
-        at_sample_points_of_waves_too(|what, sample, u| {
+        for (what, sample, u) in &sample_points_of_waves_too() {
             let holding = Holding::of(&sample.setting.system.problem).into();
             let newton = NewtonOptions::new(1e-9, 60);
             let (setting, solver) = (sample.setting.clone(), Solver::NewtonKrylov);
@@ -243,6 +243,6 @@ mod tests {
                     assert_close(rows[equation][i], by_differences, 1.0);
                 }
             }
-        });
+        }
     }
 }

@@ -10,7 +10,6 @@ use crate::dlft::orbit::{first_harmonic_slopes, first_harmonics};
 use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_numerics::vector::{dot, norm};
 use faer::c64;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Relative step in the frequency of the difference that takes the derivative of T at constant U.
@@ -40,9 +39,9 @@ pub struct Direction {
 
 /// Change of the motion T and of the abscissa, such as that from one point of a curve to another.
 #[derive(Clone)]
-pub struct Change<'a> {
+pub struct Change {
     /// Change of T.
-    pub motion: Cow<'a, [f64]>,
+    pub motion: Vec<f64>,
     /// Change of the abscissa.
     pub abscissa: f64,
 }
@@ -148,12 +147,12 @@ pub struct Scales {
 
 impl Scales {
     /// Length of a change of T and of the abscissa.
-    pub fn length(self, change: &Change<'_>) -> f64 {
+    pub fn length(self, change: &Change) -> f64 {
         (norm(&change.motion) / self.motion).hypot(change.abscissa / self.range)
     }
 
     /// Coefficients of dU and dp in the product of a change with any other.
-    pub fn across(self, gauge: &Gauge, change: &Change<'_>) -> BorderRow {
+    pub fn across(self, gauge: &Gauge, change: &Change) -> BorderRow {
         let by = (self.motion * self.motion).recip();
         let weights: Vec<f64> = change.motion.iter().map(|t| t * by).collect();
         let mut across = gauge.coefficients(&weights);
@@ -162,7 +161,7 @@ impl Scales {
     }
 
     /// Product of two changes.
-    pub fn product(self, a: &Change<'_>, b: &Change<'_>) -> f64 {
+    pub fn product(self, a: &Change, b: &Change) -> f64 {
         dot(&a.motion, &b.motion) / (self.motion * self.motion)
             + a.abscissa * b.abscissa / (self.range * self.range)
     }
@@ -172,13 +171,13 @@ impl Scales {
 mod tests {
     use super::*;
     use crate::dlft::balance::Setting;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, sample_points_of_waves_too};
     use crate::problem::dynamic_stiffness::ContactSystem;
     use crate::reduced::ReducedModel;
 
     #[test]
     fn derivatives_of_the_motion_are_those_by_differences_with_and_without_observations() {
-        at_sample_points_of_waves_too(|what, sample, u| {
+        for (what, sample, u) in &sample_points_of_waves_too() {
             let mut problem = sample.setting.system.problem.clone();
             for observed in [true, false] {
                 if !observed {
@@ -222,6 +221,6 @@ mod tests {
                 let directly = dot(&weights, &along);
                 assert!((by_row - directly).abs() < 1e-9 * size, "{what}");
             }
-        });
+        }
     }
 }

@@ -172,11 +172,11 @@ fn slope_per_hz(place: Place<'_>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points_of_waves_too};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, sample_points_of_waves_too};
 
     #[test]
     fn the_column_of_the_frequency_is_that_by_differences() {
-        at_sample_points_of_waves_too(|what, balance, u| {
+        for (what, balance, u) in &sample_points_of_waves_too() {
             let at = |omega: f64| {
                 let mut moved = Balance::new(&balance.setting, omega);
                 let given = Balance::new(&balance.setting, OMEGA_RAD_S);
@@ -203,6 +203,6 @@ mod tests {
                 let off = (by_differences - column).abs();
                 assert!(off < 1e-5 * largest, "{what}: {by_differences} {column}");
             }
-        });
+        }
     }
 }

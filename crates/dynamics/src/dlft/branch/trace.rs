@@ -22,7 +22,6 @@ use crate::dlft::point::{Solution, Work};
 use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::norm;
-use std::borrow::Cow;
 
 /// Error of the cubics that join the points of a branch, relative to |T|, by which steps are
 /// chosen.
@@ -205,7 +204,7 @@ impl Tracer {
             length: along.length,
         };
         let ahead = Ahead::Along(Change {
-            motion: Cow::Borrowed(&heading.motion_m),
+            motion: heading.motion_m.clone(),
             abscissa: heading.abscissa,
         });
         Some(Self {

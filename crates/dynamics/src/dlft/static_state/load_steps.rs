@@ -29,7 +29,7 @@ pub(super) enum Start<'a> {
     After(PairsAtRest<'a>),
 }
 
-impl StaticSystem<'_> {
+impl StaticSystem {
     /// Applies the load along the path. The way ends at a point at which nothing holds the bodies.
     pub(super) fn load_up(
         mut self,
@@ -42,7 +42,7 @@ impl StaticSystem<'_> {
         let mut forces = vec![[0.0; 3]; n / 3];
         let mut x = match start {
             Start::Unloaded => vec![0.0; n],
-            Start::ClearancesClosed => with_clearances_closed(self.problem, self.eps),
+            Start::ClearancesClosed => with_clearances_closed(&self.problem, &self.eps),
             Start::After(PairsAtRest { x, lambda }) => {
                 let carried = forces.iter_mut().zip(lambda.chunks_exact(3));
                 carried.for_each(|(force, lambda)| force.copy_from_slice(lambda));
@@ -56,7 +56,7 @@ impl StaticSystem<'_> {
             residuals: Vec::new(),
         };
         let stations = path.stations(&self.problem.reduced);
-        let scale = force_scale_n(self.problem, self.eps, &stations);
+        let scale = force_scale_n(&self.problem, &self.eps, &stations);
         let (mut on_path, mut outcome) = (Vec::new(), None);
         'path: for (leg, ends) in stations.windows(2).enumerate() {
             // Between two steps the state mostly moves as it did in the step before: in proportion to
@@ -151,7 +151,7 @@ fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
 /// Newton's method may end between two of them: the coefficient is then raised in steps, each
 /// solution the start of the next.
 fn load_step(
-    system: &mut StaticSystem<'_>,
+    system: &mut StaticSystem,
     x: &mut [f64],
     predicted: Option<Vec<f64>>,
     options: NewtonOptions,
@@ -205,7 +205,7 @@ fn load_step(
 /// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to
 /// `full`. Ends at the first that does not converge.
 fn with_growing_friction(
-    system: &mut StaticSystem<'_>,
+    system: &mut StaticSystem,
     x: &mut [f64],
     full: &[f64],
     growth: f64,

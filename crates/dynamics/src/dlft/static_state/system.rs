@@ -26,9 +26,9 @@ const MOST_DENSE_UNKNOWNS: usize = 6000;
 const STEEPEST: f32 = 3.0;
 
 /// Equilibrium of the pairs under the load of a step, which keeps where they were at rest before.
-pub(super) struct StaticSystem<'a> {
-    pub(super) problem: &'a Problem,
-    pub(super) eps: &'a [f64],
+pub(super) struct StaticSystem {
+    pub(super) problem: Problem,
+    pub(super) eps: Vec<f64>,
     /// Load of this step, N.
     pub(super) load: Vec<f64>,
     /// Law of each pair in this step: interference grows on the first leg.
@@ -48,19 +48,19 @@ pub(super) struct StaticSystem<'a> {
     refresh: RefreshPolicy,
 }
 
-impl<'a> StaticSystem<'a> {
+impl StaticSystem {
     /// System without load and without slip; with a retention, the motions that nothing holds are
     /// retained.
     pub(super) fn new(
-        problem: &'a Problem,
+        problem: &Problem,
         inexact: &Arc<Inexact>,
-        eps: &'a [f64],
+        eps: &[f64],
         retention: Option<&Retention>,
     ) -> Self {
         let n = problem.reduced.stiffness.nrows();
         Self {
-            problem,
-            eps,
+            problem: problem.clone(),
+            eps: eps.to_vec(),
             load: vec![0.0; n],
             laws: problem.laws.clone(),
             most_friction: f64::INFINITY,
@@ -215,7 +215,7 @@ impl<'a> StaticSystem<'a> {
     }
 }
 
-impl NonlinearSystem for StaticSystem<'_> {
+impl NonlinearSystem for StaticSystem {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
@@ -308,7 +308,7 @@ mod tests {
     ];
 
     /// A system and a point x at which its pairs have those predicted forces.
-    fn with_system(mean: Mean, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
+    fn system_at(mean: Mean) -> (StaticSystem, Vec<f64>) {
         let problem = problem(TRIALS.len());
         let n = problem.reduced.stiffness.nrows();
         let eps: Vec<f64> = problem
@@ -336,7 +336,7 @@ mod tests {
             .enumerate()
             .map(|(i, (without, wanted))| (wanted - without) / system.law(i / 3).shares[i % 3])
             .collect();
-        check(&mut system, &x);
+        (system, x)
     }
 
     #[test]
@@ -354,7 +354,7 @@ mod tests {
         assert_eq!(at_most.lambda, above.lambda);
     }
 
-    fn differences(system: &mut StaticSystem<'_>, x: &[f64]) -> Mat<f64> {
+    fn differences(system: &mut StaticSystem, x: &[f64]) -> Mat<f64> {
         central(x, 1e-6, |x| {
             let mut f = vec![0.0; x.len()];
             system.residual(x, &mut f);
@@ -365,32 +365,26 @@ mod tests {
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {
         for mean in [Mean::Free, Mean::Retained] {
-            with_system(mean, |system, x| {
-                let found: Vec<Contact> = system.pairs(x).iter().map(|p| p.state.contact).collect();
-                let each = [Contact::Stick, Contact::Slip, Contact::Open];
-                assert_eq!(found, [each, each, each].concat());
-                let by_differences = differences(system, x);
-                system.linearise(x);
-                // The derivatives of the law are in single precision.
-                let what = format!("mean {mean:?}");
-                assert_close(&system.jacobian(), &by_differences, 2e-6, &what);
-            });
+            let (mut system, x) = system_at(mean);
+            let found: Vec<Contact> = system.pairs(&x).iter().map(|p| p.state.contact).collect();
+            let each = [Contact::Stick, Contact::Slip, Contact::Open];
+            assert_eq!(found, [each, each, each].concat());
+            let by_differences = differences(&mut system, &x);
+            system.linearise(&x);
+            // The derivatives of the law are in single precision.
+            let what = format!("mean {mean:?}");
+            assert_close(&system.jacobian(), &by_differences, 2e-6, &what);
         }
     }
 
     #[test]
     fn corrections_solve_with_the_jacobian_by_differences() {
         for mean in [Mean::Free, Mean::Retained] {
-            with_system(mean, |system, x| {
-                let by_differences = differences(system, x);
-                system.linearise(x);
-                assert_solves(
-                    system,
-                    by_differences,
-                    [0.0, 5e-4],
-                    &format!("mean {mean:?}"),
-                );
-            });
+            let (mut system, x) = system_at(mean);
+            let by_differences = differences(&mut system, &x);
+            system.linearise(&x);
+            let what = format!("mean {mean:?}");
+            assert_solves(&mut system, by_differences, [0.0, 5e-4], &what);
         }
     }
 }

@@ -6,7 +6,6 @@ use crate::dlft::branch::over::{Over, Place, SolutionAt, Solvers};
 use crate::dlft::point::{Work, resized};
 use crate::dlft::retention::Mean;
 use dovetail_numerics::vector::axpy;
-use std::borrow::Cow;
 
 /// Length along the direction of a point of the difference that takes the change of amplitudes.
 const DIFFERENCE: f64 = 1e-6;
@@ -46,11 +45,11 @@ pub struct Height {
 }
 
 /// Changes in which the length of a curve is to grow at a point.
-pub(super) enum Ahead<'a> {
+pub(super) enum Ahead {
     /// Those of the abscissa, with this sign.
     Abscissa(f64),
     /// Those along a direction, such as that of a point nearby.
-    Along(Change<'a>),
+    Along(Change),
 }
 
 /// Motion T of a point, with its place in the measure of length.
@@ -70,20 +69,20 @@ impl Point {
     }
 
     /// Change of T and of the abscissa along the direction of the curve.
-    pub(super) fn tangent(&self) -> Change<'_> {
+    pub(super) fn tangent(&self) -> Change {
         Change {
-            motion: Cow::Borrowed(&self.motion_along),
+            motion: self.motion_along.clone(),
             abscissa: self.direction.abscissa,
         }
     }
 
     /// Change of T and of the abscissa to another point.
-    pub(super) fn to(&self, other: &Self) -> Change<'static> {
+    pub(super) fn to(&self, other: &Self) -> Change {
         self.change_to(&other.motion, other.abscissa)
     }
 
     /// Change of T and of the abscissa to where they have these values.
-    pub(super) fn change_to(&self, motion: &[f64], abscissa: f64) -> Change<'static> {
+    pub(super) fn change_to(&self, motion: &[f64], abscissa: f64) -> Change {
         let both = motion.iter().zip(&self.motion);
         Change {
             motion: both.map(|(there, here)| there - here).collect(),
@@ -142,7 +141,7 @@ impl Point {
         solvers: Solvers<'_>,
         at: SolutionAt<'_>,
         measured: Measured,
-        ahead: &Ahead<'_>,
+        ahead: &Ahead,
         work: &mut Work,
     ) -> Option<Self> {
         let SolutionAt { solution, abscissa } = at;
@@ -161,12 +160,12 @@ impl Point {
         };
         let mut direction = direction(solvers, at, grows, work)?;
         let mut tangent = Change {
-            motion: gauge.along(&direction).into(),
+            motion: gauge.along(&direction),
             abscissa: direction.abscissa,
         };
         // Of length 1.
         let by = scales.length(&tangent).recip();
-        tangent.motion.to_mut().iter_mut().for_each(|t| *t *= by);
+        tangent.motion.iter_mut().for_each(|t| *t *= by);
         direction.u.iter_mut().for_each(|u| *u *= by);
         direction.abscissa *= by;
         tangent.abscissa = direction.abscissa;
@@ -180,7 +179,7 @@ impl Point {
             across: scales.across(&gauge, &tangent),
             scales,
             direction,
-            motion_along: tangent.motion.into_owned(),
+            motion_along: tangent.motion,
             length,
         })
     }
