@@ -386,8 +386,8 @@ impl<D: Real> Path<D> {
     /// correction is left where it does so throughout.
     #[inline(always)]
     fn corrections(&self, ends: [End<D>; 2]) -> [[D; 3]; 2] {
-        let mut corrections = [[D::from(0.0); 3]; 2];
-        for (c, &[sum, moment]) in self.force.iter().enumerate() {
+        let of = |c: usize| {
+            let [sum, moment] = self.force[c];
             let [first, last] = two(|i| ends[i].force[c]);
             let followed = self.followed[c] / 12.0;
             let mut own = [
@@ -402,10 +402,11 @@ impl<D: Real> Path<D> {
                 if follows {
                     own[i] += end.rate[c] * [-1.0 / 12.0, 1.0 / 12.0][i];
                 }
-                corrections[i][c] = own[i];
             }
-        }
-        corrections
+            own
+        };
+        let [normal, t1, t2] = three(of);
+        two(|end| [normal[end], t1[end], t2[end]])
     }
 }
 
