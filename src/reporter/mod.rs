@@ -27,7 +27,7 @@ use crate::exhaustion;
 use crate::files::{SharedFiles, Taken};
 use crate::listener::{Listener, News};
 use crate::metrics::{peak_rss_mib, processor_seconds};
-use dovetail_cache::Hearer;
+use dovetail_cache::Log;
 use dovetail_export::manifest::StageSummary;
 use dovetail_export::warning::{Warning, Weight};
 use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
@@ -169,7 +169,7 @@ impl<'c> Reporter<'c> {
     }
 }
 
-impl Hearer for Reporter<'_> {
+impl Log for Reporter<'_> {
     fn note(&self, text: &str) {
         self.inner().note(text);
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::folder::Kind;
-use crate::{Cache, Hearer, Key, Turn};
+use crate::{Cache, Key, Log, Turn};
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
 use dovetail_solver::run::{self, KeptReduction, ReductionInputs};
@@ -36,14 +36,14 @@ impl Cache {
         &self,
         key: Option<&Key>,
         accept: &mut dyn FnMut(KeptMesh) -> Result<(), String>,
-        hearer: &dyn Hearer,
+        log: &dyn Log,
     ) -> Result<(), Option<Turn>> {
-        self.get_or_turn(key, accept, hearer)
+        self.get_or_turn(key, accept, log)
     }
 
     /// Keeps a mesh.
-    pub fn keep_mesh(&self, key: &Key, mesh: &KeptMesh, hearer: &dyn Hearer) {
-        self.put(Some(key), mesh, hearer);
+    pub fn keep_mesh(&self, key: &Key, mesh: &KeptMesh, log: &dyn Log) {
+        self.put(Some(key), mesh, log);
     }
 }
 
@@ -58,42 +58,38 @@ impl Cache {
     ///
     /// # Errors
     /// Without a reduction: the right to make it until it is dropped, if there is such a right.
-    pub fn reduction(
-        &self,
-        key: &run::Key,
-        hearer: &dyn Hearer,
-    ) -> Result<KeptReduction, Option<Turn>> {
+    pub fn reduction(&self, key: &run::Key, log: &dyn Log) -> Result<KeptReduction, Option<Turn>> {
         let key = self.key(Kind::ReducedModel, key);
-        self.get_or_turn(key.as_ref(), Ok, hearer)
+        self.get_or_turn(key.as_ref(), Ok, log)
     }
 
     /// Keeps a reduction.
-    pub fn keep_reduction(&self, key: &run::Key, reduction: &KeptReduction, hearer: &dyn Hearer) {
+    pub fn keep_reduction(&self, key: &run::Key, reduction: &KeptReduction, log: &dyn Log) {
         let key = self.key(Kind::ReducedModel, key);
-        self.put(key.as_ref(), reduction, hearer);
+        self.put(key.as_ref(), reduction, log);
     }
 
     /// Recovery of a reduction of an earlier run.
-    pub fn recovery(&self, key: &run::Key, hearer: &dyn Hearer) -> Option<Recovery> {
+    pub fn recovery(&self, key: &run::Key, log: &dyn Log) -> Option<Recovery> {
         let key = self.key(Kind::Recovery, key);
-        self.get(key.as_ref(), Ok, hearer)
+        self.get(key.as_ref(), Ok, log)
     }
 
     /// Keeps the recovery of a reduction.
-    pub fn keep_recovery(&self, key: &run::Key, recovery: &Recovery, hearer: &dyn Hearer) {
+    pub fn keep_recovery(&self, key: &run::Key, recovery: &Recovery, log: &dyn Log) {
         let key = self.key(Kind::Recovery, key);
-        self.put(key.as_ref(), recovery, hearer);
+        self.put(key.as_ref(), recovery, log);
     }
 
     /// Modes of each body with its contacts held, of an earlier run.
-    pub fn held_modes(&self, key: &run::Key, hearer: &dyn Hearer) -> Option<Vec<Modes>> {
+    pub fn held_modes(&self, key: &run::Key, log: &dyn Log) -> Option<Vec<Modes>> {
         let key = self.key(Kind::HeldModes, key);
-        self.get(key.as_ref(), Ok, hearer)
+        self.get(key.as_ref(), Ok, log)
     }
 
     /// Keeps the modes of each body with its contacts held.
-    pub fn keep_held_modes(&self, key: &run::Key, modes: &[Modes], hearer: &dyn Hearer) {
+    pub fn keep_held_modes(&self, key: &run::Key, modes: &[Modes], log: &dyn Log) {
         let key = self.key(Kind::HeldModes, key);
-        self.put(key.as_ref(), &modes, hearer);
+        self.put(key.as_ref(), &modes, log);
     }
 }

@@ -49,11 +49,11 @@ const FORMAT: u32 = 1;
 /// Time without a write after which an incomplete entry counts as left behind by a run that ended.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
-/// Hears what a user should know of the cache.
-pub trait Hearer {
-    /// Hears a note.
+/// Log for what a user should know about the cache.
+pub trait Log {
+    /// Adds a note.
     fn note(&self, text: &str);
-    /// Hears a warning.
+    /// Adds a warning.
     fn warning(&self, warning: &Warning);
 }
 
@@ -109,7 +109,7 @@ impl Cache {
         &self,
         key: Option<&Key>,
         mut accept: impl FnMut(T) -> Result<U, String>,
-        hearer: &dyn Hearer,
+        log: &dyn Log,
     ) -> Option<U> {
         let (key, (folder, _)) = (key?, self.place.as_ref()?);
         let path = folder.entry(key.kind, key.hash);
@@ -126,7 +126,7 @@ impl Cache {
                 Some(found)
             }
             Err(fault) => {
-                hearer.warning(&remark(format!(
+                log.warning(&remark(format!(
                     "the cache entry {} is of no use ({fault}): computing anew",
                     path.display()
                 )));
@@ -142,9 +142,9 @@ impl Cache {
         &self,
         key: Option<&Key>,
         mut accept: impl FnMut(T) -> Result<U, String>,
-        hearer: &dyn Hearer,
+        log: &dyn Log,
     ) -> Result<U, Option<Turn>> {
-        if let Some(found) = self.get(key, &mut accept, hearer) {
+        if let Some(found) = self.get(key, &mut accept, log) {
             return Ok(found);
         }
         let (Some(key), Some((folder, _))) = (key, &self.place) else {
@@ -154,26 +154,26 @@ impl Cache {
             return Err(None); // told when the entry is to be kept
         }
         let turn = Turn::wait(&folder.entry(key.kind, key.hash), || {
-            hearer.note(&format!(
+            log.note(&format!(
                 "another run makes the same entry ({}): waiting for it",
                 key.kind.word()
             ));
         });
-        match self.get(Some(key), &mut accept, hearer) {
+        match self.get(Some(key), &mut accept, log) {
             Some(found) => Ok(found),
             None => Err(turn),
         }
     }
 
     /// Keeps an entry, and removes the least recently used ones above the limit.
-    fn put(&self, key: Option<&Key>, value: &impl Serialize, hearer: &dyn Hearer) {
+    fn put(&self, key: Option<&Key>, value: &impl Serialize, log: &dyn Log) {
         let (Some((folder, limit_bytes)), Some(key)) = (&self.place, key) else {
             return;
         };
         let path = folder.entry(key.kind, key.hash);
         let size = entry::size(value);
         if size > *limit_bytes {
-            hearer.note(&format!(
+            log.note(&format!(
                 "not kept for later runs: {} MiB are more than the limit of the cache, {} MiB",
                 size >> 20,
                 limit_bytes >> 20
@@ -182,7 +182,7 @@ impl Cache {
         }
         let written = folder.prepare();
         if let Err(source) = written.and_then(|()| entry::write(&path, &key.hash, value)) {
-            hearer.warning(&remark(format!(
+            log.warning(&remark(format!(
                 "nothing is kept for later runs: writing {} failed: {source} (another folder: --cache DIR; none: --no-cache)",
                 path.display()
             )));

@@ -175,27 +175,26 @@ impl<'a> Pass<'a> {
                 self.law.touch_n = touch_n;
                 self.state = slipping;
                 self.history = own_state(width, block);
-                let is_last = slipping == end.last.start;
-                (usize::from(!is_last), is_last)
+                let slips_last = slipping == end.last.start;
+                (usize::from(!slips_last), slips_last)
             }
         };
         let mut rows = Vec::new();
         // One place for all periods: the code of a period is inlined there.
         for period in 0..=before {
             let is_last = period == before;
-            match end.history {
-                History::Stuck(_) if is_last => break,
-                History::FixedPoint { .. } if is_last && !is_fixed_point => {
-                    self.history = fixed_point(&self.history, width, block).concat();
-                    self.state = end.last.start;
-                }
-                History::FixedPoint { .. } | History::Periodic if is_last => {
-                    self.history = own_state(width, block);
-                    self.state = end.last.start;
-                }
-                _ => {}
-            }
             if is_last {
+                match end.history {
+                    History::Stuck(_) => break,
+                    History::FromStart(_) => {}
+                    History::Periodic | History::FixedPoint { .. } => {
+                        self.history = match is_fixed_point {
+                            true => own_state(width, block),
+                            false => fixed_point(&self.history, width, block).concat(),
+                        };
+                        self.state = end.last.start;
+                    }
+                }
                 rows = vec![0.0; 7 * block * samples];
             }
             self.period(is_last.then_some(&mut rows));
