@@ -47,20 +47,19 @@ try-install: wheel dist
 	@tools/setup.sh root
 	$(if $(filter 0,$(shell id -u)),,sudo) scripts/try_install.sh
 
-# The library alone, without the readers of meshes, that the targets of `make fuzz` compile, the slow
-# tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, and the
-# extremes: see docs/verification.md, which has their figures and what they take.
+# The library without the readers of meshes, the slow tests, the kernels of `make bench` once, the
+# comparisons with CalculiX if it is installed, the extremes, and .ci/slow. docs/verification.md has
+# their figures and how long they take.
 verify: setup
 	@tools/setup.sh calculix
-	@tools/setup.sh fuzz
 	cargo clippy --locked --package dovetail-solver -- -D warnings
-	cargo check --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
 	cargo build --release --locked
 	cargo test --release --locked --workspace -- --ignored
 	cargo bench --locked --bench kernels -- --test
 	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
 	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
 	$(MAKE) extremes
+	.ci/slow
 
 calculix: setup
 	@tools/setup.sh calculix

@@ -125,7 +125,7 @@ cluster)
 esac
 
 command -v cargo >/dev/null || {
-    say "cargo is missing: install Rust 1.89 or newer (rustup, which takes rust-toolchain.toml, or your distribution's package)"
+    say "cargo is missing: install Rust 1.90 or newer (rustup, which takes rust-toolchain.toml, or your distribution's package)"
     exit 1
 }
 command -v cc >/dev/null || install gcc libc6-dev || { say "a C compiler is needed to link"; exit 1; }

@@ -656,3 +656,19 @@ fn prose_has_no_load_of_a_machine_and_no_history() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// The rules of the changelog are in CONTRIBUTING.md.
+#[test]
+fn the_changelog_of_the_next_release_is_short_and_marks_results_at_the_end() {
+    let text = text_of("CHANGELOG.md");
+    let (_, unreleased) = text.split_once("## [Unreleased]").unwrap();
+    let (unreleased, _) = unreleased.split_once("\n## [").unwrap();
+    let lines: Vec<&str> = unreleased.lines().filter(|l| !l.is_empty()).collect();
+    assert!(lines.len() <= 40, "{} lines", lines.len());
+    let headings = ["### Added", "### Changed", "### Fixed", "### Removed"];
+    for line in lines {
+        assert!(!line.starts_with('#') || headings.contains(&line), "{line}");
+        let marked = line.contains("[results]");
+        assert!(!marked || line.ends_with(" **[results]**"), "{line}");
+    }
+}
