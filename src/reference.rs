@@ -105,7 +105,8 @@ mod tests {
                 assert!(value.is_some(), "{}.{key}: {line:?}", section.name);
             }
             for key in section.keys {
-                let texts = [&key.kind.to_string(), key.default, key.meaning];
+                let default = key.default.to_string();
+                let texts = [&key.kind.to_string(), &default, key.meaning];
                 assert!(
                     texts
                         .iter()

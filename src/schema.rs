@@ -77,9 +77,11 @@ fn value(key: &Key) -> Value {
 
 /// Type and unit, limits and meaning, and the default of a key.
 fn description(key: &Key) -> String {
-    let default = match key.default {
-        "-" => "required".to_owned(),
-        default => format!("default: {}", default.trim_start_matches("- ")),
+    let default = if key.is_required() {
+        "required".to_owned()
+    } else {
+        let default = key.default.to_string();
+        format!("default: {}", default.trim_start_matches("- "))
     };
     let parts = [
         key.kind.to_string(),

@@ -45,7 +45,7 @@ use dovetail_export::lock::FolderLock;
 use dovetail_export::warning::Weight;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Prestress, RotationSpec};
+use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Gap, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
     self, Bodies, Condensed, Error, Meshes, NodalDiameters, Options, Reduced, Run, Session, Source,
@@ -350,7 +350,7 @@ fn nothing_presses(assembly: &Assembly) -> bool {
     let is_slack = |contact: &ContactSpec| {
         contact.law == ContactLaw::UnilateralCoulomb
             && contact.pair_law.gap_m >= 0.0
-            && !contact.gap_from_mesh
+            && contact.gap == Gap::Closed
     };
     !assembly.rotation.as_ref().is_some_and(turns)
         && assembly.loads.is_empty()

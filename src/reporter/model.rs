@@ -12,7 +12,7 @@ use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
     Assembly, Body, BodySpec, ContactLaw, ContactSpec, Cyclic, DashpotSpec, FlankMatch,
-    FrictionMap, Matrices, Model, PlacedMatrices, Side, SpringSpec,
+    FrictionMap, Gap, Matrices, Model, PlacedMatrices, Side, SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
@@ -214,7 +214,7 @@ fn is_displaced(found: &FlankMatch) -> bool {
 fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
     for found in &model.matches {
         let name = &found.name;
-        let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
+        let counts = |c: &&ContactSpec| c.name == *name && c.gap == Gap::Mesh;
         if assembly.contacts.iter().any(|c| counts(&c)) {
             continue;
         }

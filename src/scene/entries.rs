@@ -8,13 +8,20 @@ use super::keys::{Section, Vocabulary, section};
 use super::kinds::Limits;
 use super::raw::Located;
 use dovetail_mesh::units::Units;
+use dovetail_solver::dlft::eps::Eps;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::LoadPath;
+use dovetail_solver::dlft::sweep::SweepSettings;
+use dovetail_solver::model::{ContactLaw, Gap, Prestress, Sector, Side};
+use dovetail_solver::reduced::Quantity;
+use strum::VariantNames;
 
 /// Upper limit of the tolerance of the relative residual of a balance: a solution with a larger
 /// residual does not count as a motion.
 pub const LARGEST_TOLERANCE: f64 = 1e-3;
 
-/// Largest number of harmonics; more are taken for a typing error.
-const MOST_HARMONICS: u32 = 1000;
+/// [`Resolution::MOST_HARMONICS`] as the limit of a key.
+const MOST_HARMONICS: u32 = Resolution::MOST_HARMONICS as u32;
 
 /// Keys of a scene.
 pub const SCENE: Vocabulary = Vocabulary {
@@ -285,7 +292,7 @@ section! {
             "the bodies that turn: they have the centrifugal load and the spin softening, and with \
              `\"held_flanks\"` they alone are stiffened",
             "[\"blade\", \"jaw\"]";
-        prestress: Choice(&["contact", "held_flanks", "none"]), "`\"contact\"`",
+        prestress: Choice(Prestress::VARIANTS), "`\"contact\"`",
             "`\"contact\"`: geometric stiffness of the static state with contact and friction, in \
              all bodies, repeated until the normal forces stay, and spin softening; \
              `\"held_flanks\"`: that of each body with its contact nodes held, which lacks the \
@@ -344,16 +351,16 @@ section! {
             "surface group that lies opposite `first`, of another body or of the same one; the \
              meshes of the two need not match",
             "\"jaw_flank_left\"  # a physical surface of the jaw";
-        second_sector: Choice(&["same", "next"]), "`\"same\"`",
+        second_sector: Choice(Sector::VARIANTS), "`\"same\"`",
             "of a [disc of equal sectors](how-to/disc.md): `\"next\"` if `second` is the surface of the \
              next sector, as of two shrouds, and `\"same\"` otherwise",
             "\"next\"";
-        slave: Choice(&["first", "second"]),
+        slave: Choice(Side::VARIANTS),
             "the side of the smaller facets; `\"first\"` where they are alike",
             "the slave side, `\"first\"` or `\"second\"`: contact is enforced at its nodes, \
              against the facets of the other side",
             "\"second\"";
-        law: Choice(&["unilateral_coulomb", "bonded"]), "`\"unilateral_coulomb\"`",
+        law: Choice(ContactLaw::VARIANTS), "`\"unilateral_coulomb\"`",
             "`\"unilateral_coulomb\"`: compression only, dry friction; `\"bonded\"`: both sides \
              move as one, and `friction` (then not required), the stiffnesses, `gap_m`, \
              `wear_m2_n` and the crown are not used",
@@ -375,7 +382,7 @@ section! {
             "springs per area against shear, which stretch before the sides slide, with \
              `normal_stiffness_n_m3`",
             "1e14";
-        gap: Choice(&["closed", "mesh"]), "`\"closed\"`",
+        gap: Choice(Gap::VARIANTS), "`\"closed\"`",
             "`\"closed\"`: the sides touch, however far apart the mesh has them; `\"mesh\"`: their \
              distance in the mesh is clearance (on curved sides that do not match it alternates \
              from node to node)",
@@ -559,7 +566,7 @@ section! {
         direction: Numbers(3, ""), "-",
             "not all 0; any length; that of a strain lies in the surface, on which it is projected",
             "[0, 1, 0]";
-        quantity: Choice(&["displacement", "strain"]), "`\"displacement\"`",
+        quantity: Choice(Quantity::VARIANTS), "`\"displacement\"`",
             "`\"displacement\"`, or `\"strain\"`, which is what a strain gauge along the direction \
              measures; the first [[observe]] is a displacement",
             "\"strain\"";
@@ -570,7 +577,7 @@ section! {
     STATIC: RawStatic, "static", Table, "optional",
         "how the steady load is applied",
         "[static]\nload_steps = 10" {
-        load_steps: Whole(Some(1), Some(10_000)), "10",
+        load_steps: Whole(Some(1), Some(10_000)), (LoadPath::STEPS),
             "the load is applied in this many equal steps, and so is each leg of `[[static.path]]`",
             "10";
         starting_tractions: Whole(Some(0), Some(1000)), "0",
@@ -626,7 +633,7 @@ section! {
              bends and at its peaks. A run-up always has a grid, of 40 without this key",
             "200";
         // Below it, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
-        accuracy: Number("", Limits::between(1e-4, 0.5)), "0.01",
+        accuracy: Number("", Limits::between(1e-4, 0.5)), (Resolution::ACCURACY),
             "largest relative error of the observed amplitudes, where `harmonics` is not given, \
              see below",
             "0.01  # of the amplitude";
@@ -638,29 +645,29 @@ section! {
              that do not converge are crosses there, and count neither in `summary.json` nor in \
              the exit code",
             "1";
-        samples: Whole(None, Some(1 << 20)), "128",
+        samples: Whole(None, Some(Resolution::MOST_SAMPLES as u32)), (Resolution::SAMPLES),
             "at least 4 `harmonics` + 4; instants of a period at which contact is decided",
             "128";
-        eps: Choice(&["dynamic", "pair", "spectral_radius"]), "`\"dynamic\"`",
+        eps: Choice(EpsChoice::VARIANTS), "`\"dynamic\"`",
             "`\"dynamic\"`: per pair, the median of the dynamic stiffness over the harmonics; \
              `\"pair\"`: per pair, the diagonal of the static stiffness; `\"spectral_radius\"`: \
              one value for all, the paper's ([method.md](method.md))",
             "\"pair\"";
-        eps_scale: Number("", Limits::POSITIVE), "1",
+        eps_scale: Number("", Limits::POSITIVE), (Eps::SCALE),
             "multiplies eps. The static state does not depend on eps",
             "1.0";
-        tolerance: Number("", Limits::between(0.0, LARGEST_TOLERANCE)), "1e-8",
+        tolerance: Number("", Limits::between(0.0, LARGEST_TOLERANCE)), (Resolution::TOLERANCE),
             "of the relative residual ([method.md](method.md)). The static state takes 1e-10 or \
              this, whichever is smaller",
             "1e-8";
-        max_newton_iterations: Whole(Some(1), Some(100_000)), "60",
+        max_newton_iterations: Whole(Some(1), Some(100_000)), (SweepSettings::MOST_ITERATIONS),
             "of one attempt, see below",
             "60";
         most_seconds_per_frequency: Number("s", Limits::POSITIVE), "none",
             "a frequency that takes longer is given up, with the outcome `time_limit`; the result \
              then depends on the machine",
             "600";
-        solver: Choice(&["newton_krylov", "powell"]), "`\"newton_krylov\"`",
+        solver: Choice(Solver::VARIANTS), "`\"newton_krylov\"`",
             "`\"newton_krylov\"` or `\"powell\"`, the paper's; the latter is dense: small models \
              only",
             "\"newton_krylov\"";

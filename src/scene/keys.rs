@@ -1,7 +1,9 @@
 //! Keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
 //! listed in [`super::entries`].
 
-use super::kinds::Kind;
+use std::fmt;
+
+use super::kinds::{Kind, Short};
 
 /// Form of a section: `[section]` or, once per item, `[[section]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,15 +12,43 @@ pub enum Shape {
     List,
 }
 
+/// What applies without a key.
+#[derive(Debug, Clone, Copy)]
+pub enum Default {
+    /// Default as it would be written, or what applies in words. It is "-" if the key is required,
+    /// and "- or" with others if one of several keys is required.
+    Words(&'static str),
+    /// Number of the library.
+    Number(f64),
+}
+
+impl fmt::Display for Default {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Words(words) => f.write_str(words),
+            Self::Number(number) => Short(*number).fmt(f),
+        }
+    }
+}
+
+/// [`Default`] of a key: words, or a number of the library in parentheses.
+macro_rules! default_of {
+    ($words:literal) => {
+        $crate::scene::keys::Default::Words($words)
+    };
+    (($number:expr)) => {
+        $crate::scene::keys::Default::Number($number as f64)
+    };
+}
+pub(crate) use default_of;
+
 /// Key of a section.
 #[derive(Debug)]
 pub struct Key {
     pub name: &'static str,
     /// Type, unit and limits of its value.
     pub kind: Kind,
-    /// Default as it would be written, or what applies without the key. It is "-" if the key is
-    /// required, and "- or" with others if one of several keys is required.
-    pub default: &'static str,
+    pub default: Default,
     /// Choices, then the effect; Markdown. The limits of numbers are those of `kind`.
     pub meaning: &'static str,
     /// Example line of a file.
@@ -29,12 +59,12 @@ impl Key {
     /// Returns `true` if a file without the key, and without `--set`, is refused whatever its other
     /// keys are.
     pub fn is_required(&self) -> bool {
-        self.default == "-"
+        matches!(self.default, Default::Words("-"))
     }
 
-    /// Default as a value, if it is written as one.
+    /// Default as a value, if it is one.
     pub fn default_value(&self) -> Option<toml::Value> {
-        let line = format!("v = {}", self.default.trim_matches('`'));
+        let line = format!("v = {}", self.default.to_string().trim_matches('`'));
         line.parse::<toml::Table>().ok()?.remove("v")
     }
 
@@ -154,13 +184,13 @@ pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
 }
 
 /// Declares a section of a file: its name, [`Shape`], needed number, meaning and example, then its
-/// keys, each with its [`Kind`], default, meaning and the value of its example. Defines the section
+/// keys, each with its [`Kind`], [`Default`], meaning and the value of its example. Defines the section
 /// and its mirror, into which serde reads the keys: every one is optional, and no other key is
 /// accepted. Fields of the mirror that are sections themselves stand behind `and`.
 macro_rules! section {
     ($section:ident: $mirror:ident, $title:literal, $shape:ident, $needed:literal,
      $what:literal, $example:literal {
-        $($key:ident: $kind:ident $(($($of:tt)*))?, $default:literal,
+        $($key:ident: $kind:ident $(($($of:tt)*))?, $default:tt,
             $meaning:literal,
             $value:literal;)*
     } $(and { $($sections:tt)* })?) => {
@@ -182,7 +212,7 @@ macro_rules! section {
             keys: &[$($crate::scene::keys::Key {
                 name: stringify!($key),
                 kind: $crate::scene::kinds::Kind::$kind $(($($of)*))?,
-                default: $default,
+                default: $crate::scene::keys::default_of!($default),
                 meaning: $meaning,
                 example: concat!(stringify!($key), " = ", $value),
             },)*],

@@ -184,7 +184,7 @@ impl fmt::Display for Limits {
 }
 
 /// Limit in common notation: with a power of ten if it is far from one.
-struct Short(f64);
+pub(super) struct Short(pub f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -4,7 +4,8 @@
 use serde::Serialize;
 
 use super::convergence::{Limit, SAME, estimates, limit, relative_error};
-use super::file::{Mode, Study};
+use super::file::Study;
+use super::keys::{Mode, ParameterKind};
 use super::parameter::{Parameter, ParameterValue};
 use super::quantity::Figure;
 use super::results::CaseResult;
@@ -105,7 +106,8 @@ impl Analysis<'_> {
     /// Refines each numerical parameter at each design.
     fn refine(&mut self) {
         let (study, results) = (self.study, self.results);
-        let numerical = (0..study.parameters.len()).filter(|k| study.parameters[*k].is_numerical);
+        let numerical = (0..study.parameters.len())
+            .filter(|k| study.parameters[*k].kind == ParameterKind::Numerical);
         let numerical: Vec<usize> = numerical.collect();
         if numerical.is_empty() {
             return;
@@ -180,7 +182,9 @@ impl Analysis<'_> {
         let is_compared = |result: &&CaseResult| {
             let chosen = self.study.chosen(&result.case.values);
             let mut both = chosen.zip(self.study.chosen(&centre));
-            both.all(|((p, value), (_, centre))| !p.is_numerical || value == centre)
+            both.all(|((p, value), (_, centre))| {
+                p.kind == ParameterKind::Physical || value == centre
+            })
         };
         let compared: Vec<_> = self.results.iter().filter(is_compared).collect();
         let changes = |figure: &&Figure| {
@@ -230,7 +234,7 @@ pub mod tests {
         };
         Parameter {
             name: name.to_owned(),
-            is_numerical: true,
+            kind: ParameterKind::Numerical,
             values: sizes.iter().map(value).collect(),
             base,
             size_name: "size".into(),
@@ -338,7 +342,7 @@ pub mod tests {
     /// Study whose figure is (x - 0.3)^2 + y + 0.1 a, with the physical x and y and a numerical a.
     fn designed() -> (Study, Vec<CaseResult>) {
         let physical = |name: &str, values: &[f64]| Parameter {
-            is_numerical: false,
+            kind: ParameterKind::Physical,
             ..sized(name, values, 0)
         };
         let mut study = study(Mode::Grid);

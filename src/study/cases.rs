@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::file::{Mode, Study};
+use super::file::Study;
+use super::keys::{Mode, ParameterKind};
 use super::parameter::{Parameter, ParameterValue};
 
 /// One run, with a value of each parameter.
@@ -34,7 +35,8 @@ impl Study {
 
     /// Physical parameters, each with its value at these positions.
     pub fn physical<'s>(&'s self, values: &'s [usize]) -> impl Iterator<Item = Chosen<'s>> {
-        self.chosen(values).filter(|(p, _)| !p.is_numerical)
+        self.chosen(values)
+            .filter(|(p, _)| p.kind == ParameterKind::Physical)
     }
 
     /// Text of the physical parameters, such as ` at friction 0.3, force 1.0 N`; empty if there are
@@ -49,7 +51,8 @@ impl Study {
     /// Position of the value of each parameter around which others are varied: its base or, for a
     /// numerical parameter in a grid, its finest value.
     pub fn centre(&self) -> Vec<usize> {
-        let is_finest = |p: &Parameter| self.mode == Mode::Grid && p.is_numerical;
+        let is_finest =
+            |p: &Parameter| self.mode == Mode::Grid && p.kind == ParameterKind::Numerical;
         let value = |p: &Parameter| if is_finest(p) { p.last() } else { p.base };
         self.parameters.iter().map(value).collect()
     }
@@ -135,7 +138,7 @@ mod tests {
         };
         Parameter {
             name: name.to_owned(),
-            is_numerical: true,
+            kind: ParameterKind::Numerical,
             values: labels.iter().map(value).collect(),
             base,
             size_name: String::new(),
@@ -184,7 +187,7 @@ mod tests {
     fn physical_parameters_have_words() {
         let mut study = study(Mode::Grid);
         assert_eq!(study.at(&[0, 1]), "");
-        study.parameters[0].is_numerical = false;
+        study.parameters[0].kind = ParameterKind::Physical;
         assert_eq!(study.at(&[1, 1]), " at flanks 8 x 18");
         assert_eq!(slug(study.physical(&[1, 1])), "flanks_8x18");
         assert_eq!(study.centre(), [0, 2]);

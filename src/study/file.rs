@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde_spanned::Spanned;
 
 use super::error::StudyError;
+use super::keys::Mode;
 use super::keys::{RawStudy, STUDY};
 use super::parameter::{self, Parameter, every};
 use super::quantity::{self, Quantity};
@@ -30,16 +31,6 @@ pub struct Study {
     pub parameters: Vec<Parameter>,
     /// Name and text of the file, for messages about cases.
     pub(super) file: (String, Arc<str>),
-}
-
-/// Combination of the values of several parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Mode {
-    /// Each parameter through its values while the others are at their base.
-    #[default]
-    OneAtATime,
-    /// Every value of each parameter with every value of the others.
-    Grid,
 }
 
 impl Study {
@@ -109,13 +100,13 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     }
     let of_file = raw.set.into_iter().flat_map(Spanned::into_inner);
     let of_file = of_file.map(Spanned::into_inner);
-    let mode = checker.choice(&top, "mode", &raw.mode, &[Mode::OneAtATime, Mode::Grid]);
+    let mode = checker.choice(&top, "mode", &raw.mode);
     let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
         Some(list) => {
             let words = checker.at_least_one(&top, "quantities", list);
-            let words = words.into_iter().flatten().map(|word| Some(word.clone()));
-            every(words.map(|w| checker.choice(&top, "quantities", &w, quantity::ALL)))
+            let words = words.into_iter().flatten();
+            every(words.map(|w| checker.word(&top, "quantities", w, quantity::WORDS)))
         }
     };
     if raw.parameter.is_empty() {

@@ -1,14 +1,32 @@
 //! Keys of a study file, from which docs/study.md has its tables.
 
 use serde_spanned::Spanned;
+use strum::{Display, EnumString, VariantNames};
 
 use super::quantity;
 use crate::scene::keys::{Vocabulary, section};
 use crate::scene::kinds::Limits;
 
-/// Words for the two kinds of a parameter.
-pub(super) const NUMERICAL: &str = "numerical";
-pub(super) const PHYSICAL: &str = "physical";
+/// Combination of the values of several parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
+pub enum Mode {
+    /// Each parameter through its values while the others are at their base.
+    #[default]
+    OneAtATime,
+    /// Every value of each parameter with every value of the others.
+    Grid,
+}
+
+/// Kind of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
+pub enum ParameterKind {
+    /// A setting of the solution, whose values have errors.
+    Numerical,
+    /// What is built, or what acts on it.
+    Physical,
+}
 
 /// Keys of a study file.
 pub const STUDY: Vocabulary = Vocabulary {
@@ -28,7 +46,7 @@ section! {
             "`KEY=VALUE` for all cases, as [`--set`](scene.md#--set); `--set` on the command line \
              comes after these",
             "[\"response.points=50\", \"response.compare_harmonics=\"]";
-        mode: Choice(&["one_at_a_time", "grid"]), "`\"one_at_a_time\"`",
+        mode: Choice(Mode::VARIANTS), "`\"one_at_a_time\"`",
             "`\"one_at_a_time\"`: each parameter goes through its values while the others stand at \
              their base; `\"grid\"`: every combination, up to 10,000",
             "\"one_at_a_time\"";
@@ -54,7 +72,7 @@ section! {
         key: Text("text"), "none",
             "a path as for `--set`: `\"response.harmonics\"`, `\"body.*.fixed_interface_modes\"`",
             "\"response.harmonics\"";
-        is: Choice(&[NUMERICAL, PHYSICAL]), "by its keys",
+        is: Choice(ParameterKind::VARIANTS), "by its keys",
             "`\"numerical\"`: how the model is solved, which has an error; `\"physical\"`: what is \
              built, or what acts on it. Keys of `mesh`, `response` and `static` (but \
              `static.path`) and numbers of modes are numerical, all others physical. A parameter that sets keys of both kinds is \

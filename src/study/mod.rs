@@ -37,6 +37,7 @@ pub use self::file::Study;
 use self::analysis::analyse;
 use self::cases::words;
 use self::folder::Plan;
+use self::keys::ParameterKind;
 use self::results::{CaseResult, Ended};
 use crate::commands;
 use crate::reporter::Reporter;
@@ -124,7 +125,10 @@ pub fn study(
 fn plan(study: Study, options: &StudyOptions) -> Plan {
     let out = options.out.clone();
     let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
-    let tells_costs = study.parameters.iter().any(|p| p.is_numerical);
+    let tells_costs = study
+        .parameters
+        .iter()
+        .any(|p| p.kind == ParameterKind::Numerical);
     let is_workflow = matches!(options.action, Action::ExportWorkflow(_));
     let own = is_workflow && !tells_costs && !options.no_cache;
     let own = own.then(|| (out.join("cache"), Some(MOST_GIB)));

@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use super::analysis::{Analysis, Refined, Refinement};
 use super::convergence::{How, SAME};
 use super::error::StudyError;
-use super::file::Mode;
 use super::folder::Plan;
+use super::keys::Mode;
 use super::parameter::Parameter;
 use super::pictures::Picture;
 use super::quantity::Figure;
@@ -125,7 +125,7 @@ fn answer(analysis: &Analysis<'_>) -> Markup {
             }))
             @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
                 (card(
-                    &format!("{}, {}", p.title(), p.kind()),
+                    &format!("{}, {}", p.title(), p.kind),
                     &counted(p.values.len(), "value", "values"),
                     &html! { (p.values[0].label) " to " (p.values[p.last()].label) },
                 ))

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use serde_spanned::Spanned;
+use strum::{EnumString, VariantNames};
 use toml::Value;
 
-use super::keys::{NUMERICAL, PHYSICAL, RawParameter};
+use super::keys::{ParameterKind, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::keys::is_setting;
@@ -19,16 +20,34 @@ const MOST_CASES: usize = 10_000;
 /// Example of a value that sets several keys together.
 const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
 /// Rules for the size h of a number.
-const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
-const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
+#[derive(Debug, Clone, Copy, EnumString, VariantNames)]
+enum SizeRule {
+    #[strum(serialize = "value")]
+    Value,
+    #[strum(serialize = "1/value")]
+    Inverse,
+    #[strum(serialize = "1/(value-1)")]
+    PerInterval,
+    #[strum(serialize = "1/(value+1)")]
+    PerHarmonic,
+}
+
+impl SizeRule {
+    fn size(self, value: f64) -> f64 {
+        match self {
+            Self::Value => value,
+            Self::Inverse => 1.0 / value,
+            Self::PerInterval => 1.0 / (value - 1.0),
+            Self::PerHarmonic => 1.0 / (value + 1.0),
+        }
+    }
+}
 
 /// One varied key of the scene, or several keys that are varied together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     pub name: String,
-    /// True for a setting of the solution, whose values have errors; false for what is built and
-    /// what acts on it.
-    pub is_numerical: bool,
+    pub kind: ParameterKind,
     /// Values in order. Numerical ones are ordered from coarse to fine: by decreasing size, or as
     /// written if they have no sizes. Others are ordered from low to high, or as written if they
     /// are not numbers.
@@ -56,15 +75,6 @@ pub struct ParameterValue {
 }
 
 impl Parameter {
-    /// Word for its kind in a study file.
-    pub fn kind(&self) -> &'static str {
-        if self.is_numerical {
-            NUMERICAL
-        } else {
-            PHYSICAL
-        }
-    }
-
     /// Position of the last value.
     pub fn last(&self) -> usize {
         self.values.len() - 1
@@ -142,16 +152,16 @@ pub fn check(
     let labels = values.iter();
     let labels = labels.map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     reader.checker.distinct(&labels.collect::<Vec<_>>());
-    let is_numerical = reader.is_numerical(raw, &values)?;
+    let kind = reader.kind(raw, &values)?;
     let size_name = reader.sizes(&raw.size, &mut values)?;
     let base = reader.base(&raw.base, &values, needs_base)?;
     let base_label = values[base].label.clone();
-    sort(is_numerical, &mut values);
+    sort(kind, &mut values);
     let name = name?;
     Some(Parameter {
         size_name: size_name.replace("value", &name_and_unit(&name).0),
         name,
-        is_numerical,
+        kind,
         base: values.iter().position(|v| v.label == base_label)?,
         values,
         order: order?,
@@ -196,17 +206,18 @@ impl Reader<'_, '_> {
 
     /// Kind given by `is`, else numerical if all keys are. Only numerical parameters may have a
     /// size and an order, as these describe errors.
-    fn is_numerical(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<bool> {
+    fn kind(&mut self, raw: &RawParameter, values: &[ParameterValue]) -> Option<ParameterKind> {
         let own = raw.key.iter().map(|key| key.get_ref().as_str());
         let mut keys = own.chain(keys(values));
-        let is_numerical = match &raw.is {
-            None => keys.all(is_setting),
-            is => self.checker.choice(self.at, "is", is, &[true, false])?,
+        let kind = match &raw.is {
+            None if keys.all(is_setting) => ParameterKind::Numerical,
+            None => ParameterKind::Physical,
+            is => self.checker.optional_choice(self.at, "is", is)??,
         };
         let size = raw.size.as_ref().map(|size| ("size", size.span()));
         let of_errors = size.or(raw.order.as_ref().map(|order| ("order", order.span())));
-        let Some((key, span)) = of_errors.filter(|_| !is_numerical) else {
-            return Some(is_numerical);
+        let Some((key, span)) = of_errors.filter(|_| kind == ParameterKind::Physical) else {
+            return Some(kind);
         };
         let problem = " belongs to errors, which numerical parameters alone have";
         let remedy = format!(
@@ -271,10 +282,11 @@ impl Reader<'_, '_> {
             None => return Some(name),
             Some((span, Value::String(rule))) => {
                 name = rule.split_whitespace().collect();
-                let rule = Some(Spanned::new(span, name.clone()));
-                let size = self.checker.word(self.at, "size", &rule, &RULES, &SIZES)?;
+                let rule = Spanned::new(span, name.clone());
+                let valid = SizeRule::VARIANTS;
+                let rule: SizeRule = self.checker.word(self.at, "size", &rule, valid)?;
                 let numbers = values.iter().map(|v| v.number.unwrap_or(f64::NAN));
-                numbers.map(size).collect()
+                numbers.map(|value| rule.size(value)).collect()
             }
             Some((_, Value::Array(sizes))) if sizes.len() == values.len() => {
                 let sizes = sizes.iter().map(|size| number(size).unwrap_or(f64::NAN));
@@ -343,9 +355,9 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 /// Sorts numerical values with sizes from coarse to fine, other numbers from low to high.
-fn sort(is_numerical: bool, values: &mut [ParameterValue]) {
+fn sort(kind: ParameterKind, values: &mut [ParameterValue]) {
     let place = |v: &ParameterValue| {
-        if is_numerical {
+        if kind == ParameterKind::Numerical {
             v.size.map(|size| -size)
         } else {
             v.number
@@ -402,16 +414,16 @@ mod tests {
         let numbers =
             |values: &[ParameterValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
         let mut values = [0.3, 0.1, 0.2].map(|v| value(Some(v), None));
-        sort(true, &mut values);
+        sort(ParameterKind::Numerical, &mut values);
         assert_eq!(numbers(&values), [0.3, 0.1, 0.2].map(Some));
-        sort(false, &mut values);
+        sort(ParameterKind::Physical, &mut values);
         assert_eq!(numbers(&values), [0.1, 0.2, 0.3].map(Some));
         let mut values = [(1.0, 0.5), (2.0, 1.0)].map(|(v, h)| value(Some(v), Some(h)));
-        sort(true, &mut values);
+        sort(ParameterKind::Numerical, &mut values);
         assert_eq!(numbers(&values), [2.0, 1.0].map(Some));
         // A value that leaves the key as it is has no place among numbers.
         let mut values = [Some(2.0), None, Some(1.0)].map(|v| value(v, None));
-        sort(false, &mut values);
+        sort(ParameterKind::Physical, &mut values);
         assert_eq!(numbers(&values), [Some(2.0), None, Some(1.0)]);
     }
 }

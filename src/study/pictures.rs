@@ -7,7 +7,7 @@ use super::analysis::{Analysis, Refinement};
 use super::cases::slug;
 use super::convergence::How;
 use super::error::StudyError;
-use super::file::Mode;
+use super::keys::{Mode, ParameterKind};
 use super::parameter::Parameter;
 use super::quantity::Figure;
 use dovetail_export::create_folder;
@@ -34,7 +34,8 @@ pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, Stu
     create_folder(folder)?;
     let study = analysis.study;
     let parameters = study.parameters.iter().enumerate();
-    let varied = parameters.filter(|(_, p)| !p.is_numerical && p.values.len() > 1);
+    let varied =
+        parameters.filter(|(_, p)| p.kind == ParameterKind::Physical && p.values.len() > 1);
     let varied: Vec<usize> = varied.map(|(k, _)| k).collect();
     let pictures = Pictures { folder, analysis };
     let mut written = Vec::new();

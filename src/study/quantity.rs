@@ -1,6 +1,8 @@
 //! Quantities that a study can follow, their names, and where they are found in the summary of a
 //! case.
 
+use std::str::FromStr;
+
 use dovetail_export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
 use dovetail_export::words::{figure, name_and_unit};
 
@@ -31,6 +33,15 @@ enum Of {
 impl PartialEq for Quantity {
     fn eq(&self, other: &Self) -> bool {
         self.word == other.word
+    }
+}
+
+/// Reads the word of a quantity.
+impl FromStr for Quantity {
+    type Err = ();
+    fn from_str(word: &str) -> Result<Self, ()> {
+        let mut all = ALL.iter();
+        all.find(|of| of.word == word).copied().ok_or(())
     }
 }
 

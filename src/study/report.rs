@@ -69,7 +69,8 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         })),
         _ => None,
     });
-    let parameter = |p: &Parameter| json!({ "name": p.name, "is": p.kind(), "values": p.labels() });
+    let parameter =
+        |p: &Parameter| json!({ "name": p.name, "is": p.kind.to_string(), "values": p.labels() });
     let refinement = |r: &Refinement| {
         let parameter = &study.parameters[r.parameter];
         let at = study.physical(&results[r.cases[0]].case.values);

@@ -154,7 +154,7 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
 mod tests {
     use super::*;
     use crate::study::analysis::tests::study;
-    use crate::study::file::Mode;
+    use crate::study::keys::Mode;
     use dovetail_export::manifest::StageSummary;
     use dovetail_export::write_json;
 

@@ -8,8 +8,8 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
-use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec, MatrixSource};
+use dovetail_solver::model::{Gap, MeshKind};
 
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
@@ -232,11 +232,11 @@ fn what_a_scene_says_of_how_flanks_lie_is_what_they_are_paired_by() {
     let contact = |overrides: &[&str]| {
         let scene = parse(overrides).unwrap();
         let contact = &scene.assembly().unwrap().contacts[0];
-        (contact.gap_from_mesh, contact.search_distance_m)
+        (contact.gap, contact.search_distance_m)
     };
-    assert_eq!(contact(&[]), (false, None));
+    assert_eq!(contact(&[]), (Gap::Closed, None));
     let far = ["contact.0.gap=mesh", "contact.0.search_distance_m=2e-3"];
-    assert_eq!(contact(&far), (true, Some(2e-3)));
+    assert_eq!(contact(&far), (Gap::Mesh, Some(2e-3)));
 }
 
 #[test]

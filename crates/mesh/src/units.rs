@@ -1,5 +1,7 @@
 //! Units of a mesh file.
 
+use std::str::FromStr;
+
 /// Units of the numbers of a mesh file, which no format records.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Units {
@@ -34,6 +36,16 @@ impl Units {
             Self::MetreKilogramSecond => Some([1.0, 1.0]),
             Self::MillimetreTonneSecond => Some([1e6, 1e12]),
         }
+    }
+}
+
+/// Reads the word of a system.
+impl FromStr for Units {
+    type Err = ();
+    fn from_str(word: &str) -> Result<Self, ()> {
+        let mut systems = Self::SYSTEMS.into_iter();
+        let found = systems.find(|(own, _)| *own == word);
+        found.map(|(_, units)| units).ok_or(())
     }
 }
 

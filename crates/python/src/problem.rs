@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use faer::Mat;
@@ -9,6 +10,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use strum::VariantNames;
 
 use crate::arrays::{Given, complexes, has_shape, real_vector, reals, table, vector};
 use crate::balance::{PyBalance, quietly};
@@ -19,7 +21,6 @@ use crate::response::PyResponse;
 use crate::running::watched;
 use crate::statics::PyStaticState;
 use crate::subject::Subject;
-use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::branch::follow;
@@ -27,8 +28,8 @@ use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::one_balance::{OneBalanceSettings, one_balance};
 use dovetail_solver::dlft::retention::Mean;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
-use dovetail_solver::dlft::static_state::{LoadPath, static_state};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
+use dovetail_solver::dlft::static_state::{CRITERIA, LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::excitation::{Growth, NamedExcitation};
@@ -42,18 +43,6 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run;
 use dovetail_solver::spectrum::blocks;
 use dovetail_solver::superelement::{NamedContact, Superelement};
-
-/// Steps in which the steady load is applied by default, as in a scene.
-const LOAD_STEPS: usize = 10;
-/// Relative residual and iterations of a step of the static state, as in a scene.
-const STATIC_TOLERANCE: f64 = 1e-10;
-const STATIC_ITERATIONS: usize = 100;
-/// Most harmonics; more are taken for a typing error, as in a scene.
-const MOST_HARMONICS: usize = 1000;
-/// Most samples of a period, as in a scene.
-const MOST_SAMPLES: usize = 1 << 20;
-/// Samples of a period by default.
-const SAMPLES: usize = 128;
 
 /// Reduced model with the law of each contact pair, its loads, and its damping.
 ///
@@ -83,7 +72,7 @@ impl PyProblem {
         Self {
             subject: Subject::new(problem, pairs, None),
             damping,
-            path: LOAD_STEPS.into(),
+            path: LoadPath::default(),
             state: OnceLock::new(),
         }
     }
@@ -117,8 +106,7 @@ impl PyProblem {
             return Ok(Arc::clone(state));
         }
         let found = quietly(py, || {
-            let newton = NewtonOptions::new(STATIC_TOLERANCE, STATIC_ITERATIONS);
-            let mut found = static_state(self.problem(), self.path.clone(), newton);
+            let mut found = static_state(self.problem(), self.path.clone(), CRITERIA);
             if let Some(pairs) = &self.subject.pairs {
                 ShorterSides::of(pairs).judge_static(&mut found);
             }
@@ -225,17 +213,17 @@ fn damping_or_none(given: Option<&Bound<'_, PyDict>>) -> PyResult<DampingSpec> {
     Ok(given.map(damping_of).transpose()?.unwrap_or(UNDAMPED))
 }
 
+/// Choice with this word, which the parameter `name` has.
+fn choice_of<T: FromStr + VariantNames>(name: &str, word: &str) -> PyResult<T> {
+    word.parse().map_err(|_| {
+        let quoted: Vec<String> = T::VARIANTS.iter().map(|w| format!("\"{w}\"")).collect();
+        let choices = quoted.join(", ");
+        value(format!("{name} is \"{word}\"; the choices are {choices}"))
+    })
+}
+
 fn eps_of(choice: &str, scale: f64) -> PyResult<Eps> {
-    let choice = match choice {
-        "dynamic" => EpsChoice::Dynamic,
-        "pair" => EpsChoice::Pair,
-        "spectral_radius" => EpsChoice::SpectralRadius,
-        other => {
-            return Err(value(format!(
-                "eps is \"{other}\"; the choices are \"dynamic\", \"pair\" and \"spectral_radius\""
-            )));
-        }
-    };
+    let choice = choice_of::<EpsChoice>("eps", choice)?;
     if !(scale.is_finite() && scale > 0.0) {
         return Err(value(format!("eps_scale is {scale}; it must be above 0")));
     }
@@ -248,16 +236,18 @@ fn resolution_of(
     samples: Option<usize>,
     problem: &Problem,
 ) -> PyResult<(usize, usize)> {
-    if !(1..=MOST_HARMONICS).contains(&harmonics) {
+    let most = Resolution::MOST_HARMONICS;
+    if !(1..=most).contains(&harmonics) {
         return Err(value(format!(
-            "harmonics is {harmonics}; it must be 1 to {MOST_HARMONICS}"
+            "harmonics is {harmonics}; it must be 1 to {most}"
         )));
     }
     let least = Resolution::least_samples(harmonics);
-    let samples = samples.unwrap_or(SAMPLES.max(least));
-    if !(least..=MOST_SAMPLES).contains(&samples) {
+    let samples = samples.unwrap_or(Resolution::SAMPLES.max(least));
+    let most = Resolution::MOST_SAMPLES;
+    if !(least..=most).contains(&samples) {
         return Err(value(format!(
-            "samples is {samples}; with {harmonics} harmonics it must be {least} to {MOST_SAMPLES}"
+            "samples is {samples}; with {harmonics} harmonics it must be {least} to {most}"
         )));
     }
     let excited = problem.highest_excited();
@@ -779,20 +769,13 @@ impl PyProblem {
         };
         let mut settings = SweepSettings::new(frequencies_hz, resolution);
         settings.eps = eps_of(eps, eps_scale)?;
-        settings.newton.tolerance =
-            positive("tolerance", tolerance)?.unwrap_or(resolution.tolerance());
+        if let Some(tolerance) = positive("tolerance", tolerance)? {
+            settings.newton.tolerance = tolerance;
+        }
         settings.newton.max_iterations = max_newton_iterations;
         settings.slip_threshold_m = positive("slip_threshold_m", slip_threshold_m)?;
         settings.most_seconds = positive("most_seconds_per_frequency", most_seconds_per_frequency)?;
-        settings.solver = match solver {
-            "newton_krylov" => Solver::NewtonKrylov,
-            "powell" => Solver::Powell,
-            other => {
-                return Err(value(format!(
-                    "solver is \"{other}\"; the choices are \"newton_krylov\" and \"powell\""
-                )));
-            }
-        };
+        settings.solver = choice_of("solver", solver)?;
         let state = self.usable_state(py)?;
         let damping = self.rayleigh(py, damping, &state)?;
         let most = resolution.most_harmonics();

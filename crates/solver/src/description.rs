@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
 use crate::damping::DampingSpec;
+use crate::dlft::eps::Eps;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+use crate::dlft::static_state::LoadPath;
+use crate::dlft::sweep::SweepSettings;
 use crate::model::Assembly;
 
 /// Complete description of a run, in SI units, with the names of mesh groups still unresolved.
@@ -112,7 +115,7 @@ impl Default for StaticSpec {
     /// Ten load steps to the steady load.
     fn default() -> Self {
         Self {
-            load_steps: 10,
+            load_steps: LoadPath::STEPS,
             path: Vec::new(),
             starting_tractions: 0,
         }
@@ -194,12 +197,12 @@ impl ResponseSpec {
             along_engine_order: None,
             resolution,
             compare_harmonics: None,
-            eps: EpsChoice::Dynamic,
-            eps_scale: 1.0,
+            eps: EpsChoice::default(),
+            eps_scale: Eps::SCALE,
             tolerance: resolution.tolerance(),
-            max_newton_iterations: 60,
+            max_newton_iterations: SweepSettings::MOST_ITERATIONS,
             most_seconds_per_frequency: None,
-            solver: Solver::NewtonKrylov,
+            solver: Solver::default(),
             stuck_modes: None,
             slip_threshold_m: None,
         }

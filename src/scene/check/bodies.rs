@@ -14,7 +14,7 @@ use crate::scene::raw::{Located, Numbers};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{
-    BodyMesh, BodySpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, Prestress,
+    BodyMesh, BodySpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource,
     RotationSpec, Strength,
 };
 
@@ -438,8 +438,7 @@ pub fn rotation(
     let raw = raw.get_ref();
     let axis = checker.direction(&at, "axis", &raw.axis);
     let speed = checker.number(&at, "speed_rpm", &raw.speed_rpm);
-    let choices = [Prestress::Contact, Prestress::HeldFlanks, Prestress::None];
-    let prestress = checker.choice(&at, "prestress", &raw.prestress, &choices);
+    let prestress = checker.choice(&at, "prestress", &raw.prestress);
     let carried = match &raw.bodies {
         None => bodies.to_vec(),
         Some(list) => {

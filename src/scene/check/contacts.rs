@@ -10,7 +10,7 @@ use crate::scene::entries::{RawContact, RawDamping};
 use crate::scene::error::Fault;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FieldSource, Side};
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FieldSource, Sector};
 
 pub fn contacts(
     checker: &mut Checker,
@@ -31,8 +31,8 @@ fn contact(
     let name = checker.required_name(at, &raw.name);
     let first = checker.text(at, "first", &raw.first);
     let second = second(checker, at, raw);
-    let in_next = checker.choice(at, "second_sector", &raw.second_sector, &[false, true]);
-    if let (Some(true), Some(given)) = (in_next, &raw.slave) {
+    let second_sector = checker.choice(at, "second_sector", &raw.second_sector);
+    if let (Some(Sector::Next), Some(given)) = (second_sector, &raw.slave) {
         let fault = Fault::Exclusive {
             first: at.key("slave"),
             second: "second_sector = \"next\"".to_owned(),
@@ -42,26 +42,25 @@ fn contact(
         checker.fault(given.span(), fault);
         return None;
     }
-    let slave = slave(checker, at, raw);
-    let laws = [ContactLaw::UnilateralCoulomb, ContactLaw::Bonded];
-    let law = checker.choice(at, "law", &raw.law, &laws);
+    let slave = checker.optional_choice(at, "slave", &raw.slave);
+    let law = checker.choice(at, "law", &raw.law);
     let keys = law_keys!(raw; normal_stiffness_n_m3, tangential_stiffness_n_m3);
     let friction_at = friction_at(checker, base_dir, at, raw);
     let has_none = law == Some(ContactLaw::Bonded) || raw.friction_file.is_some();
     let pair_law = keys.law(checker, at, has_none);
-    let gap_from_mesh = checker.choice(at, "gap", &raw.gap, &[false, true]);
+    let gap = checker.choice(at, "gap", &raw.gap);
     let reach = checker.optional_number(at, "search_distance_m", &raw.search_distance_m);
     let crown = crown(checker, at, raw);
     Some(ContactSpec {
         name: name?,
         first: first?,
         second: second?,
-        second_in_next_sector: in_next?,
+        second_sector: second_sector?,
         slave: slave?,
         law: law?,
         pair_law: pair_law?,
         friction_at: friction_at?,
-        gap_from_mesh: gap_from_mesh?,
+        gap: gap?,
         search_distance_m: reach?,
         crown: crown?,
     })
@@ -100,17 +99,6 @@ fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<
         return None;
     }
     Some(Some(name))
-}
-
-/// Slave flank, which follows the other; `Some(None)` if the scene does not choose one.
-fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<Side>> {
-    match &raw.slave {
-        None => Some(None),
-        given => {
-            let sides = [Side::First, Side::Second];
-            checker.choice(at, "slave", given, &sides).map(Some)
-        }
-    }
 }
 
 /// Crown of a flank; `Some(None)` if it has none.

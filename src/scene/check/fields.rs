@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::str::FromStr;
 
 use serde_spanned::Spanned;
 
@@ -376,49 +377,53 @@ impl Checker<'_> {
         None
     }
 
-    /// Returns the one of `choices` whose word is given: they stand in the order of the words that
-    /// the vocabulary declares. The first is the default.
-    pub fn choice<T: Copy>(
+    /// Returns the choice whose word is given, or the default.
+    pub fn choice<T: FromStr + Default>(
         &mut self,
         table: &Table,
         key: &'static str,
         value: &Located<String>,
-        choices: &[T],
     ) -> Option<T> {
-        let words: &[&str] = match self.kind(table, key) {
+        self.optional_choice(table, key, value)
+            .map(Option::unwrap_or_default)
+    }
+
+    /// Returns the choice whose word is given, `Some(None)` if the key is absent.
+    pub fn optional_choice<T: FromStr>(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<String>,
+    ) -> Option<Option<T>> {
+        let words = match self.kind(table, key) {
             Some(Kind::Choice(words) | Kind::Choices(words)) => words,
             _ => &[],
         };
-        debug_assert_eq!(words.len(), choices.len(), "{}", table.key(key));
-        self.word(table, key, value, words, choices)
+        match value {
+            None => Some(None),
+            Some(word) => self.word(table, key, word, words).map(Some),
+        }
     }
 
-    /// Returns the one of `choices` whose word is given; the first is the default.
-    pub fn word<T: Copy>(
+    /// Returns the choice with this word, which is one of `valid`.
+    pub fn word<T: FromStr>(
         &mut self,
         table: &Table,
         key: &'static str,
-        value: &Located<String>,
-        words: &'static [&'static str],
-        choices: &[T],
+        word: &Spanned<String>,
+        valid: &'static [&'static str],
     ) -> Option<T> {
-        let Some(value) = value else {
-            return choices.first().copied();
-        };
-        let found = words
-            .iter()
-            .position(|w| w == value.get_ref())
-            .and_then(|i| choices.get(i));
+        let found = word.get_ref().parse().ok();
         if found.is_none() {
             let fault = Fault::UnknownChoice {
                 path: table.key(key),
-                value: value.get_ref().clone(),
-                valid: words,
-                nearest: keys::nearest(value.get_ref(), words),
+                value: word.get_ref().clone(),
+                valid,
+                nearest: keys::nearest(word.get_ref(), valid),
             };
-            self.fault(value.span(), fault);
+            self.fault(word.span(), fault);
         }
-        found.copied()
+        found
     }
 
     /// Returns a direction, scaled to unit length.

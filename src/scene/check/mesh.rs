@@ -68,10 +68,7 @@ pub fn units(
             checker.exclude(at, given, &[("units", Some(words.span()))], remedy)?;
             None
         }
-        (None, words) => {
-            let systems = Units::SYSTEMS.map(|(_, units)| units);
-            checker.choice(at, "units", words, &systems).map(Some)
-        }
+        (None, words) => checker.optional_choice(at, "units", words),
         (metres, None) => {
             let metres = checker.number(at, "metres_per_unit", metres)?;
             Some(Some(Units::MetresPerUnit(metres)))

@@ -29,13 +29,7 @@ fn observation(checker: &mut Checker, at: &Table, raw: &RawObserve) -> Option<Ob
     let name = checker.required_name(at, &raw.name);
     let points = checker.text(at, "points", &raw.points);
     let direction = checker.direction(at, "direction", &raw.direction);
-    let quantity = match &raw.quantity {
-        None => Some(Quantity::Displacement),
-        given => {
-            let quantities = [Quantity::Displacement, Quantity::Strain];
-            checker.choice(at, "quantity", given, &quantities)
-        }
-    };
+    let quantity = checker.choice(at, "quantity", &raw.quantity);
     Some(ObservationSpec {
         name: name?,
         points: points?,

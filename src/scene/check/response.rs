@@ -9,7 +9,7 @@ use crate::scene::raw::Number;
 use dovetail_solver::description::{
     EngineOrder, ExcitedOrder, FrequencyRange, MissionPart, ResponseSpec,
 };
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::Resolution;
 
 /// Number of speeds of a run-up where none is given: each takes a reduction of its own.
 const RUN_UP_POINTS: usize = 40;
@@ -23,14 +23,12 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
     let compare = checker.optional_count(&at, "compare_harmonics", &raw.compare_harmonics, most);
-    use EpsChoice::{Dynamic, Pair, SpectralRadius};
-    let eps = checker.choice(&at, "eps", &raw.eps, &[Dynamic, Pair, SpectralRadius]);
+    let eps = checker.choice(&at, "eps", &raw.eps);
     let eps_scale = checker.number(&at, "eps_scale", &raw.eps_scale);
     let iterations = checker.count(&at, "max_newton_iterations", &raw.max_newton_iterations);
     let key = "most_seconds_per_frequency";
     let most_seconds = checker.optional_number(&at, key, &raw.most_seconds_per_frequency);
-    let solvers = [Solver::NewtonKrylov, Solver::Powell];
-    let solver = checker.choice(&at, "solver", &raw.solver, &solvers);
+    let solver = checker.choice(&at, "solver", &raw.solver);
     let stuck_modes = checker.optional_count(&at, "stuck_modes", &raw.stuck_modes, None);
     let threshold = checker.optional_number(&at, "slip_threshold_m", &raw.slip_threshold_m);
     Some(ResponseSpec {

@@ -24,9 +24,13 @@ pub struct Eps {
 }
 
 impl Eps {
-    /// Rule with the choice itself, at scale 1.
+    /// Factor that leaves the choice as it is.
+    pub const SCALE: f64 = 1.0;
+
+    /// Rule with the choice itself.
     pub const fn new(choice: EpsChoice) -> Self {
-        Self { choice, scale: 1.0 }
+        let scale = Self::SCALE;
+        Self { choice, scale }
     }
 
     /// eps per unknown of a block, N/m, for balances with so many harmonics at frequencies about

@@ -1,5 +1,7 @@
 //! Settings of the solution of the harmonic balance.
 
+use strum::{Display, EnumString, VariantNames};
+
 /// Number of harmonics and samples that each frequency is resolved with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
@@ -22,6 +24,17 @@ impl Resolution {
         Self::Fixed { harmonics, samples }
     }
 
+    /// Accuracy of a description that names neither harmonics nor an accuracy.
+    pub const ACCURACY: f64 = 0.01;
+    /// Samples of a period with given harmonics, unless so many harmonics need more.
+    pub const SAMPLES: usize = 128;
+    /// Most samples of a period.
+    pub const MOST_SAMPLES: usize = 1 << 20;
+    /// Most harmonics; a larger number counts as a typing error.
+    pub const MOST_HARMONICS: usize = 1000;
+    /// Relative residual at which a frequency with given harmonics has converged.
+    pub const TOLERANCE: f64 = 1e-8;
+
     /// Most harmonics kept for an accuracy. With more, the errors of the time evaluation of a pair
     /// (its parameter eps, the way to the periodic state) outweigh what the harmonics add.
     pub const MOST_ADAPTED: usize = 31;
@@ -38,7 +51,7 @@ impl Resolution {
     /// below the truncation error.
     pub fn tolerance(self) -> f64 {
         match self {
-            Self::Fixed { .. } => 1e-8,
+            Self::Fixed { .. } => Self::TOLERANCE,
             Self::Accuracy(accuracy) => (1e-4 * accuracy).clamp(1e-10, 1e-6),
         }
     }
@@ -52,10 +65,18 @@ impl Resolution {
     }
 }
 
-/// Choice of the free parameter of DLFT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+impl Default for Resolution {
+    fn default() -> Self {
+        Self::Accuracy(Self::ACCURACY)
+    }
+}
+
+/// Choice of the free parameter of DLFT. Its words are those of scenes and of Python.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
 pub enum EpsChoice {
     /// Median of the dynamic stiffness over the harmonics, per pair: one value for N, one for T.
+    #[default]
     Dynamic,
     /// Diagonal of the static stiffness, per pair: one value for N, one for T.
     Pair,
@@ -63,10 +84,12 @@ pub enum EpsChoice {
     SpectralRadius,
 }
 
-/// Method that solves the balance of a frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Method that solves the balance of a frequency. Its words are those of scenes and of Python.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
 pub enum Solver {
     /// Newton's method with GMRES for its linear systems.
+    #[default]
     NewtonKrylov,
     /// Powell's hybrid method (dogleg), the paper's solver.
     Powell,

@@ -25,6 +25,9 @@ mod system;
 
 pub use load_path::LoadPath;
 
+/// Default criteria that end the iteration of a load step: a relative residual, and iterations.
+pub const CRITERIA: NewtonOptions = NewtonOptions::new(1e-10, 100);
+
 use load_steps::Start;
 use system::StaticSystem;
 

@@ -56,17 +56,20 @@ pub struct SweepSettings {
 }
 
 impl SweepSettings {
+    /// Most Newton iterations of one attempt at a frequency.
+    pub const MOST_ITERATIONS: usize = 60;
+
     /// Settings for these frequencies alone, with the defaults of a scene: eps from the dynamic
-    /// stiffness, Newton-Krylov to a relative residual of 1e-8, pairs marched until they are
+    /// stiffness, Newton-Krylov to the tolerance of the resolution, pairs marched until they are
     /// periodic.
     pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
         Self {
             frequencies_hz,
             resolution,
-            eps: Eps::new(EpsChoice::Dynamic),
-            newton: NewtonOptions::new(1e-8, 60),
+            eps: Eps::new(EpsChoice::default()),
+            newton: NewtonOptions::new(resolution.tolerance(), Self::MOST_ITERATIONS),
             periods: Periods::UntilPeriodic,
-            solver: Solver::NewtonKrylov,
+            solver: Solver::default(),
             slip_threshold_m: None,
             most_seconds: None,
             estimates: true,

@@ -11,6 +11,7 @@ pub mod waves;
 
 use faer::{Mat, MatRef, c64};
 use serde::{Deserialize, Serialize};
+use strum::{EnumString, VariantNames};
 
 use dovetail_numerics::dense::parallel::cholesky;
 use dovetail_numerics::dense::quadratic_forms;
@@ -413,8 +414,11 @@ pub enum SteadyCause {
 }
 
 /// Quantity that is observed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, EnumString, VariantNames,
+)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Quantity {
     /// Displacement along a direction, m.
     #[default]

@@ -3,15 +3,12 @@
 use super::kept::StaticOptions;
 use super::session::{Session, Stage};
 use crate::description::{PathPoint, Scene, StaticSpec};
-use crate::dlft::static_state::{LoadPath, static_state as solve_static};
+use crate::dlft::static_state::{CRITERIA, LoadPath, static_state as solve_static};
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{LinearReference, Problem};
 use crate::reduced::SteadyCause;
 use crate::reduced::{ReducedModel, StaticPart};
 use dovetail_numerics::nonlinear::NewtonOptions;
-
-/// Newton iterations allowed for one step of the static load.
-const STATIC_ITERATIONS: usize = 100;
 
 /// Way in which the static load of a scene is applied to its reduced model.
 pub fn load_path(scene: &Scene, reduced: &ReducedModel) -> LoadPath {
@@ -46,8 +43,8 @@ pub fn static_options(scene: &Scene) -> StaticOptions {
     StaticOptions {
         load_steps: scene.static_state.load_steps,
         path: scene.static_state.path.clone(),
-        tolerance: scene.response.tolerance.min(1e-10),
-        max_iterations: STATIC_ITERATIONS,
+        tolerance: scene.response.tolerance.min(CRITERIA.tolerance),
+        max_iterations: CRITERIA.max_iterations,
     }
 }
 

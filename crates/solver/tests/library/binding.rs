@@ -8,7 +8,7 @@ use crate::shared_scenes::*;
 use dovetail_mesh::{Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::model::{
-    AppliedLoad, Assembly, BodyNode, BodyPrestress, ContactLaw, ContactSpec, ExcitationKind,
+    AppliedLoad, Assembly, BodyNode, BodyPrestress, ContactLaw, ContactSpec, ExcitationKind, Gap,
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
 use dovetail_testkit::block::{block, map_nodes, straighten};
@@ -228,7 +228,7 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
     }
     // Clearance counts the distance where the scene asks for it.
     for contact in &mut assembly.contacts {
-        contact.gap_from_mesh = true;
+        contact.gap = Gap::Mesh;
         contact.pair_law.gap_m = 1e-6;
     }
     let model = bind(&assembly, &shifted(2e-3), None).unwrap();

@@ -5,7 +5,7 @@
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Side};
+use dovetail_solver::model::{Assembly, Gap, LoadKind, LoadSpec, Material, Side};
 use dovetail_testkit::block::{block, map_nodes, side_by_side, straighten};
 
 use crate::shared_scenes::{
@@ -108,7 +108,7 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     // The same of a clearance that the mesh has: the upper block stands lower by it.
     let overlapping = bent(ElementType::TET10, [4, 3, 2], SIZE[2] - interference_m, 0.3);
     assembly.contacts[0].pair_law.gap_m = 0.0;
-    assembly.contacts[0].gap_from_mesh = true;
+    assembly.contacts[0].gap = Gap::Mesh;
     let (model, problem) = reduced(&assembly, &two_blocks(&overlapping, &below), FEW_MODES);
     let state = static_state(&problem, 3, NEWTON);
     assert_pressure(&model, &state, expected, 1e-6);

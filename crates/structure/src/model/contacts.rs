@@ -10,7 +10,7 @@ use super::opposite::{Missed, Opposite, Reach};
 use super::tie::{Sheet, tie};
 use super::turn::Turn;
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave};
-use crate::model::ContactSpec;
+use crate::model::{ContactSpec, Gap, Sector};
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{
     Vector, add_scaled, cross, distance, dot, middle, norm, scaled, sub, unit,
@@ -228,14 +228,17 @@ pub(super) fn contact(
         let apart = dot(normal, sub(points[0], points[1]));
         summary.add(masters, distance(own.nodes_m[i], met_m), apart);
         let mut law = spec.pair_law.of_area(row.area_m2);
-        law.gap_m += if spec.gap_from_mesh { apart } else { 0.0 };
+        law.gap_m += match spec.gap {
+            Gap::Closed => 0.0,
+            Gap::Mesh => apart,
+        };
         let master = |&(k, weight): &(u32, f64)| (other.node(k as usize), weight);
         pairs.push(Some(ContactPair {
             contact: number,
             slave: Slave {
                 node: own.node(i),
                 masters: row.masters.iter().map(master).collect(),
-                ahead: i32::from(spec.second_in_next_sector),
+                ahead: i32::from(spec.second_sector == Sector::Next),
             },
             side: slave,
             position_m,
@@ -286,7 +289,7 @@ pub(super) fn bond(
         bonded.push(Slave {
             node: at(own, slaves.nodes[i]),
             masters: row.iter().map(master).collect(),
-            ahead: i32::from(spec.second_in_next_sector),
+            ahead: i32::from(spec.second_sector == Sector::Next),
         });
     }
     let followed = bonded.iter().flat_map(|slave| &slave.masters);

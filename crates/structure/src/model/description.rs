@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use strum::{Display, EnumString, VariantNames};
 
 use super::{GivenMatrices, MeshSource};
 use dovetail_dynamics::contact::PairLaw;
@@ -275,18 +276,22 @@ impl RotationSpec {
 }
 
 /// Contribution of the rotation to the stiffness.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Display, EnumString, VariantNames,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Prestress {
-    /// None: the rotation gives only the centrifugal load.
-    None,
+    /// Geometric stiffness of the static state of all bodies with contact and friction, and spin
+    /// softening. Stiffness and state are computed repeatedly until the normal forces no longer
+    /// change.
+    #[default]
+    Contact,
     /// Geometric stiffness of each body's static state with its contact nodes held, and spin
     /// softening (the paper's choice). It leaves out the stress that a body transmits to another
     /// one by a contact.
     HeldFlanks,
-    /// Geometric stiffness of the static state of all bodies with contact and friction, and spin
-    /// softening. Stiffness and state are computed repeatedly until the normal forces no longer
-    /// change.
-    Contact,
+    /// None: the rotation gives only the centrifugal load.
+    None,
 }
 
 /// Two surfaces in contact.
@@ -298,8 +303,8 @@ pub struct ContactSpec {
     pub first: String,
     /// Surface group of another body, or another group of the same one; `None`: rigid ground.
     pub second: Option<String>,
-    /// True if the second surface is that of the next sector of a disc. The slave is then the first.
-    pub second_in_next_sector: bool,
+    /// Sector of a disc that has the second surface. With the next one the slave is the first.
+    pub second_sector: Sector,
     /// Flank at whose nodes the pairs are made; `None`: the one with the smaller facets, and the
     /// first where they are alike.
     pub slave: Option<Side>,
@@ -310,8 +315,8 @@ pub struct ContactSpec {
     /// Coefficients of friction at points in space, in place of that of `pair_law`; each pair has
     /// that of the point nearest to it.
     pub friction_at: Option<FieldSource>,
-    /// True if the distance of the flanks in the mesh counts as clearance, too.
-    pub gap_from_mesh: bool,
+    /// Clearance that the mesh gives, in addition to that of `pair_law`.
+    pub gap: Gap,
     /// Distance along the normal beyond which facets of both flanks are not opposite each other, m;
     /// `None`: half of the longest edge of both.
     pub search_distance_m: Option<f64>,
@@ -331,21 +336,44 @@ impl ContactSpec {
             name: name.into(),
             first: first.into(),
             second: Some(second.into()),
-            second_in_next_sector: false,
+            second_sector: Sector::Same,
             slave: None,
-            law: ContactLaw::UnilateralCoulomb,
+            law: ContactLaw::default(),
             pair_law: PairLaw::rigid(friction, 0.0),
             friction_at: None,
-            gap_from_mesh: false,
+            gap: Gap::Closed,
             search_distance_m: None,
             crown: None,
         }
     }
 }
 
+/// Sector of a disc, seen from the one that is meshed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
+pub enum Sector {
+    /// The meshed sector.
+    #[default]
+    Same,
+    /// The next one about the axis, by the right hand.
+    Next,
+}
+
+/// Clearance of two flanks by their distance in the mesh.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
+pub enum Gap {
+    /// None: the flanks touch, whatever their distance in the mesh is.
+    #[default]
+    Closed,
+    /// The distance in the mesh.
+    Mesh,
+}
+
 /// One of the two flanks of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, EnumString, VariantNames)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "snake_case")]
 pub enum Side {
     /// Flank named `first`.
     First,
@@ -365,9 +393,11 @@ impl Side {
 }
 
 /// Law that joins the two sides of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
 pub enum ContactLaw {
     /// Compression only, with dry friction.
+    #[default]
     UnilateralCoulomb,
     /// Bonded: the sides move as one, and the law of a pair and the crown are not used.
     Bonded,

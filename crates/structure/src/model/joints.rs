@@ -8,7 +8,7 @@ use super::crown::add_crown;
 use super::friction::set_friction;
 use super::groups::{find_surface, first_tags};
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, FrictionMap, ModelError, Side, Slave};
-use crate::model::{Assembly, ContactLaw, ContactSpec, SurfaceFields};
+use crate::model::{Assembly, ContactLaw, ContactSpec, Sector, SurfaceFields};
 use dovetail_mesh::Mesh;
 use dovetail_numerics::space::Vector;
 
@@ -147,7 +147,7 @@ impl Joints {
             return Ok(found);
         };
         let mut second = surface(mesh, spec, second, bodies)?;
-        if spec.second_in_next_sector {
+        if spec.second_sector == Sector::Next {
             let disc = disc.ok_or_else(|| ModelError::NoNextSector {
                 contact: spec.name.clone(),
             })?;
@@ -163,7 +163,7 @@ impl Joints {
             Ok(found)
         };
         // Pairs count in the axes of the slave's sector, which are to be those of the first flank.
-        if spec.second_in_next_sector {
+        if spec.second_sector == Sector::Next {
             return attempt(Side::First);
         }
         if let Some(slave) = spec.slave {

@@ -53,9 +53,9 @@ mod turn;
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, CyclicSpec,
-    DashpotSpec, ExcitationKind, ExcitationSpec, FieldSource, InfluenceSource, InfluenceSpec,
+    DashpotSpec, ExcitationKind, ExcitationSpec, FieldSource, Gap, InfluenceSource, InfluenceSpec,
     LoadKind, LoadSpec, Material, MaterialSpec, MatrixFile, MatrixFiles, MatrixSource, NamedFiles,
-    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec, Strength, SurfaceFields,
+    ObservationSpec, Prestress, RotationSpec, Sector, Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
 pub use error::{ModelError, Subject};

@@ -17,6 +17,13 @@ pub struct LoadPath {
     pub points: Vec<Vec<f64>>,
 }
 
+impl Default for LoadPath {
+    /// The load rises in [`LoadPath::STEPS`] equal steps.
+    fn default() -> Self {
+        Self::STEPS.into()
+    }
+}
+
 impl From<usize> for LoadPath {
     /// The load rises in so many equal steps.
     fn from(steps: usize) -> Self {
@@ -31,6 +38,9 @@ impl From<usize> for LoadPath {
 const LEFT: f64 = 1e-6;
 
 impl LoadPath {
+    /// Number of equal steps of a leg.
+    pub const STEPS: usize = 10;
+
     /// Loads on X, N, between which the legs are: none, those of the points, and the steady load.
     pub(super) fn stations(&self, reduced: &ReducedModel) -> Vec<Vec<f64>> {
         let mut stations = vec![vec![0.0; reduced.static_load.on_x.len()]];

@@ -15,7 +15,7 @@ use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, DashpotSpec, ExcitationKind,
-    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
+    ExcitationSpec, FieldSource, Gap, LoadKind, LoadSpec, Model, Prestress, Sector, SpringSpec,
 };
 use dovetail_solver::reduced::DiscExcitation;
 use dovetail_solver::reduced::Quantity;
@@ -243,13 +243,13 @@ fn contact_words(contact: &ContactSpec, model: Option<&Model>) -> Markup {
     let second = contact.second.as_deref().unwrap_or("rigid ground");
     html! {
         "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) }
-        @if contact.second_in_next_sector { " of the next sector" }
+        @if contact.second_sector == Sector::Next { " of the next sector" }
         ": "
         @match contact.law {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
                 "it opens and slides, " (friction_words(contact, model)) (further_words(contact.pair_law, "N/m3"))
-                @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
+                @if contact.gap == Gap::Mesh { ", the distance in the mesh being clearance too" }
                 @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
                 "."
             },
