@@ -17,7 +17,7 @@ pub struct Excitation {
 
 impl Excitation {
     /// Excitation of constant size in phase with the cosine of harmonic 1.
-    pub const fn cosine(amplitude: f64) -> Self {
+    pub(crate) const fn cosine(amplitude: f64) -> Self {
         Self {
             amplitude,
             harmonic: 1,

@@ -13,7 +13,7 @@
 //! [`ReducedModel`](reduced::ReducedModel) of them and begins here.
 
 #![forbid(unsafe_code)]
-#![warn(missing_docs, clippy::missing_errors_doc)]
+#![warn(missing_docs, unreachable_pub, clippy::missing_errors_doc)]
 
 pub mod contact;
 pub mod damping;

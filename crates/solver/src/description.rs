@@ -143,7 +143,7 @@ pub enum LoadMultiples {
 
 impl LoadMultiples {
     /// Multiple of the load with this number, counted from 0; 1 where none is given.
-    pub fn of(&self, number: usize) -> f64 {
+    pub(crate) fn of(&self, number: usize) -> f64 {
         match self {
             Self::All(multiple) => *multiple,
             Self::Each(multiples) => multiples.get(number).copied().unwrap_or(1.0),

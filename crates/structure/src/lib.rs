@@ -10,7 +10,7 @@
 //! The result is a [`ReducedModel`](dovetail_dynamics::reduced::ReducedModel).
 
 #![forbid(unsafe_code)]
-#![warn(missing_docs, clippy::missing_errors_doc)]
+#![warn(missing_docs, unreachable_pub, clippy::missing_errors_doc)]
 
 pub mod fem;
 pub mod model;

@@ -67,7 +67,7 @@ pub struct ObservedWork {
 }
 
 /// Vector on the degrees of freedom of each body.
-pub type BodyVectors = Vec<Vec<f64>>;
+pub(crate) type BodyVectors = Vec<Vec<f64>>;
 
 /// Symmetric matrices of one body on its n degrees of freedom, three (x, y, z) for each of its free
 /// nodes, those of the interior first. The matrices are stored whole (both triangles), with row
@@ -106,7 +106,7 @@ impl BodyMatrices {
     /// Stiffness with a place for every entry of the mass. Both are then condensed and factored in one
     /// order. Matrices of another program may have a mass that couples rows that the stiffness does not couple, as
     /// superelements with modes do.
-    pub fn stiffness_with_places(&self) -> Cow<'_, CscMatrix<f64>> {
+    pub(crate) fn stiffness_with_places(&self) -> Cow<'_, CscMatrix<f64>> {
         with_places_of(&self.stiffness, &self.mass)
     }
 
@@ -121,7 +121,7 @@ impl BodyMatrices {
     }
 
     /// Axes along which a free node is held.
-    pub fn held_axes(&self, node: usize) -> [bool; 3] {
+    pub(crate) fn held_axes(&self, node: usize) -> [bool; 3] {
         [0, 1, 2].map(|axis| {
             let dof = 3 * node + axis;
             self.held_dofs

@@ -6,7 +6,7 @@ use dovetail_numerics::dual::Real;
 
 /// Status of a pair at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Contact {
+pub(crate) enum Contact {
     /// Stick: the contact force is the trial force.
     Stick,
     /// Slip: the tangential force is at its limit.
@@ -21,7 +21,7 @@ pub enum Contact {
 /// * `|trial_T| < mu |trial_N| - touch_n`: stick, the trial force itself;
 /// * otherwise slip: the tangential trial force brought to the cone.
 #[inline(always)]
-pub fn unilateral_coulomb<D: Real>(
+pub(crate) fn unilateral_coulomb<D: Real>(
     trial: [D; 3],
     friction: f64,
     touch_n: f64,
@@ -46,14 +46,14 @@ pub fn unilateral_coulomb<D: Real>(
 /// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a
 /// run.)
 #[inline(always)]
-pub fn length<D: Real>(t1: D, t2: D) -> D {
+pub(crate) fn length<D: Real>(t1: D, t2: D) -> D {
     (t1 * t1 + t2 * t2).sqrt()
 }
 
 /// Derivative of the slip force: `d lambda_T = -mu e d p_N + kappa (I - e e^T) d p_T`, with the
 /// trial force p.
 #[derive(Debug, Clone, Copy)]
-pub struct SlipTangent {
+pub(crate) struct SlipTangent {
     /// Direction of sliding e, unit (zero where the trial force has no tangential part).
     pub direction: [f64; 2],
     /// -mu e.
@@ -64,7 +64,7 @@ pub struct SlipTangent {
 
 /// Derivative of [`unilateral_coulomb`] where the pair slips.
 #[inline(always)]
-pub fn slip_tangent(trial: [f64; 3], friction: f64) -> SlipTangent {
+pub(crate) fn slip_tangent(trial: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = trial;
     let tangential = length(t1, t2);
     if tangential == 0.0 {
@@ -85,7 +85,13 @@ pub fn slip_tangent(trial: [f64; 3], friction: f64) -> SlipTangent {
 /// Fraction w of a way at which the trial force `from + step w` of a closed pair leaves the cone,
 /// at most `last`. It begins on the cone where the pair slips.
 #[inline(always)]
-pub fn leaves_cone<D: Real>(from: [D; 3], step: [D; 3], friction: f64, slips: bool, last: D) -> D {
+pub(crate) fn leaves_cone<D: Real>(
+    from: [D; 3],
+    step: [D; 3],
+    friction: f64,
+    slips: bool,
+    last: D,
+) -> D {
     let zero = D::from(0.0);
     // The cone's equation along the way, a + b w + c w^2 with a <= 0.
     let mu2 = friction * friction;
@@ -123,7 +129,7 @@ fn form<D: Real>(p: [D; 3], q: [D; 3], mu2: f64) -> D {
 
 /// Returns `true` if a force on the cone goes into the cone with this step.
 #[inline(always)]
-pub fn turns_inward(force: [f64; 3], step: [f64; 3], friction: f64) -> bool {
+pub(crate) fn turns_inward(force: [f64; 3], step: [f64; 3], friction: f64) -> bool {
     let [normal, t1, t2] = [0, 1, 2].map(|c| force[c] * step[c]);
     t1 + t2 < friction * friction * normal
 }

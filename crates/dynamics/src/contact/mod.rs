@@ -11,15 +11,15 @@
 //!
 //! DLFT predicts the force lambda_u with which a rigid pair would stick. The law takes a share of
 //! it, counted from the clearance ([`penalty`]). Less what the pair has slid this is the trial
-//! force, which the law brings to the cone of friction ([`coulomb`]). What a pair keeps from
-//! instant to instant is its [`State`].
+//! force, which the law brings to the cone of friction (`coulomb`). What a pair keeps from
+//! instant to instant is its `State`.
 //!
-//! [`PairLaw`] is the data: the model has it, and all solvers read it. [`PredictedLaw`] is the
+//! [`PairLaw`] is the data: the model has it, and all solvers read it. `PredictedLaw` is the
 //! function, for numbers with and without derivatives alike ([`Real`]). All of the folder `dlft`
 //! evaluates it, but for `rounded.rs`, which has a law without corners. [`crate::integration`] has
 //! its own law on purpose, without lambda_u, so that an error in one of the two shows.
 
-pub mod coulomb;
+pub(crate) mod coulomb;
 pub mod penalty;
 
 use coulomb::{Contact, SlipTangent};
@@ -66,13 +66,13 @@ impl PairLaw {
     }
 
     /// Coefficient of friction that is computed with.
-    pub fn computed_friction(&self) -> f64 {
+    pub(crate) fn computed_friction(&self) -> f64 {
         self.friction.min(Self::MOST_FRICTION)
     }
 
     /// Law as a function of the predicted force, with these eps, normal and tangential, N/m, and a
     /// coefficient of at most `most_friction`.
-    pub fn predicted(&self, eps: [f64; 2], most_friction: f64) -> PredictedLaw {
+    pub(crate) fn predicted(&self, eps: [f64; 2], most_friction: f64) -> PredictedLaw {
         let [normal, tangential] = self.stiffness.map_or([1.0; 2], |s| s.shares(eps));
         PredictedLaw {
             friction: self.computed_friction().min(most_friction),
@@ -87,7 +87,7 @@ impl PairLaw {
 
 /// Law of a pair as a function of the predicted force.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictedLaw {
+pub(crate) struct PredictedLaw {
     /// Coulomb coefficient of friction.
     pub friction: f64,
     /// True if a pair that sticks has no motion of its own: its force is then the prediction.
@@ -104,7 +104,7 @@ pub struct PredictedLaw {
 
 /// State of a pair that is kept from one instant to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State<D = f64> {
+pub(crate) struct State<D = f64> {
     /// Stick, slip or open.
     pub contact: Contact,
     /// Way along the contact as a force, share lambda_u_T - lambda_T, N. It changes where the pair
@@ -114,7 +114,7 @@ pub struct State<D = f64> {
 
 /// Pair at one instant.
 #[derive(Debug, Clone, Copy)]
-pub struct Instant<D = f64> {
+pub(crate) struct Instant<D = f64> {
     /// Trial force (N, t1, t2), N.
     pub trial: [D; 3],
     /// Contact force, N.
@@ -126,7 +126,7 @@ pub struct Instant<D = f64> {
 impl<D: Real> State<D> {
     /// State after an instant at which the contact force was `force` under this prediction, N.
     #[inline(always)]
-    pub fn after(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
+    pub(crate) fn after(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
         Self {
             contact,
             slid_n: two(|c| prediction[c + 1] - force[c + 1]),
@@ -135,7 +135,7 @@ impl<D: Real> State<D> {
 
     /// Trial force under a prediction, N, if this is the state before.
     #[inline(always)]
-    pub fn trial(&self, prediction: [D; 3]) -> [D; 3] {
+    pub(crate) fn trial(&self, prediction: [D; 3]) -> [D; 3] {
         let [normal, t1, t2] = prediction;
         [normal, t1 - self.slid_n[0], t2 - self.slid_n[1]]
     }
@@ -144,7 +144,7 @@ impl<D: Real> State<D> {
 impl State {
     /// Distance between two states along the contact, as a force, N.
     #[inline(always)]
-    pub fn distance_n(&self, other: &Self) -> f64 {
+    pub(crate) fn distance_n(&self, other: &Self) -> f64 {
         let [t1, t2] = [0, 1].map(|c| self.slid_n[c] - other.slid_n[c]);
         coulomb::length(t1, t2)
     }
@@ -153,20 +153,20 @@ impl State {
 impl PredictedLaw {
     /// Returns `true` if there is friction: forces then depend on the past.
     #[inline(always)]
-    pub fn rubs(&self) -> bool {
+    pub(crate) fn rubs(&self) -> bool {
         self.friction > 0.0
     }
 
     /// Prediction (N, t1, t2), N, that the law evaluates: its share of `lambda_u`, with the
     /// clearance.
-    pub fn prediction(&self, lambda_u: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn prediction(&self, lambda_u: [f64; 3]) -> [f64; 3] {
         let [normal, t1, t2] = [0, 1, 2].map(|c| self.shares[c] * lambda_u[c]);
         [normal + self.shift_n, t1, t2]
     }
 
     /// Pair under a prediction, N, in the state `before`.
     #[inline(always)]
-    pub fn evaluate<D: Real>(&self, prediction: [D; 3], before: State<D>) -> Instant<D> {
+    pub(crate) fn evaluate<D: Real>(&self, prediction: [D; 3], before: State<D>) -> Instant<D> {
         let trial = before.trial(prediction);
         let (contact, force) = coulomb::unilateral_coulomb(trial, self.friction, self.touch_n);
         let state = match contact {
@@ -182,12 +182,12 @@ impl PredictedLaw {
 
     /// Derivative of the contact force by the trial force where the pair slips.
     #[inline(always)]
-    pub fn slip_tangent(&self, trial: [f64; 3]) -> SlipTangent {
+    pub(crate) fn slip_tangent(&self, trial: [f64; 3]) -> SlipTangent {
         coulomb::slip_tangent(trial, self.friction)
     }
 
     /// Derivative of the contact force by lambda_u, row by row.
-    pub fn derivative(&self, instant: &Instant) -> [[f64; 3]; 3] {
+    pub(crate) fn derivative(&self, instant: &Instant) -> [[f64; 3]; 3] {
         let by_trial = match instant.state.contact {
             Contact::Open => [[0.0; 3]; 3],
             Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -207,7 +207,7 @@ impl PredictedLaw {
     /// Fraction of the straight way from one prediction to another at which a closed pair leaves
     /// its cone, at most `last`, and its tangential force there, N.
     #[inline(always)]
-    pub fn leaves_cone<D: Real>(
+    pub(crate) fn leaves_cone<D: Real>(
         &self,
         [from, to]: [[D; 3]; 2],
         state: State<D>,
@@ -222,13 +222,13 @@ impl PredictedLaw {
 
     /// Returns `true` if the force of a pair that slips, N, goes into its cone with this step.
     #[inline(always)]
-    pub fn turns_inward(&self, force: [f64; 3], step: [f64; 3]) -> bool {
+    pub(crate) fn turns_inward(&self, force: [f64; 3], step: [f64; 3]) -> bool {
         coulomb::turns_inward(force, step, self.friction)
     }
 
     /// State of a pair at rest that is displaced along the contact by `x`, m, under the force
     /// `lambda`, N.
-    pub fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> State {
+    pub(crate) fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> State {
         let share = self.shares[1];
         State {
             contact: Contact::Stick,
@@ -237,7 +237,7 @@ impl PredictedLaw {
     }
 
     /// Distance that a pair slides, m, whose state follows a path of the length `path_n`, N.
-    pub fn slid_m(&self, path_n: f64) -> f64 {
+    pub(crate) fn slid_m(&self, path_n: f64) -> f64 {
         path_n / self.slid_n_per_m
     }
 }

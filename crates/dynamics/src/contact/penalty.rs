@@ -32,12 +32,12 @@ impl PairStiffness {
     }
 
     /// Springs that are `factor` times as stiff.
-    pub fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         Self::new(self.normal_n_m * factor, self.tangential_n_m * factor)
     }
 
     /// Shares kappa / (kappa + eps), normal and tangential; `eps` likewise, N/m.
-    pub fn shares(self, eps: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn shares(self, eps: [f64; 2]) -> [f64; 2] {
         // The same number, also where kappa is infinite.
         let share = |kappa: f64, eps: f64| 1.0 / (1.0 + eps / kappa);
         [

@@ -26,7 +26,7 @@ const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
 /// Least ratio of the estimated error to the change of the amplitude by further harmonics. The
 /// change falls short of the error: the harmonics above them are still left out, and the change is
 /// found in one linear step.
-pub const LEAST_SHORTFALL: f64 = 2.5;
+pub(crate) const LEAST_SHORTFALL: f64 = 2.5;
 
 /// Ratio of the estimated error to the change of the amplitude by the harmonics from `harmonics` up
 /// to `finer`. In gross slip an amplitude approaches its limit as 1 / H: the error is then 1 / H,
@@ -44,7 +44,7 @@ const PLENTY: f64 = 0.2;
 
 /// Refinement in levels: balances with more and more harmonics, of which the last serves estimates
 /// alone.
-pub struct Refinement<'a> {
+pub(crate) struct Refinement<'a> {
     levels: Vec<FrequencySolver<'a>>,
     /// Solver of [`Level::check`] of each level.
     checks: Vec<Option<FrequencySolver<'a>>>,
@@ -53,7 +53,7 @@ pub struct Refinement<'a> {
 }
 
 /// Frequency solved with the harmonics that it needs.
-pub struct Resolved {
+pub(crate) struct Resolved {
     /// Solution that was accepted.
     pub solved: Solution,
     /// Estimated relative error, at most 1, of each observed amplitude, or of the whole vibration
@@ -69,7 +69,7 @@ pub struct Resolved {
 
 impl Resolved {
     /// Solution of a level as it is, whose error is not estimated.
-    pub fn without_estimate(level: usize, solved: Solution) -> Self {
+    pub(crate) fn without_estimate(level: usize, solved: Solution) -> Self {
         Self {
             is_accurate: solved.is_converged(),
             solved,
@@ -81,7 +81,7 @@ impl Resolved {
 }
 
 /// Harmonics, samples and eps of a balance.
-pub struct Level {
+pub(crate) struct Level {
     /// Harmonics and samples.
     pub fourier: Arc<Fourier>,
     /// Parameter eps, as in [`Setting`].
@@ -92,7 +92,7 @@ pub struct Level {
 }
 
 /// Levels of a resolution, with `eps(harmonics)` of each.
-pub fn levels(
+pub(crate) fn levels(
     resolution: Resolution,
     highest_excited: usize,
     eps: impl Fn(usize) -> Vec<f64>,
@@ -149,7 +149,11 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 impl<'a> Refinement<'a> {
     /// Solvers like `lowest`, one for each of `levels`. The last one serves estimates alone; for a
     /// fixed number of harmonics all but the first do.
-    pub fn new(lowest: &FrequencySolver<'a>, levels: &[Level], resolution: Resolution) -> Self {
+    pub(crate) fn new(
+        lowest: &FrequencySolver<'a>,
+        levels: &[Level],
+        resolution: Resolution,
+    ) -> Self {
         let solver_at = |level: &Level| lowest.with(&level.fourier, &level.eps);
         let check_of = |level: &Level| level.check.as_deref().map(solver_at);
         Self {
@@ -163,7 +167,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
-    pub fn like<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
+    pub(crate) fn like<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
         let own = |of_level: &FrequencySolver<'_>| {
             let Setting { fourier, eps, .. } = &of_level.setting;
             solver.with(fourier, eps)
@@ -181,7 +185,7 @@ impl<'a> Refinement<'a> {
 
     /// Level for a motion beside one of so many harmonics and this estimated error: one lower, where
     /// the error is far below the accuracy asked for.
-    pub fn level_beside(&self, harmonics: usize, estimated_error: Option<f64>) -> usize {
+    pub(crate) fn level_beside(&self, harmonics: usize, estimated_error: Option<f64>) -> usize {
         let level = self.level_of(harmonics);
         let plenty = estimated_error.is_some_and(|error| self.is_plenty(error));
         level.saturating_sub(usize::from(plenty))
@@ -193,24 +197,24 @@ impl<'a> Refinement<'a> {
     }
 
     /// Number of the first level with at least so many harmonics.
-    pub fn level_of(&self, harmonics: usize) -> usize {
+    pub(crate) fn level_of(&self, harmonics: usize) -> usize {
         let enough = |level: &FrequencySolver<'_>| level.setting.fourier.harmonics() >= harmonics;
         self.levels.iter().position(enough).unwrap_or(0)
     }
 
     /// Solver of the first level with at least so many harmonics.
-    pub fn with(&self, harmonics: usize) -> &FrequencySolver<'_> {
+    pub(crate) fn with(&self, harmonics: usize) -> &FrequencySolver<'_> {
         &self.levels[self.level_of(harmonics)]
     }
 
     /// Solver of the lowest level, for what is the same on all levels.
-    pub fn lowest(&self) -> &FrequencySolver<'_> {
+    pub(crate) fn lowest(&self) -> &FrequencySolver<'_> {
         &self.levels[0]
     }
 
     /// Solves one frequency by `solve` on level `from`, or on one of the next above it where no
     /// solution is found. Returns the level of the solution, and the solution.
-    pub fn solve(
+    pub(crate) fn solve(
         &self,
         from: usize,
         work: &mut Work,
@@ -228,7 +232,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Highest level that a frequency may be solved on.
-    pub fn highest(&self) -> usize {
+    pub(crate) fn highest(&self) -> usize {
         match self.accuracy {
             Some(_) => self.levels.len() - 2,
             None => 0,
@@ -236,13 +240,13 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solver of a level.
-    pub fn level(&self, level: usize) -> &FrequencySolver<'a> {
+    pub(crate) fn level(&self, level: usize) -> &FrequencySolver<'a> {
         &self.levels[level]
     }
 
     /// Estimates the error of a solution of a level, and solves levels above until the accuracy
     /// asked for is reached.
-    pub fn refined(
+    pub(crate) fn refined(
         &self,
         frequency_hz: f64,
         mut level: usize,

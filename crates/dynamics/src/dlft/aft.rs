@@ -19,14 +19,14 @@ mod memory;
 #[cfg(test)]
 mod tests;
 
-pub use derivative::contact_force_derivative;
+pub(crate) use derivative::contact_force_derivative;
 
 use memory::Memory;
 
 /// Number of periods evaluated one after the other before the periodic state is solved for.
-pub const PLAIN_PERIODS: usize = 6;
+pub(crate) const PLAIN_PERIODS: usize = 6;
 /// Number of periods after which a force that is still not periodic is given up.
-pub const MOST_PERIODS: usize = 40;
+pub(crate) const MOST_PERIODS: usize = 40;
 /// A pair is where it was a period before when its state has moved by less than this fraction of the
 /// largest predicted force, which is rounding.
 const SAME: f64 = 4.0 * f64::EPSILON;
@@ -80,7 +80,7 @@ enum History {
 
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
 /// into `lambda` (component-major, 3 x (2H+1)).
-pub fn contact_forces(
+pub(crate) fn contact_forces(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &mut Signals,
@@ -313,7 +313,12 @@ enum Period {
 
 /// Writes the signals from which [`contact_force_derivative`] starts, of a pair whose evaluation ended
 /// with `end`: those of the last period, or the predictions alone where the pair has come to stick.
-pub fn last_period(fourier: &Fourier, input: PairInput<'_>, end: &PairEnd, signals: &mut Signals) {
+pub(crate) fn last_period(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    end: &PairEnd,
+    signals: &mut Signals,
+) {
     Arch::new().dispatch(Repeat(fourier, input, end, signals));
 }
 

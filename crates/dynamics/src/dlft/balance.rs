@@ -55,7 +55,7 @@ pub struct Setting {
 impl Setting {
     /// Setting about a static state, of these harmonics, samples and eps, with pairs that are
     /// marched until they are periodic, and the default slip threshold.
-    pub fn about(
+    pub(crate) fn about(
         state: &StaticState,
         system: Arc<ContactSystem>,
         inexact: Arc<InexactModel>,
@@ -110,13 +110,13 @@ pub struct Deadline(Option<Instant>);
 
 impl Deadline {
     /// Deadline so many seconds from now. `None`, or more than a clock can count, means never.
-    pub fn after(seconds: Option<f64>) -> Self {
+    pub(crate) fn after(seconds: Option<f64>) -> Self {
         let time = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
         Self(time.and_then(|time| Instant::now().checked_add(time)))
     }
 
     /// Returns `true` if the deadline has passed.
-    pub fn is_over(self) -> bool {
+    pub(crate) fn is_over(self) -> bool {
         self.0.is_some_and(|end| Instant::now() >= end)
     }
 }
@@ -136,7 +136,7 @@ pub struct Evaluation {
 impl Evaluation {
     /// Evaluation by a balance with the harmonics of the first `width` blocks alone, 2H+1, at a U
     /// whose further harmonics are zero, where nothing excites these. It has the same samples and eps.
-    pub fn truncated(&self, width: usize) -> Self {
+    pub(crate) fn truncated(&self, width: usize) -> Self {
         let unknowns = 3 * self.ends.len() * width;
         let first = |v: &[f64]| v[..unknowns].to_vec();
         Self {
@@ -157,7 +157,7 @@ pub struct Evaluator<'a> {
 
 impl<'a> Evaluator<'a> {
     /// Evaluator that holds no evaluation yet.
-    pub fn new(balance: &'a Balance) -> Self {
+    pub(crate) fn new(balance: &'a Balance) -> Self {
         Self {
             balance,
             last: None,
@@ -165,18 +165,18 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Keeps the evaluation at U, where it is known.
-    pub fn keep(&mut self, u: &[f64], known: Option<Evaluation>) {
+    pub(crate) fn keep(&mut self, u: &[f64], known: Option<Evaluation>) {
         self.last = known.map(|evaluation| (u.to_vec(), evaluation));
     }
 
     /// Evaluation at U, computed unless U was the last.
-    pub fn at(&mut self, u: &[f64]) -> &Evaluation {
+    pub(crate) fn at(&mut self, u: &[f64]) -> &Evaluation {
         let evaluation = self.take(u);
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
     /// Like [`Evaluator::at`], but moves the evaluation out.
-    pub fn take(&mut self, u: &[f64]) -> Evaluation {
+    pub(crate) fn take(&mut self, u: &[f64]) -> Evaluation {
         match self.last.take() {
             Some((last, evaluation)) if last == u => evaluation,
             _ => self.balance.evaluate(u),
@@ -235,7 +235,7 @@ impl Balance {
 
     /// Balance of a vibration without a force, in which the tracked mode has the amplitude `q` at
     /// harmonic 1. Its load is that of the tracked mode on the pairs, besides the static one.
-    pub fn unforced(setting: &Setting, motion: &Unforced<'_>, q: f64) -> Self {
+    pub(crate) fn unforced(setting: &Setting, motion: &Unforced<'_>, q: f64) -> Self {
         let harmonics = setting.fourier.harmonics();
         let n = setting.system.unknowns();
         let mut force = vec![0.0; blocks(harmonics) * n];
@@ -246,7 +246,7 @@ impl Balance {
 
     /// Retains the mean of this balance by `retention`, anchored at the static state, or at rest
     /// where the static state is itself retained.
-    pub fn retained_by(mut self, retention: Arc<Retention>) -> Self {
+    pub(crate) fn retained_by(mut self, retention: Arc<Retention>) -> Self {
         let n = self.unknowns_per_block();
         if self.setting.static_mean == Mean::Free {
             retention.add_to(&self.setting.x_static, &mut self.force[..n]);
@@ -257,7 +257,7 @@ impl Balance {
 
     /// Derivative of Lambda U - F with respect to the frequency, at constant U, N s/rad; `omega` is
     /// that of the balance.
-    pub fn frequency_slope(&self, u: &[f64], omega: f64) -> Vec<f64> {
+    pub(crate) fn frequency_slope(&self, u: &[f64], omega: f64) -> Vec<f64> {
         let (system, harmonics) = (&self.setting.system, self.stiffness.harmonics());
         let mut out = vec![0.0; u.len()];
         system.stiffness_slope(omega, harmonics).apply(u, &mut out);
@@ -286,12 +286,12 @@ impl Balance {
     }
 
     /// Spring that retains the mean, if any.
-    pub fn retention(&self) -> Option<&Retention> {
+    pub(crate) fn retention(&self) -> Option<&Retention> {
         self.retention.as_deref()
     }
 
     /// Treatment of the mean along the motions that only friction holds.
-    pub fn mean(&self) -> Mean {
+    pub(crate) fn mean(&self) -> Mean {
         match self.retention {
             None => Mean::Free,
             Some(_) => Mean::Retained,
@@ -299,7 +299,7 @@ impl Balance {
     }
 
     /// Forces of the retention at U, N, as [`Retention::force_n`] adds them up; zero without one.
-    pub fn retention_n(&self, u: &[f64]) -> f64 {
+    pub(crate) fn retention_n(&self, u: &[f64]) -> f64 {
         let n = self.unknowns_per_block();
         let at_rest = vec![0.0; n];
         let anchor = match self.setting.static_mean {
@@ -312,7 +312,7 @@ impl Balance {
     }
 
     /// Number of unknowns of one block, 3 per pair.
-    pub fn unknowns_per_block(&self) -> usize {
+    pub(crate) fn unknowns_per_block(&self) -> usize {
         self.setting.system.unknowns()
     }
 
@@ -361,7 +361,7 @@ impl Balance {
     }
 
     /// Computes lambda_u = F - Lambda U + eps U.
-    pub fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
+    pub(crate) fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         self.apply_stiffness(u, &mut out);
         for (i, o) in out.iter_mut().enumerate() {
@@ -410,7 +410,7 @@ impl Balance {
 
     /// Compression -lambda_N of a pair at the samples of a period under the law itself, N, from the
     /// `lambda_u` of an evaluation.
-    pub fn compressions_n(&self, pair: usize, lambda_u: &[f64]) -> Vec<f64> {
+    pub(crate) fn compressions_n(&self, pair: usize, lambda_u: &[f64]) -> Vec<f64> {
         let fourier = &self.setting.fourier;
         let shift_n = self.law(pair).shift_n;
         let mut compressions = vec![0.0; fourier.samples()];
@@ -476,27 +476,27 @@ impl Balance {
     }
 
     /// Distance that a pair slides in a period, m.
-    pub fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
+    pub(crate) fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
         self.law(pair).slid_m(end.slid_n)
     }
 
     /// Compression of a pair times the distance that it slides, integral over a period, N m.
-    pub fn rubbed_nm(&self, pair: usize, end: &PairEnd) -> f64 {
+    pub(crate) fn rubbed_nm(&self, pair: usize, end: &PairEnd) -> f64 {
         self.law(pair).slid_m(end.rubbed_n2)
     }
 
     /// Returns `true` if a pair slides farther than the threshold in a period.
-    pub fn slips(&self, pair: usize, end: &PairEnd) -> bool {
+    pub(crate) fn slips(&self, pair: usize, end: &PairEnd) -> bool {
         self.slid_m(pair, end) > self.setting.slip_threshold_m
     }
 
     /// Returns `true` if a pair neither slips nor opens in a period.
-    pub fn sticks(&self, pair: usize, end: &PairEnd) -> bool {
+    pub(crate) fn sticks(&self, pair: usize, end: &PairEnd) -> bool {
         end.open_samples == 0 && !self.slips(pair, end)
     }
 
     /// eps of entry `i` of a full vector.
-    pub fn eps_at(&self, i: usize) -> f64 {
+    pub(crate) fn eps_at(&self, i: usize) -> f64 {
         self.eps_scale * self.setting.eps[i % self.unknowns_per_block()]
     }
 }
@@ -504,7 +504,7 @@ impl Balance {
 impl Jacobian {
     /// Jacobian of a balance with the harmonics of the first `width` blocks alone, as in
     /// [`Evaluation::truncated`].
-    pub fn truncated(&self, width: usize) -> Self {
+    pub(crate) fn truncated(&self, width: usize) -> Self {
         let truncated = |derivative: &Vec<f64>| {
             let own = derivative.len().isqrt() / 3;
             let mut out = Vec::with_capacity(9 * width * width);
@@ -524,7 +524,7 @@ impl Jacobian {
 
     /// Computes (I - D) v for forces v on all pairs, (2H+1) n: the part of them that the contact
     /// forces do not balance. It is 0 on pairs that stick throughout.
-    pub fn less_contact_response(&self, v: &[f64], n: usize) -> Vec<f64> {
+    pub(crate) fn less_contact_response(&self, v: &[f64], n: usize) -> Vec<f64> {
         let width = v.len() / n;
         let mut out = vec![0.0; v.len()];
         for (pair, derivative) in self.active.iter().zip(&self.derivatives) {
@@ -555,7 +555,7 @@ pub(super) fn add_harmonic(v: &mut [f64], k: usize, amplitudes: &[c64]) {
 }
 
 /// Computes y = A x for a dense A.
-pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+pub(crate) fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     let (rows, columns) = (y.len(), x.len());
     matmul(
         MatMut::from_column_major_slice_mut(y, rows, 1),
@@ -568,7 +568,7 @@ pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
 }
 
 /// Coefficients of one pair from a harmonic-major vector of block length `n`, component-major.
-pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
+pub(crate) fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
     let mut out = vec![0.0; 3 * width];
     for c in 0..3 {
         for h in 0..width {
@@ -579,7 +579,7 @@ pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
 }
 
 /// Inverse of [`gather`].
-pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]) {
+pub(crate) fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]) {
     for c in 0..3 {
         for h in 0..width {
             v[h * n + 3 * pair + c] = local[c * width + h];

@@ -17,11 +17,11 @@ use pulp::{Arch, Simd, WithSimd};
 
 /// Predicted forces (N with the clearance, t1, t2) at four samples, N: those two at the ends of the
 /// interval in the middle.
-pub type Window<D> = [[D; 3]; 4];
+pub(crate) type Window<D> = [[D; 3]; 4];
 
 /// Evaluation of the law at one place.
 #[derive(Debug, Clone, Copy)]
-pub struct Visit {
+pub(crate) struct Visit {
     /// True if the pair was open before and has closed on the way.
     pub landed: bool,
     /// Status of the pair.
@@ -34,7 +34,7 @@ pub struct Visit {
 
 /// State and force of a pair after an interval.
 #[derive(Debug, Clone, Copy)]
-pub struct Passed<D> {
+pub(crate) struct Passed<D> {
     /// State at the end.
     pub state: State<D>,
     /// Contact force at the end, N.
@@ -48,7 +48,7 @@ pub struct Passed<D> {
 
 impl Visit {
     /// Returns `true` if the pair has slid, opened or closed.
-    pub fn changes(&self) -> bool {
+    pub(crate) fn changes(&self) -> bool {
         self.landed || self.contact != Contact::Stick
     }
 }
@@ -71,7 +71,7 @@ fn reversal<D: Real>([first, last]: [[D; 3]; 2]) -> Option<D> {
 
 /// Returns `true` if the tangential prediction reverses inside the interval.
 #[inline(always)]
-pub fn reverses(window: [[f64; 2]; 4]) -> bool {
+pub(crate) fn reverses(window: [[f64; 2]; 4]) -> bool {
     let [first, last] = [1, 2].map(|n| [0, 1].map(|c| window[n + 1][c] - window[n - 1][c]));
     let change = [last[0] - first[0], last[1] - first[1]];
     let along = |r: [f64; 2]| r[0] * change[0] + r[1] * change[1];
@@ -83,7 +83,7 @@ pub fn reverses(window: [[f64; 2]; 4]) -> bool {
 /// its cone there may stick or slip by rounding, and the next interval must start from the same
 /// status.
 #[inline(always)]
-pub fn pass<D: Real>(
+pub(crate) fn pass<D: Real>(
     window: &Window<D>,
     state: State<D>,
     at_end: Option<Contact>,
@@ -417,10 +417,10 @@ const INPUTS: usize = 14;
 const LANES: usize = INPUTS.next_multiple_of(8);
 
 /// Derivative of something by the window, sample after sample, and by the state before the interval.
-pub type ByInputs = [f64; LANES];
+pub(crate) type ByInputs = [f64; LANES];
 
 /// Derivatives of what an interval does.
-pub struct PassedDerivative {
+pub(crate) struct PassedDerivative {
     /// Derivatives of the corrections at the beginning (N, t1, t2) and at the end.
     pub corrections: [[ByInputs; 3]; 2],
     /// Derivatives of the state after the interval.
@@ -428,7 +428,7 @@ pub struct PassedDerivative {
 }
 
 /// Derivatives of [`pass`].
-pub fn derivative(
+pub(crate) fn derivative(
     window: &Window<f64>,
     state: State,
     at_end: Option<Contact>,
@@ -472,7 +472,7 @@ impl WithSimd for Differentiate<'_> {
 
 /// Adds the correction of a sample to the coefficients of a signal (2H+1).
 #[inline(always)]
-pub fn add_to_coefficients(
+pub(crate) fn add_to_coefficients(
     fourier: &Fourier,
     sample: usize,
     change: f64,

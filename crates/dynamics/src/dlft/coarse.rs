@@ -28,12 +28,12 @@ const PAIRS: usize = 32;
 
 /// Positions of each block's motions among the unknowns of the coarse problem: the mean, then cosine
 /// and sine of each harmonic. Each block has the softest of the motions.
-pub struct Blocks(Vec<Range<usize>>);
+pub(crate) struct Blocks(Vec<Range<usize>>);
 
 impl Blocks {
     /// Blocks of so many harmonics, of which none above `highest_excited` is excited, where so many
     /// motions are there.
-    pub fn new(harmonics: usize, highest_excited: usize, motions: usize) -> Self {
+    pub(crate) fn new(harmonics: usize, highest_excited: usize, motions: usize) -> Self {
         let fraction = |block: usize| {
             let ratio = block.div_ceil(2) as f64 / highest_excited.max(1) as f64;
             (OVERTONE_MOTIONS / ratio).min(1.0)
@@ -51,7 +51,7 @@ impl Blocks {
     }
 
     /// Number of unknowns of the coarse problem.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.0.last().map_or(0, |last| last.end)
     }
 
@@ -66,14 +66,14 @@ impl Blocks {
     }
 
     /// Block and motion of each unknown.
-    pub fn each(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn each(&self) -> impl Iterator<Item = (usize, usize)> {
         let blocks = self.0.iter().enumerate();
         blocks.flat_map(|(block, range)| (0..range.len()).map(move |motion| (block, motion)))
     }
 }
 
 /// Factor of the coarse problem.
-pub struct Coarse {
+pub(crate) struct Coarse {
     factor: Lu,
     blocks: Blocks,
 }
@@ -81,7 +81,7 @@ pub struct Coarse {
 impl Coarse {
     /// Coarse problem of a linear system none of whose harmonics above `highest_excited` is excited;
     /// `None` where there are no motions.
-    pub fn new(linear: &LinearSystem, highest_excited: usize) -> Option<Self> {
+    pub(crate) fn new(linear: &LinearSystem, highest_excited: usize) -> Option<Self> {
         let motions = linear.inexact.motions.nrows();
         let blocks = Blocks::new(linear.harmonics.len(), highest_excited, motions);
         let size = blocks.unknowns();
@@ -108,7 +108,7 @@ impl Coarse {
     }
 
     /// Computes z = W q with `W^T (v - J z) = 0`, and K z; v is m x (2H+1).
-    pub fn solve(&self, inexact: &Inexact, v: MatRef<'_, f32>) -> [Mat<f32>; 2] {
+    pub(crate) fn solve(&self, inexact: &Inexact, v: MatRef<'_, f32>) -> [Mat<f32>; 2] {
         let most = self.blocks.most_motions();
         let [motions, forces] = [&inexact.motions, &inexact.forces].map(|a| a.get(..most, ..));
         let right = product(motions, v);

@@ -15,12 +15,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// Most unknowns for which the dense dogleg and rounded laws with exact corrections are tried.
-pub const MOST_DENSE_UNKNOWNS: usize = 2000;
+pub(crate) const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Solves one frequency from `u` by Newton's method, with exact corrections and
 /// [`Damping::Persistent`]. `known` is the evaluation there, if there is one. Returns the evaluation
 /// at its end, too.
-pub fn exact_newton(
+pub(crate) fn exact_newton(
     balance: &Balance,
     u: &mut [f64],
     known: Option<Evaluation>,
@@ -33,7 +33,11 @@ pub fn exact_newton(
 }
 
 /// Newton's correction at `u`, which is not applied; `None` where the Jacobian is singular there.
-pub fn exact_correction(balance: &Balance, u: &[f64], options: NewtonOptions) -> Option<Vec<f64>> {
+pub(crate) fn exact_correction(
+    balance: &Balance,
+    u: &[f64],
+    options: NewtonOptions,
+) -> Option<Vec<f64>> {
     correction(
         &mut ExactSystem::new(balance, options),
         u,
@@ -41,7 +45,7 @@ pub fn exact_correction(balance: &Balance, u: &[f64], options: NewtonOptions) ->
     )
 }
 
-/// Like [`exact_newton`], by the dogleg.
+/// Like `exact_newton`, by the dogleg.
 pub fn powell(
     balance: &Balance,
     u: &mut [f64],
@@ -55,7 +59,7 @@ pub fn powell(
 }
 
 /// Solves J dx = -f with the factor of J, as [`NonlinearSystem::correction`] does.
-pub fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> Option<f64> {
+pub(crate) fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> Option<f64> {
     let factor = factor?;
     dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
     factor.solve_column_in_place(dx);
@@ -136,7 +140,7 @@ impl DoglegSystem for DenseBalance<'_> {
 }
 
 /// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
-pub fn formed(balance: &Balance, jacobian: &Jacobian) -> Mat<f64> {
+pub(crate) fn formed(balance: &Balance, jacobian: &Jacobian) -> Mat<f64> {
     let n = balance.unknowns_per_block();
     let width = balance.setting.fourier.width();
     let size = n * width;

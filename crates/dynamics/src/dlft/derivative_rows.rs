@@ -10,10 +10,10 @@
 const FORGETS: f64 = 1e-12;
 
 /// Matrix of two rows and two columns, row by row.
-pub type Square = [[f64; 2]; 2];
+pub(crate) type Square = [[f64; 2]; 2];
 
 /// Derivative of the contact force over a period.
-pub struct DerivativeSignals {
+pub(crate) struct DerivativeSignals {
     /// Derivative of the force at the samples, a block for its normal part, which the normal
     /// prediction alone determines, and two rows for each sample.
     pub signals: Vec<f64>,
@@ -24,12 +24,12 @@ pub struct DerivativeSignals {
 }
 
 /// Entries of a row for lambda_x at the start of the period: behind the first and the second block.
-pub fn state_columns(width: usize, block: usize) -> [usize; 2] {
+pub(crate) fn state_columns(width: usize, block: usize) -> [usize; 2] {
     [width, block + width]
 }
 
 /// Two rows of lambda_x at the start of a period, as its derivative is at first: that by itself.
-pub fn own_state(width: usize, block: usize) -> Vec<f64> {
+pub(crate) fn own_state(width: usize, block: usize) -> Vec<f64> {
     let mut rows = vec![0.0; 6 * block];
     for (i, column) in state_columns(width, block).into_iter().enumerate() {
         rows[i * 3 * block + column] = 1.0;
@@ -40,7 +40,7 @@ pub fn own_state(width: usize, block: usize) -> Vec<f64> {
 /// Derivative of lambda_x at the start of a period by all coefficients, from that at the end, where
 /// both are the same: (I - memory)^-1 times what the period adds. A pair that forgets nothing keeps
 /// what the period adds.
-pub fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>; 2] {
+pub(crate) fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>; 2] {
     let (first, second) = end.split_at(3 * block);
     let columns = state_columns(width, block);
     let memory = [first, second].map(|row| columns.map(|column| row[column]));
@@ -57,7 +57,7 @@ pub fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>; 2] {
 }
 
 /// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.
-pub fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
+pub(crate) fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
     let [[a, b], [c, d]] = memory;
     let (a, d) = (1.0 - a, 1.0 - d);
     let determinant = a * d - b * c;

@@ -14,12 +14,12 @@ use dovetail_numerics::vector::norm;
 use faer::{Mat, c64};
 
 /// Ratio above which bodies slide as a whole.
-pub const GROSS_SLIP: f64 = 1e5;
+pub(crate) const GROSS_SLIP: f64 = 1e5;
 
 /// Motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off,
 /// as the norm of its harmonics, m. Empty where there are too many pairs for a balance of one
 /// harmonic to have exact corrections.
-pub fn free_slips_m(setting: &Setting, omega: f64) -> Vec<f64> {
+pub(crate) fn free_slips_m(setting: &Setting, omega: f64) -> Vec<f64> {
     let pairs = setting.system.problem.laws.len();
     if 3 * setting.system.unknowns() > MOST_DENSE_UNKNOWNS {
         return vec![];
@@ -33,7 +33,7 @@ pub fn free_slips_m(setting: &Setting, omega: f64) -> Vec<f64> {
 
 /// Ratio of the largest of [`free_slips_m`] to the mean elastic displacement under friction, mu N /
 /// eps. 0 where nothing rubs, and where the free slips are not known.
-pub fn slides_past(setting: &Setting, free_slips_m: &[f64]) -> f64 {
+pub(crate) fn slides_past(setting: &Setting, free_slips_m: &[f64]) -> f64 {
     let pairs = &setting.system.problem.laws;
     let count = pairs.len() as f64;
     let friction = pairs.iter().map(|p| p.computed_friction()).sum::<f64>() / count;

@@ -29,14 +29,14 @@ use std::sync::Arc;
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 64;
 /// Angular frequency of the balances, rad/s.
-pub const OMEGA_RAD_S: f64 = 0.4;
+pub(crate) const OMEGA_RAD_S: f64 = 0.4;
 /// Rank of the mass. That of the linear solves, through as many soft motions, is then exact.
 const MASSES: usize = 12;
 const MODES: usize = 3;
 
 /// Motion that a pair is made to have in a period.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
+pub(crate) enum Motion {
     Sticks,
     /// Always pressed together, slides for a part of the period.
     Slides,
@@ -48,7 +48,7 @@ pub enum Motion {
 use Motion::{LiftsOff, Slides, StaysOpen, Sticks};
 
 /// Numbers between -1 and 1, the same on every machine.
-pub fn mixed(i: usize, seed: usize) -> f64 {
+pub(crate) fn mixed(i: usize, seed: usize) -> f64 {
     ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
 }
 
@@ -59,7 +59,7 @@ fn mixed_load(n: usize, modes: usize, seed: usize) -> Load {
 
 /// Problem of `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing
 /// holds the slide of all pairs along t1.
-pub fn problem(pairs: usize) -> Problem {
+pub(crate) fn problem(pairs: usize) -> Problem {
     let n = 3 * pairs;
     let slide = 1.0 / (pairs as f64).sqrt();
     let b = Mat::from_fn(n, n, |i, j| {
@@ -108,7 +108,7 @@ pub fn problem(pairs: usize) -> Problem {
 
 /// Pair, of the nine of a balance, that is open in the static state. It lifts off in the first kind
 /// of motions.
-pub const OPEN_AT_REST: usize = 5;
+pub(crate) const OPEN_AT_REST: usize = 5;
 
 /// Nine pairs of which most take part in the linear solves; the other list has two that do.
 const MANY: [Motion; 9] = [
@@ -235,12 +235,12 @@ fn make_waves(problem: &mut Problem) {
 /// Samples, each with a name, a balance and a point U: many and few pairs that do not stick, rigid and
 /// with springs, with Rayleigh damping alone and with more, with the mean free and retained. The
 /// forces are such that each pair has the intended motion at U.
-pub fn sample_points() -> Vec<(String, Balance, Vec<f64>)> {
+pub(crate) fn sample_points() -> Vec<(String, Balance, Vec<f64>)> {
     points(false)
 }
 
 /// Like [`sample_points`], also for harmonics that are waves round a disc.
-pub fn sample_points_of_waves_too() -> Vec<(String, Balance, Vec<f64>)> {
+pub(crate) fn sample_points_of_waves_too() -> Vec<(String, Balance, Vec<f64>)> {
     [points(false), points(true)]
         .into_iter()
         .flatten()
@@ -354,7 +354,7 @@ fn points(has_waves: bool) -> Vec<(String, Balance, Vec<f64>)> {
 }
 
 /// Setting whose problem is changed.
-pub fn changed(setting: &Setting, change: impl FnOnce(&mut Problem)) -> Setting {
+pub(crate) fn changed(setting: &Setting, change: impl FnOnce(&mut Problem)) -> Setting {
     let mut problem = setting.system.problem.clone();
     change(&mut problem);
     Setting {
@@ -364,7 +364,7 @@ pub fn changed(setting: &Setting, change: impl FnOnce(&mut Problem)) -> Setting 
 }
 
 /// Computes Lambda U - F.
-pub fn without_contact(balance: &Balance, u: &[f64]) -> Vec<f64> {
+pub(crate) fn without_contact(balance: &Balance, u: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; u.len()];
     balance.apply_stiffness(u, &mut out);
     out.iter_mut()
@@ -374,13 +374,13 @@ pub fn without_contact(balance: &Balance, u: &[f64]) -> Vec<f64> {
 }
 
 /// Jacobian d residual / d U by central differences.
-pub fn differences(balance: &Balance, u: &[f64]) -> Mat<f64> {
+pub(crate) fn differences(balance: &Balance, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)
 }
 
 /// Checks that corrections solve with a Jacobian by differences: those of unit residuals are -J^-1,
 /// and are multiplied by it.
-pub fn assert_solves(
+pub(crate) fn assert_solves(
     system: &mut impl NonlinearSystem,
     by_differences: Mat<f64>,
     [linear_tolerance, tolerance]: [f64; 2],

@@ -13,7 +13,7 @@ use crate::problem::inexact::Inexact;
 
 /// Jacobian J at one point. Vectors are blocks of m: the mean, then cosine and sine of each
 /// harmonic.
-pub struct LinearSystem {
+pub(crate) struct LinearSystem {
     pub inexact: Arc<Inexact>,
     pub harmonics: Vec<Coefficients>,
     /// D of each pair.
@@ -28,7 +28,7 @@ pub struct LinearSystem {
 const LANES: usize = 8;
 
 /// D of pairs, 3(2H+1) square with component-major indices.
-pub struct PairDerivatives {
+pub(crate) struct PairDerivatives {
     size: usize,
     /// Length of a column, which zeros fill up to whole vectors.
     padded: usize,
@@ -41,7 +41,7 @@ pub struct PairDerivatives {
 impl PairDerivatives {
     /// Derivatives of no pair yet, for vectors of so many blocks, with room for those of `moving`
     /// pairs.
-    pub fn new(width: usize, moving: usize) -> Self {
+    pub(crate) fn new(width: usize, moving: usize) -> Self {
         let size = 3 * width;
         let padded = size.next_multiple_of(LANES);
         Self {
@@ -54,7 +54,7 @@ impl PairDerivatives {
 
     /// Adds a pair with the entries `entry(row, column)`.
     #[inline(always)]
-    pub fn push(&mut self, entry: impl Fn(usize, usize) -> f32) {
+    pub(crate) fn push(&mut self, entry: impl Fn(usize, usize) -> f32) {
         let start = self.entries.len();
         self.starts.push(Some(start));
         self.entries.resize(start + self.size * self.padded, 0.0);
@@ -67,12 +67,12 @@ impl PairDerivatives {
     }
 
     /// Adds a pair that sticks throughout, whose D is the identity.
-    pub fn push_identity(&mut self) {
+    pub(crate) fn push_identity(&mut self) {
         self.starts.push(None);
     }
 
     /// Removes all pairs.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.starts.clear();
         self.entries.clear();
     }
@@ -85,7 +85,7 @@ impl PairDerivatives {
 
     /// Entry of a pair at a row and a column.
     #[inline(always)]
-    pub fn entry(&self, pair: usize, [row, column]: [usize; 2]) -> f32 {
+    pub(crate) fn entry(&self, pair: usize, [row, column]: [usize; 2]) -> f32 {
         match self.starts[pair] {
             Some(start) => self.entries[start + column * self.padded + row],
             None => f32::from(u8::from(row == column)),
@@ -93,7 +93,7 @@ impl PairDerivatives {
     }
 
     /// Largest entry by size.
-    pub fn largest(&self) -> f32 {
+    pub(crate) fn largest(&self) -> f32 {
         let identity = f32::from(u8::from(self.starts.contains(&None)));
         self.entries.iter().fold(identity, |m, d| m.max(d.abs()))
     }
@@ -101,12 +101,12 @@ impl PairDerivatives {
 
 impl LinearSystem {
     /// Number of blocks of a vector, 2H+1.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         blocks(self.harmonics.len())
     }
 
     /// Computes J x from x and K x.
-    pub fn apply(&self, x: MatRef<'_, f32>, kx: Mat<f32>) -> Mat<f32> {
+    pub(crate) fn apply(&self, x: MatRef<'_, f32>, kx: Mat<f32>) -> Mat<f32> {
         let m = x.nrows();
         let mut y = self.inexact.dynamic(&self.harmonics, x, kx);
         if let Some(retention) = &self.retention {
@@ -121,7 +121,7 @@ impl LinearSystem {
     }
 
     /// Computes (I - D) v, the part of the forces v that the contact forces do not balance.
-    pub fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
+    pub(crate) fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
         let m = self.inexact.unknowns();
         let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
         self.subtract_contact_response(&mut y, |y, _, _| y);
@@ -184,7 +184,7 @@ impl<A: Fn(f32, usize, usize) -> f32> WithSimd for Subtract<'_, A> {
 }
 
 /// Copies `a` to double precision, block by block.
-pub fn widen(a: MatRef<'_, f32>, out: &mut [f64]) {
+pub(crate) fn widen(a: MatRef<'_, f32>, out: &mut [f64]) {
     let m = a.nrows();
     for (h, out) in out.chunks_exact_mut(m).enumerate() {
         let column = a.col(h).iter();

@@ -11,7 +11,7 @@ use faer::Mat;
 use std::sync::Mutex;
 
 /// Orbit without pairs, with these observed amplitudes.
-pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
+pub(crate) fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
     Orbit {
         observed: amplitudes_m.iter().map(|a| vec![0.0, *a, 0.0]).collect(),
         observed_amplitude: amplitudes_m.to_vec(),
@@ -22,7 +22,7 @@ pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit
 /// Mass of 1 kg on a spring of 1 N/m, excited by 0.1 N, in front of a stop of 5 N/m without
 /// friction at a distance of `gap_m`. It is on such springs along the stop, too, and nothing
 /// couples these motions with the first.
-pub fn mass_with_a_stop(gap_m: f64) -> Problem {
+pub(crate) fn mass_with_a_stop(gap_m: f64) -> Problem {
     let normal = |size: f64| vec![size, 0.0, 0.0];
     Problem {
         reduced: ReducedModel {
@@ -40,7 +40,7 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
 }
 
 /// Result of `solve`, and the frequencies that it told of.
-pub fn recorded<T>(
+pub(crate) fn recorded<T>(
     solve: impl FnOnce(&(dyn Fn(Told<'_>) + Sync)) -> T,
 ) -> (T, Vec<SolvedFrequency>) {
     let solved = Mutex::new(Vec::new());
@@ -53,4 +53,4 @@ pub fn recorded<T>(
 }
 
 /// Damping of the mass.
-pub const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);
+pub(crate) const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);

@@ -93,7 +93,7 @@ impl Outcome {
     }
     /// Returns `true` if the balance holds, even where the method does not cover the solution. The
     /// next frequency of a sweep may start from it.
-    pub fn holds(self) -> bool {
+    pub(crate) fn holds(self) -> bool {
         self.has_motion() || self == Self::SlidesTooFar
     }
 }
@@ -148,7 +148,7 @@ impl StaticState {
     /// largest static slip, or what a pair at its cone may slide by rounding, whichever is longer.
     /// The latter is a fraction of the largest elastic compression, lambda_N / eps_N; `eps` is that
     /// of the balance, N/m, n.
-    pub fn slip_threshold_m(&self, eps: &[f64]) -> f64 {
+    pub(crate) fn slip_threshold_m(&self, eps: &[f64]) -> f64 {
         let slips = self.x.chunks_exact(3).map(|x| x[1].hypot(x[2]));
         let pressed = self.lambda.iter().zip(eps).step_by(3);
         let compressions = pressed.map(|(lambda, eps)| (lambda / eps).abs());
@@ -328,7 +328,7 @@ impl Stop {
     }
 
     /// Returns `true` once the sweep is stopped.
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
@@ -439,7 +439,7 @@ impl SolvedFrequency {
 
 impl Response {
     /// Abscissa of an orbit: the frequency, Hz, unless its branch is followed over something else.
-    pub fn abscissa(&self, index: usize) -> f64 {
+    pub(crate) fn abscissa(&self, index: usize) -> f64 {
         let branch = self.branches.get(self.branch_of(index));
         let own = branch.and_then(|b| b.abscissae.get(index.checked_sub(b.points.start)?));
         own.copied().unwrap_or(self.orbits[index].frequency_hz)
@@ -537,7 +537,7 @@ pub struct SecondMotion {
 }
 
 pub mod accuracy;
-pub mod aft;
+pub(crate) mod aft;
 pub mod backbone;
 pub mod balance;
 mod between_samples;
@@ -558,7 +558,7 @@ pub mod newton_krylov;
 pub mod one_balance;
 pub mod orbit;
 pub mod pair_signals;
-pub mod pair_status;
+pub(crate) mod pair_status;
 pub mod peaks;
 mod point;
 pub mod retention;

@@ -17,7 +17,7 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// Relative residual of a loose linear solve, and the largest one of any. GMRES then stays out of
 /// directions in which J is nearly singular, such as the mean position of pairs that slip in every
 /// period, where a full Newton step goes far astray.
-pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
+pub(crate) const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
 /// Smallest damping factor of Newton's method at one frequency. Each one that is tried costs a linear
 /// solve, and where only a shorter step helps, another start or strategy takes less.
@@ -79,7 +79,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// Norms |F| and |F_1..H|, with the forces of a vibration that none of these excites. The second is at
 /// least so large that `tolerance` of it is above rounding; where nothing vibrates, it is |F|.
-pub fn load_scale(balance: &Balance, tolerance: f64) -> [f64; 2] {
+pub(crate) fn load_scale(balance: &Balance, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]).hypot(balance.vibration_n);
     let problem = &balance.setting.system.problem;
     let whole = problem.steady_force_n().hypot(harmonic);
@@ -90,7 +90,7 @@ pub fn load_scale(balance: &Balance, tolerance: f64) -> [f64; 2] {
 }
 
 /// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|, so that the vibration converges on its own scale.
-pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
+pub(crate) fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
     let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
     let [mean, rest] = [&f[..n], &f[n..]].map(norm);
     let (mean, rest) = (ratio(mean, scale[0]), ratio(rest, scale[1]));
@@ -151,7 +151,7 @@ impl NonlinearSystem for KrylovSystem<'_> {
 }
 
 /// Tolerances of the linear solves, of which this is the usual one.
-pub fn krylov_tolerances(usual: f64) -> LinearTolerances {
+pub(crate) fn krylov_tolerances(usual: f64) -> LinearTolerances {
     LinearTolerances {
         usual,
         loosest: LOOSE_KRYLOV_TOLERANCE.max(usual),
@@ -159,14 +159,14 @@ pub fn krylov_tolerances(usual: f64) -> LinearTolerances {
 }
 
 /// Length of a step in forces, eps dU, so that steps of pairs of different stiffness weigh alike.
-pub fn step_length(balance: &Balance, dx: &[f64]) -> f64 {
+pub(crate) fn step_length(balance: &Balance, dx: &[f64]) -> f64 {
     let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
     forces.map(|f| f * f).sum::<f64>().sqrt()
 }
 
 impl Preconditioner {
     /// Linear system on the pairs that take part, with a coarse problem that serves it.
-    pub fn linear_system(&mut self, balance: &Balance, jacobian: &Jacobian) -> LinearSystem {
+    pub(crate) fn linear_system(&mut self, balance: &Balance, jacobian: &Jacobian) -> LinearSystem {
         let problem = &balance.setting.inexact;
         let inexact = problem.taking_part(&jacobian.active, self.inexact.as_ref());
         let columns = inexact.columns();
@@ -188,7 +188,7 @@ impl Preconditioner {
     /// Solves J x = `right` to the relative residual `tolerance`, with a border where there is one:
     /// the last entries of `right` and `x` then belong to it.
     #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
-    pub fn solve(
+    pub(crate) fn solve(
         &mut self,
         balance: &Balance,
         linear: &LinearSystem,

@@ -33,7 +33,7 @@ pub fn orbit(
 
 /// Builds the orbit of a converged vibration without a force, in which the tracked mode has this
 /// amplitude at harmonic 1. No power is put in.
-pub fn unforced_orbit(
+pub(crate) fn unforced_orbit(
     balance: &Balance,
     u: &[f64],
     evaluation: &Evaluation,
@@ -136,7 +136,7 @@ fn amplitudes_m(
 }
 
 /// Complex amplitude of the first harmonic of each observed displacement of U, m.
-pub fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64> {
+pub(crate) fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64> {
     let x = complex_block(u, system.unknowns(), 1);
     let q = system.modal_response(1, omega, &x, &modal_load(system, 1, omega));
     let of = system.problem.reduced.of_harmonic(1);
@@ -147,7 +147,7 @@ pub fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64
 
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
 /// pairs: n coefficients for each observed displacement.
-pub fn first_harmonic_slopes(system: &ContactSystem, omega: f64) -> Vec<Vec<c64>> {
+pub(crate) fn first_harmonic_slopes(system: &ContactSystem, omega: f64) -> Vec<Vec<c64>> {
     let observed = system.problem.reduced.of_harmonic(1).observations().iter();
     observed
         .map(|point| system.displacement_slope(1, omega, &point.on_x, &point.on_modes))
@@ -168,7 +168,7 @@ pub fn linear_orbit(system: &ContactSystem, harmonics: usize, frequency_hz: f64)
 }
 
 /// Largest departure from the mean over a period of a signal given by its coefficients.
-pub fn amplitude(coefficients: &[f64]) -> f64 {
+pub(crate) fn amplitude(coefficients: &[f64]) -> f64 {
     let harmonics = coefficients.len() / 2;
     match harmonics {
         0 => 0.0,

@@ -7,14 +7,14 @@ use dovetail_numerics::fourier::Fourier;
 
 /// The force is periodic when the state moves by less than this fraction of the largest predicted
 /// force.
-pub const PERIODICITY: f64 = 1e-12;
+pub(crate) const PERIODICITY: f64 = 1e-12;
 
 /// Number of periods of a pair that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Periods {
     /// Until the end of a period equals its start.
     UntilPeriodic,
-    /// A fixed number (at most [`super::aft::PLAIN_PERIODS`]), periodic or not. Pairs change their
+    /// A fixed number (at most `super::aft::PLAIN_PERIODS`), periodic or not. Pairs change their
     /// state at whole samples only, as in older programs.
     Exactly(usize),
 }
@@ -31,7 +31,7 @@ pub struct Rounding {
 
 /// Input of the time evaluation of one pair.
 #[derive(Debug, Clone, Copy)]
-pub struct PairInput<'a> {
+pub(crate) struct PairInput<'a> {
     /// Periods that the pair is marched through.
     pub periods: Periods,
     /// Fourier coefficients of the law's shares of lambda_u, N: component-major, 3 x (2H+1).
@@ -45,7 +45,7 @@ pub struct PairInput<'a> {
 }
 
 /// Signals of the last period, component-major, 3 x N; reused from pair to pair.
-pub struct Signals {
+pub(crate) struct Signals {
     /// Predicted forces, N.
     pub lambda_u: Vec<f64>,
     /// Contact forces, N.
@@ -61,7 +61,7 @@ pub struct Signals {
 
 /// Passage of a pair from one sample to the next.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Passage {
+pub(crate) struct Passage {
     /// Position along the contact at the end, N ([`State::slid_n`]).
     pub position_n: [f64; 2],
     /// True if the pair slips or is open at some instant that is looked at.
@@ -73,14 +73,14 @@ pub struct Passage {
 
 /// Compression of a pair under a normal prediction, N.
 #[inline(always)]
-pub fn compression_n(normal: f64) -> f64 {
+pub(crate) fn compression_n(normal: f64) -> f64 {
     // 0 - x rather than -x: an open pair carries 0, not -0.
     (0.0 - normal).max(0.0)
 }
 
 impl Signals {
     /// Allocates the signals of a period of so many samples.
-    pub fn new(samples: usize) -> Self {
+    pub(crate) fn new(samples: usize) -> Self {
         Self {
             lambda_u: vec![0.0; 3 * samples],
             lambda: vec![0.0; 3 * samples],
@@ -91,13 +91,13 @@ impl Signals {
     }
 
     /// Number of samples of the period.
-    pub fn samples(&self) -> usize {
+    pub(crate) fn samples(&self) -> usize {
         self.contact.len()
     }
 
     /// Writes the Fourier coefficients of the contact forces.
     #[inline(always)]
-    pub fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
+    pub(crate) fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
         let components = lambda.chunks_exact_mut(fourier.width());
         for (signal, lambda) in self.lambda.chunks_exact(self.samples()).zip(components) {
             fourier.to_frequency(signal, lambda);
@@ -107,7 +107,7 @@ impl Signals {
     /// Writes the predicted forces at the samples, and finds the intervals in which the tangential one
     /// reverses.
     #[inline(always)]
-    pub fn predict(&mut self, fourier: &Fourier, input: &PairInput<'_>) {
+    pub(crate) fn predict(&mut self, fourier: &Fourier, input: &PairInput<'_>) {
         let components = input.force.chunks_exact(fourier.width());
         let samples = fourier.samples();
         for (force, signal) in components.zip(self.lambda_u.chunks_exact_mut(samples)) {
@@ -138,7 +138,7 @@ impl Signals {
 
     /// Prediction (N with the clearance, t1, t2) at sample `n`, N.
     #[inline(always)]
-    pub fn prediction(&self, n: usize, shift_n: f64) -> [f64; 3] {
+    pub(crate) fn prediction(&self, n: usize, shift_n: f64) -> [f64; 3] {
         let at = |c: usize| self.lambda_u[c * self.samples() + n];
         [at(0) + shift_n, at(1), at(2)]
     }
@@ -151,7 +151,7 @@ impl Signals {
 
     /// Writes the contact force and the status of the pair at sample `n`.
     #[inline(always)]
-    pub fn write(&mut self, n: usize, contact: Contact, force: [f64; 3]) {
+    pub(crate) fn write(&mut self, n: usize, contact: Contact, force: [f64; 3]) {
         let samples = self.samples();
         self.contact[n] = contact;
         for (c, force) in force.into_iter().enumerate() {
@@ -162,7 +162,7 @@ impl Signals {
     /// Path slid over the last period, N, and the integral of the compression along it, N2. The
     /// period begins at `start_n` ([`State::slid_n`]).
     #[inline(always)]
-    pub fn path(&self, start_n: [f64; 2], shift_n: f64) -> [f64; 2] {
+    pub(crate) fn path(&self, start_n: [f64; 2], shift_n: f64) -> [f64; 2] {
         let mut path = [0.0; 2];
         let mut from_n = start_n;
         for (n, passage) in self.passages.iter().enumerate() {
@@ -182,31 +182,31 @@ impl Signals {
     }
 
     /// State of the pair after sample `n`.
-    pub fn state(&self, n: usize, shift_n: f64) -> State {
+    pub(crate) fn state(&self, n: usize, shift_n: f64) -> State {
         State::after(self.prediction(n, shift_n), self.contact[n], self.force(n))
     }
 
     /// Sample before sample `n`; the last sample precedes the first.
     #[inline(always)]
-    pub fn before(&self, n: usize) -> usize {
+    pub(crate) fn before(&self, n: usize) -> usize {
         if n == 0 { self.samples() - 1 } else { n - 1 }
     }
 
     /// Samples around the interval that ends at sample `n`, which is the third of them.
     #[inline(always)]
-    pub fn around(&self, n: usize) -> [usize; 4] {
+    pub(crate) fn around(&self, n: usize) -> [usize; 4] {
         let before = self.before(n);
         [self.before(before), before, n, (n + 1) % self.samples()]
     }
 
     /// Predictions at those samples.
-    pub fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
+    pub(crate) fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
         self.around(n).map(|n| self.prediction(n, shift_n))
     }
 
     /// Returns `true` if the pair may turn between the sample before and sample `n`.
     #[inline(always)]
-    pub fn turns(&self, n: usize, law: &PredictedLaw) -> bool {
+    pub(crate) fn turns(&self, n: usize, law: &PredictedLaw) -> bool {
         let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
         self.reverses[n]
             || (before == Contact::Open) != (now == Contact::Open)
@@ -225,7 +225,7 @@ impl Signals {
 
     /// Returns `true` if the pair closes between the sample before and sample `n`.
     #[inline(always)]
-    pub fn lands(&self, n: usize, shift_n: f64) -> bool {
+    pub(crate) fn lands(&self, n: usize, shift_n: f64) -> bool {
         self.lambda_u[self.before(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
     }
 }
@@ -233,7 +233,7 @@ impl Signals {
 /// Adds S_T to two rows of three blocks, the derivatives by all coefficients of lambda_u; `s` has
 /// the length of a block.
 #[inline(always)]
-pub fn add_own(s: &[f64], rows: &mut [f64]) {
+pub(crate) fn add_own(s: &[f64], rows: &mut [f64]) {
     let width = s.len();
     for start in [width, 5 * width] {
         for (r, v) in rows[start..start + width].iter_mut().zip(s) {

@@ -36,9 +36,9 @@ mod solution;
 mod strategy;
 mod truncation;
 
-pub use neighbour::{Neighbour, resized};
-pub use solution::{Solution, Work};
-pub use truncation::Truncation;
+pub(crate) use neighbour::{Neighbour, resized};
+pub(crate) use solution::{Solution, Work};
+pub(crate) use truncation::Truncation;
 
 use mean::Settled;
 use solution::{Start, keep_better};
@@ -52,7 +52,7 @@ const MOST_ATTEMPTS: usize = 10;
 const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 
 /// Largest number of unknowns for which Newton's method takes exact corrections.
-pub const MOST_EXACT_UNKNOWNS: usize = 500;
+pub(crate) const MOST_EXACT_UNKNOWNS: usize = 500;
 
 /// A start with a relative residual below this is taken, however good another is, and a start that is
 /// computed goes no further.
@@ -61,7 +61,7 @@ const GOOD_START: f64 = 1e-2;
 /// Solver of a frequency, with what is the same at all frequencies: the balance, the solver asked
 /// for, and what holds the bodies, found when first asked for.
 #[derive(Clone)]
-pub struct FrequencySolver<'a> {
+pub(crate) struct FrequencySolver<'a> {
     pub setting: Setting,
     pub newton: NewtonOptions,
     pub solver: Solver,
@@ -71,7 +71,7 @@ pub struct FrequencySolver<'a> {
 
 impl<'a> FrequencySolver<'a> {
     /// `holding` belongs to the model of `setting`; `tell` is called with each strategy tried.
-    pub fn new(
+    pub(crate) fn new(
         setting: Setting,
         newton: NewtonOptions,
         solver: Solver,
@@ -90,12 +90,17 @@ impl<'a> FrequencySolver<'a> {
     /// Solves one frequency: free where friction holds the motions that nothing else holds,
     /// otherwise with the mean retained along them. Returns the attempt with the smallest residual
     /// where none converges.
-    pub fn solve(&self, frequency_hz: f64, last: Option<&Neighbour>, work: &mut Work) -> Solution {
+    pub(crate) fn solve(
+        &self,
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solution {
         self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
     }
 
     /// Solves one frequency again, from a neighbour on its other side.
-    pub fn solve_from(
+    pub(crate) fn solve_from(
         &self,
         frequency_hz: f64,
         neighbour: &Neighbour,
@@ -113,7 +118,7 @@ impl<'a> FrequencySolver<'a> {
     /// preload of the static state presses them together, whether they stick or slide. Sums of the
     /// pairs' normal forces are compared. Bodies that are held without contact cannot be pulled
     /// away.
-    pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
+    pub(crate) fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
         let loads = &setting.system.problem.excitations;
         let factors = loads.iter().map(|load| load.factor(TAU * frequency_hz));
@@ -359,7 +364,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// This solver with other harmonics and samples, and another eps.
-    pub fn with(&self, fourier: &Arc<Fourier>, eps: &Arc<[f64]>) -> Self {
+    pub(crate) fn with(&self, fourier: &Arc<Fourier>, eps: &Arc<[f64]>) -> Self {
         let mut other = self.clone();
         other.setting.fourier = Arc::clone(fourier);
         other.setting.eps = Arc::clone(eps);
@@ -452,7 +457,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Balance with this mean; `None` where there is nothing to retain.
-    pub fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance> {
+    pub(crate) fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance> {
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
         Some(match mean {
             Mean::Free => balance,
@@ -462,7 +467,7 @@ impl<'a> FrequencySolver<'a> {
 
     /// Solution that is known, evaluated; `None` where its mean cannot be retained, or where it has
     /// not as many unknowns.
-    pub fn evaluated(&self, frequency_hz: f64, u: &[f64], mean: Mean) -> Option<Solution> {
+    pub(crate) fn evaluated(&self, frequency_hz: f64, u: &[f64], mean: Mean) -> Option<Solution> {
         let balance = self.balance(frequency_hz, mean)?;
         (u.len() == self.unknowns()).then(|| Solution {
             evaluation: balance.evaluate(u),
@@ -478,17 +483,17 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Returns `true` if corrections are taken from a factor of the whole Jacobian.
-    pub fn is_exact(&self) -> bool {
+    pub(crate) fn is_exact(&self) -> bool {
         !matches!(self.stepping(), Method::Krylov(_))
     }
 
     /// Number of entries of U.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.setting.fourier.width() * self.setting.system.unknowns()
     }
 
     /// U of the static state, without vibration.
-    pub fn static_start(&self) -> Vec<f64> {
+    pub(crate) fn static_start(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
         let mut u = vec![0.0; self.unknowns()];
         u[..n].copy_from_slice(&self.setting.x_static);

@@ -9,7 +9,7 @@
 //! reported. Bodies that supports and springs hold with all pairs open have no such motion.
 //!
 //! Friction holds a body where the pairs that stick throughout leave none of these motions possible
-//! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution
+//! (`Retention::is_blocked_by`). This decides between the two balances, whichever way a solution
 //! was found.
 
 use crate::problem::tangential;
@@ -71,7 +71,7 @@ impl Holding {
 
     /// Returns `true` if the bodies are [held without
     /// contact](crate::reduced::ReducedModel::is_held_without_contact).
-    pub fn without_contact(&self) -> bool {
+    pub(crate) fn without_contact(&self) -> bool {
         let reduced = &self.problem.reduced;
         *self.without_contact.get_or_init(|| {
             // Mostly a motion along the contacts is free, which spares the factor of the stiffness.
@@ -104,7 +104,7 @@ impl Holding {
     /// Amplitudes of the normal forces of the pairs of the sector under each excitation applied
     /// slowly, N, where nothing lifts off and nothing rubs: a pair that slides carries no part of
     /// what acts along the contact. Not finite where nothing at all holds a motion that is excited.
-    pub fn pulls(&self) -> &[Vec<c64>] {
+    pub(crate) fn pulls(&self) -> &[Vec<c64>] {
         self.pulls.get_or_init(|| {
             let reduced = &self.problem.reduced;
             let mut models: Vec<(Option<usize>, Sliding)> = Vec::new();
@@ -171,7 +171,7 @@ pub struct Retention {
 impl Retention {
     /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is negligible
     /// beside `own`, its diagonal.
-    pub fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
+    pub(crate) fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
         let n = stiffness.nrows();
         let tangential = tangential(n);
         let size = tangential.len();
@@ -193,19 +193,19 @@ impl Retention {
     }
 
     /// Returns `true` if there is any such motion.
-    pub fn is_needed(&self) -> bool {
+    pub(crate) fn is_needed(&self) -> bool {
         !self.motions.is_empty()
     }
 
     /// Returns `true` if the stiffness of `model`, from which this was found, is rounding along some of
     /// the motions: without friction the mean then has a whole line of positions.
-    pub fn is_indifferent(&self, model: &ReducedModel) -> bool {
+    pub(crate) fn is_indifferent(&self, model: &ReducedModel) -> bool {
         let mut motions = self.motions.iter();
         motions.any(|motion| model.elastic_product(motion).abs() < FREE * self.stiffness_n_m)
     }
 
     /// Retention with the same motions, on a spring of this fraction of the stiffness.
-    pub fn softened(&self, fraction: f64) -> Self {
+    pub(crate) fn softened(&self, fraction: f64) -> Self {
         Self {
             motions: self.motions.clone(),
             stiffness_n_m: fraction * self.stiffness_n_m,
@@ -213,13 +213,13 @@ impl Retention {
     }
 
     /// Stiffness of the spring, N/m.
-    pub fn stiffness_n_m(&self) -> f64 {
+    pub(crate) fn stiffness_n_m(&self) -> f64 {
         self.stiffness_n_m
     }
 
     /// Returns `true` if every combination of the motions moves some of `pairs`: the rank of the
     /// rows of these pairs is the number of motions.
-    pub fn is_blocked_by(&self, pairs: impl Iterator<Item = usize> + Clone) -> bool {
+    pub(crate) fn is_blocked_by(&self, pairs: impl Iterator<Item = usize> + Clone) -> bool {
         let count = self.motions.len();
         let shared = Mat::from_fn(count, count, |i, j| {
             let on = |p: usize| {
@@ -233,28 +233,28 @@ impl Retention {
     }
 
     /// Computes y += spring x, for x and y of length n.
-    pub fn add_to(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn add_to(&self, x: &[f64], y: &mut [f64]) {
         for motion in &self.motions {
             axpy(self.stiffness_n_m * dot(motion, x), motion, y);
         }
     }
 
     /// Computes matrix += spring.
-    pub fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
+    pub(crate) fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
         for j in 0..matrix.ncols() {
             self.add_to_column(j, matrix.col_as_slice_mut(j));
         }
     }
 
     /// Computes column += column j of the spring.
-    pub fn add_to_column(&self, j: usize, column: &mut [f64]) {
+    pub(crate) fn add_to_column(&self, j: usize, column: &mut [f64]) {
         for motion in &self.motions {
             axpy(self.stiffness_n_m * motion[j], motion, column);
         }
     }
 
     /// Spring restricted to the rows and columns `columns`.
-    pub fn restricted(&self, columns: &[usize]) -> Self {
+    pub(crate) fn restricted(&self, columns: &[usize]) -> Self {
         let motions = self.motions.iter();
         Self {
             motions: motions
@@ -276,7 +276,7 @@ impl Retention {
 
     /// Forces of the spring at `x`, anchored at `anchor`, N: their sizes on the pairs, added up. Where
     /// they have different directions, this is more than their resultant.
-    pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
+    pub(crate) fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
         let along = self.along(x, anchor);
         let lengths_m = along.chunks_exact(3).map(|v| v[1].hypot(v[2]));
         self.stiffness_n_m * lengths_m.sum::<f64>()
@@ -284,7 +284,7 @@ impl Retention {
 
     /// Returns `true` if the mean has walked off: `x` lies far from `anchor` along these motions
     /// and along nothing else. `vibration` is the length of the rest of the motion, m.
-    pub fn walked_off(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+    pub(crate) fn walked_off(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
         let mut difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
         let whole = norm(&difference);
         for motion in &self.motions {
@@ -298,7 +298,7 @@ impl Retention {
 }
 
 /// Returns `true` if the mean is so far that [`Retention::walked_off`] is worth checking.
-pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+pub(crate) fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
     let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
     norm(&difference) > FAR * (norm(anchor) + vibration)
 }

@@ -142,7 +142,11 @@ fn periodic(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> (Ma
 
 /// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns
 /// `true` if they are periodic.
-pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut Signals) -> bool {
+pub(crate) fn contact_forces(
+    input: &PairInput<'_>,
+    rounding: Rounding,
+    signals: &mut Signals,
+) -> bool {
     let (march, is_periodic) = periodic(input, signals, rounding);
     let samples = signals.samples();
     let mut state = march.start;
@@ -157,7 +161,7 @@ pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut S
 }
 
 /// Derivative of the force over the periodic period.
-pub fn derivative_rows(
+pub(crate) fn derivative_rows(
     fourier: &Fourier,
     input: &PairInput<'_>,
     rounding: Rounding,

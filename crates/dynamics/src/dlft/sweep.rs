@@ -45,7 +45,7 @@ pub struct SweepSettings {
     pub periods: Periods,
     /// Method that solves the balance of a frequency.
     pub solver: Solver,
-    /// Slip threshold, m; `None`: that of [`StaticState::slip_threshold_m`].
+    /// Slip threshold, m; `None`: that of `StaticState::slip_threshold_m`.
     pub slip_threshold_m: Option<f64>,
     /// Seconds after which a frequency is given up, which makes the result depend on the machine.
     /// `None`: no limit.

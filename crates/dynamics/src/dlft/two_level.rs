@@ -23,7 +23,7 @@ struct Preconditioned {
 
 /// Border of a linear system: further unknowns, such as the parameter of a curve, and as many
 /// further equations.
-pub struct Border {
+pub(crate) struct Border {
     /// Derivative of the residual with respect to each further unknown.
     pub columns: Vec<Vec<f64>>,
     /// Coefficients of the other unknowns in each further equation.
@@ -34,12 +34,12 @@ pub struct Border {
 
 impl Border {
     /// Solves the further equations for the further unknowns, where the other unknowns are zero.
-    pub fn further_unknowns(&self, right: &[f64]) -> Vec<f64> {
+    pub(crate) fn further_unknowns(&self, right: &[f64]) -> Vec<f64> {
         eliminated(self.corner.clone(), right.to_vec())
     }
 
     /// Right-hand sides of the further equations that are left beside z for the other unknowns.
-    pub fn beside(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
+    pub(crate) fn beside(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
         let equations = right.iter().zip(&self.rows);
         equations.map(|(right, row)| right - dot(row, z)).collect()
     }
@@ -135,7 +135,7 @@ struct Solver<'a> {
 /// Where the flanks are large, the iterations read the near field of K alone: what is far is soft and
 /// belongs to the coarse problem, which has it. What a solution leaves of the residual, with the whole
 /// of K, is solved for again.
-pub fn solve(
+pub(crate) fn solve(
     system: &LinearSystem,
     coarse: Option<&Coarse>,
     border: Option<&Border>,

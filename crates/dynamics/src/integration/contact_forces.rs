@@ -31,7 +31,7 @@ const HALVINGS: usize = 3;
 const SWEEPS: usize = 30;
 
 /// Contact problem of every step (constant step size), with the Jacobian last used.
-pub struct ContactProblem {
+pub(crate) struct ContactProblem {
     /// Delassus matrix D, 1/kg, 3 pairs square: symmetric, positive definite.
     delassus: Mat<f64>,
     /// Friction coefficient of each pair.
@@ -43,7 +43,7 @@ pub struct ContactProblem {
 
 /// End of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ContactEnd {
+pub(crate) enum ContactEnd {
     /// The step is solved to the tolerance.
     Solved,
     /// The step is not solved to the tolerance.
@@ -56,7 +56,7 @@ pub enum ContactEnd {
 impl ContactProblem {
     /// Problem with the Delassus matrix of the pairs (n x n, 1/kg) and their coefficients of
     /// friction.
-    pub fn new(delassus: Mat<f64>, friction: Vec<f64>) -> Self {
+    pub(crate) fn new(delassus: Mat<f64>, friction: Vec<f64>) -> Self {
         let d = |i: usize| delassus[(i, i)];
         let scale = (0..friction.len())
             .flat_map(|p| {
@@ -74,7 +74,7 @@ impl ContactProblem {
 
     /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with
     /// it. `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
-    pub fn solve(
+    pub(crate) fn solve(
         &mut self,
         free: &[f64],
         offset: &[f64],

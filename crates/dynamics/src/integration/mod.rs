@@ -2,7 +2,7 @@
 //! predicted forces. Unilateral contact with Coulomb friction, rigid or on springs, is solved for
 //! in each time step.
 //!
-//! The law is written anew in [`step`] and [`contact_forces`], and stays independent of the law
+//! The law is written anew in [`step`] and `contact_forces`, and stays independent of the law
 //! that DLFT evaluates, so that an error in one of the two shows. Only the signs and the data of a
 //! pair ([`PairLaw`](crate::contact::PairLaw)) come from [`crate::contact`].
 //!
@@ -16,13 +16,13 @@
 //!
 //! [`step`] is Moreau's time stepping (J. J. Moreau, *Unilateral contact and dry friction in finite
 //! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with
-//! the trapezoidal rule; [`contact_forces`] solves for the contact forces of a step; [`steady`]
+//! the trapezoidal rule; `contact_forces` solves for the contact forces of a step; [`steady`]
 //! goes on to the steady state and measures a period; [`compare`] puts that beside the orbit of
 //! harmonic balance. Only the last, and `whole_disc`, which makes one problem of all sectors of a
 //! disc in a wave, know of DLFT.
 
 pub mod compare;
-pub mod contact_forces;
+pub(crate) mod contact_forces;
 pub mod steady;
 pub mod step;
 mod whole_disc;

@@ -98,7 +98,7 @@ impl State {
     }
 
     /// Returns `true` if all numbers are finite.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         [&self.x, &self.v, &self.q, &self.q_rate]
             .iter()
             .all(|part| part.iter().all(|v| v.is_finite()))
@@ -201,7 +201,7 @@ fn compliances(problem: &Problem) -> Vec<f64> {
 
 /// Positions of the points that touch while the pairs are displaced by `x` under `lambda`; in N
 /// they are at the clearance.
-pub fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
+pub(crate) fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
     let springs = compliances(problem).into_iter().zip(lambda);
     let moved = x.iter().zip(springs);
     let mut touching: Vec<f64> = moved.map(|(x, (c, lambda))| x - c * lambda).collect();
@@ -299,22 +299,22 @@ impl<'a> Stepper<'a> {
     }
 
     /// Problem that is integrated.
-    pub fn problem(&self) -> &'a Problem {
+    pub(crate) fn problem(&self) -> &'a Problem {
         self.problem
     }
 
     /// Number of steps in a period.
-    pub fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         self.steps
     }
 
     /// Frequency of the excitation's harmonic 1.
-    pub fn frequency_hz(&self) -> f64 {
+    pub(crate) fn frequency_hz(&self) -> f64 {
         self.omega_rad_s / TAU
     }
 
     /// Prepares for a state that does not come from [`Stepper::advance`].
-    pub fn prepare(&mut self, state: &State) {
+    pub(crate) fn prepare(&mut self, state: &State) {
         apply(&self.problem.reduced.stiffness, &state.x, &mut self.kx);
         apply(&self.problem.reduced.mass, &state.v, &mut self.mv);
         apply(&self.coupling_t, &state.v, &mut self.pv);
@@ -337,7 +337,7 @@ impl<'a> Stepper<'a> {
     ///
     /// # Errors
     /// The residual of the contact forces, where they were not found.
-    pub fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
+    pub(crate) fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
         let (problem, h) = (self.problem, self.h);
         let load = self.mean_load(step);
         let known = self.known_on_modes(state, &load.on_modes);

@@ -7,7 +7,7 @@ use crate::reduced::{AllSectors, Load};
 use dovetail_numerics::spectrum::{Spectrum, cosine, sine};
 
 /// Problem of all sectors. Each has the laws of one, and the excitation of one in its turn.
-pub fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
+pub(crate) fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
     let excitations = problem.excitations.iter().map(|load| HarmonicLoad {
         harmonic: load.harmonic,
         cosine: sectors.of_harmonic(load.harmonic, &load.cosine),
@@ -27,7 +27,7 @@ pub fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
 
 /// Motion and contact forces of all sectors in the wave of which `orbit` is the motion of one, with its
 /// other figures.
-pub fn orbit_of(sectors: &AllSectors<'_>, problem: &Problem, orbit: &Orbit) -> Orbit {
+pub(crate) fn orbit_of(sectors: &AllSectors<'_>, problem: &Problem, orbit: &Orbit) -> Orbit {
     let reduced = &problem.reduced;
     // Contact forces are those of X, and move no mode.
     let on_all = |values: &[f64], modal: Option<&[f64]>| {

@@ -12,7 +12,7 @@ use crate::damping::Rayleigh;
 use crate::reduced::{Load, ObservedPoint, ReducedModel};
 
 /// Problem with a friction of 0.3 and no clearance, excited by `force_n`.
-pub fn dovetail72(force_n: f64) -> Problem {
+pub(crate) fn dovetail72(force_n: f64) -> Problem {
     // Read once for all tests of a process.
     static MODEL: OnceLock<ReducedModel> = OnceLock::new();
     let reduced = MODEL.get_or_init(read);
@@ -20,7 +20,7 @@ pub fn dovetail72(force_n: f64) -> Problem {
 }
 
 /// 0.1 % of critical damping on the first stuck mode.
-pub fn damping(problem: &Problem) -> Rayleigh {
+pub(crate) fn damping(problem: &Problem) -> Rayleigh {
     Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt())
 }
 

@@ -24,7 +24,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use super::elimination::{Coefficients, LowRank};
+pub(crate) use super::elimination::Coefficients;
 
 /// Least ratio of critical damping that a dashpot counts with.
 const LEAST_RATIO: f64 = 1e-12;
@@ -56,12 +56,12 @@ impl ContactSystem {
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.problem.reduced.stiffness.nrows()
     }
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
-    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
+    pub(crate) fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
         self.of_harmonics(omega, harmonics, |k| {
             self.eliminated(k, omega).coefficients()
         })
@@ -70,7 +70,7 @@ impl ContactSystem {
     /// Derivative of Lambda with respect to the frequency of the first harmonic, at `omega` rad/s
     /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
     /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
-    pub fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
+    pub(crate) fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
         self.of_harmonics(omega, harmonics, |k| {
             let slope = self.factor_slopes(k, omega);
             self.eliminated(k, omega).slopes(&slope, k as f64)
@@ -134,7 +134,7 @@ impl ContactSystem {
 
     /// Damping of a stuck mode of the model of harmonic `k` without the dashpots: its own ratio, or
     /// that of all.
-    pub fn mode_damping(&self, k: usize, mode: usize) -> Rayleigh {
+    pub(crate) fn mode_damping(&self, k: usize, mode: usize) -> Rayleigh {
         let of = self.problem.reduced.of_harmonic(k);
         self.problem.mode_damping(of, self.damping, mode)
     }
@@ -195,7 +195,7 @@ impl ContactSystem {
 
     /// Derivative of [`ContactSystem::condensed_load`] with respect to the frequency of harmonic `k`,
     /// for a load with the derivatives `on_x_slope`, `on_modes_slope`.
-    pub fn condensed_load_slope(
+    pub(crate) fn condensed_load_slope(
         &self,
         k: usize,
         omega: f64,
@@ -239,7 +239,7 @@ impl ContactSystem {
 
     /// Derivative of the displacement `on_x . Y + on_modes . q` at harmonic `k` with respect to X,
     /// where Y are the unknowns of the model of that harmonic.
-    pub fn displacement_slope(
+    pub(crate) fn displacement_slope(
         &self,
         k: usize,
         omega: f64,
@@ -430,12 +430,12 @@ fn on_columns(
 
 impl HarmonicStiffness {
     /// Number of harmonics besides the mean.
-    pub fn harmonics(&self) -> usize {
+    pub(crate) fn harmonics(&self) -> usize {
         self.harmonics.len()
     }
 
     /// Number of unknowns of one block.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.reduced.stiffness.nrows()
     }
 
@@ -445,7 +445,7 @@ impl HarmonicStiffness {
     }
 
     /// Coefficients of each harmonic, with the stuck modes below `cut` times the highest of them.
-    pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
+    pub(crate) fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
         let highest = cut * self.omega * self.harmonics.len() as f64;
         let below = |w2: &f64| *w2 < highest * highest;
         let mut harmonics = self.harmonics.clone();
@@ -459,7 +459,7 @@ impl HarmonicStiffness {
 
     /// Computes Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] for vectors of 2H+1 blocks: the mean,
     /// then cosine and sine of each harmonic (`X = cosine - i sine`).
-    pub fn apply(&self, v: &[f64], y: &mut [f64]) {
+    pub(crate) fn apply(&self, v: &[f64], y: &mut [f64]) {
         let n = self.unknowns();
         let (waves, in_phase): (Vec<usize>, Vec<usize>) =
             (1..=self.harmonics.len()).partition(|k| self.model(*k).wave.is_some());
@@ -496,7 +496,7 @@ impl HarmonicStiffness {
     }
 
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
-    pub fn diagonal(&self, k: usize) -> Vec<c64> {
+    pub(crate) fn diagonal(&self, k: usize) -> Vec<c64> {
         let n = self.unknowns();
         let of_pairs = (0..n).flat_map(|i| self.of_pairs(k, i..i + 1, i));
         let mut diagonal: Vec<c64> = of_pairs.collect();
@@ -540,7 +540,7 @@ impl HarmonicStiffness {
     }
 
     /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
-    pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
+    pub(crate) fn formed(&self, k: usize) -> [Mat<f64>; 2] {
         let n = self.unknowns();
         let Coefficients {
             modes, dashpots, ..

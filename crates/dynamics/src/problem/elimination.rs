@@ -62,7 +62,7 @@ impl Factors {
     }
 
     /// Factors s and z of a stuck mode.
-    pub fn of_mode(&self, mode: usize) -> [c64; 2] {
+    pub(crate) fn of_mode(&self, mode: usize) -> [c64; 2] {
         let own = self.of_modes.get(mode);
         own.copied().unwrap_or([self.s, self.z])
     }
@@ -70,7 +70,7 @@ impl Factors {
 
 /// Coefficients of Lambda of one harmonic: `s K - z M + Q (diag(modes) + L T L^T) Q^T`.
 #[derive(Debug, Clone)]
-pub struct Coefficients {
+pub(crate) struct Coefficients {
     /// Factor of K, `1 + i w a`.
     pub s: c64,
     /// Factor of -M, `w^2 - i w b`.
@@ -83,7 +83,7 @@ pub struct Coefficients {
 
 /// Matrix `L T L^T` on the stuck modes, m, and on the dashpots, d.
 #[derive(Debug, Clone)]
-pub struct LowRank {
+pub(crate) struct LowRank {
     /// Rows of L that belong to the modes, m x r.
     on_modes: Mat<c64>,
     /// Rows of L that belong to the dashpots, d x r.
@@ -177,7 +177,11 @@ struct ForceSlopes {
 impl<'a> Elimination<'a> {
     /// Elimination of all modes but `kept`, which move together and have these amplitudes where the
     /// first one has 1.
-    pub fn new(reduced: &'a ReducedModel, factors: Factors, kept: &'a [(usize, c64)]) -> Self {
+    pub(crate) fn new(
+        reduced: &'a ReducedModel,
+        factors: Factors,
+        kept: &'a [(usize, c64)],
+    ) -> Self {
         let divisor = |(m, w2): (usize, &f64)| {
             let [s, z] = factors.of_mode(m);
             s * *w2 - z
@@ -256,7 +260,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Coefficients of Lambda.
-    pub fn coefficients(&self) -> Coefficients {
+    pub(crate) fn coefficients(&self) -> Coefficients {
         let Factors { s, z, .. } = self.factors;
         let mode = |m: usize| {
             let [_, own] = self.factors.of_mode(m);
@@ -278,7 +282,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Derivatives of the coefficients of Lambda, from those of the factors, times `times`.
-    pub fn slopes(&self, slope: &Factors, times: f64) -> Coefficients {
+    pub(crate) fn slopes(&self, slope: &Factors, times: f64) -> Coefficients {
         let mode = |m: usize| {
             let ([_, own], [_, dz]) = (self.factors.of_mode(m), slope.of_mode(m));
             let (d, dd) = (self.divisors[m], self.divisor_slope(slope, m));
@@ -361,24 +365,24 @@ impl<'a> Elimination<'a> {
     }
 
     /// Amplitude of each stuck mode for a unit of `p_m . X`, without dashpots: z / d.
-    pub fn shares(&self) -> Vec<c64> {
+    pub(crate) fn shares(&self) -> Vec<c64> {
         let share = |m: usize| self.factors.of_mode(m)[1] / self.divisors[m];
         (0..self.divisors.len()).map(share).collect()
     }
 
     /// Amplitude of a stuck mode under a force on it and `p . X`, without dashpots.
-    pub fn amplitude(&self, mode: usize, force: c64, px: c64) -> c64 {
+    pub(crate) fn amplitude(&self, mode: usize, force: c64, px: c64) -> c64 {
         (force + self.factors.of_mode(mode)[1] * px) / self.divisors[mode]
     }
 
     /// Amplitude of a stuck mode that a force on it has, times z: the part of the force that acts on
     /// the pairs through the mode, without dashpots.
-    pub fn carried(&self, mode: usize, force: c64) -> c64 {
+    pub(crate) fn carried(&self, mode: usize, force: c64) -> c64 {
         force * self.factors.of_mode(mode)[1] / self.divisors[mode]
     }
 
     /// Derivative of [`Elimination::carried`] for a force with a derivative.
-    pub fn carried_slope(&self, slope: &Factors, mode: usize, [force, df]: [c64; 2]) -> c64 {
+    pub(crate) fn carried_slope(&self, slope: &Factors, mode: usize, [force, df]: [c64; 2]) -> c64 {
         let ([_, z], [_, dz]) = (self.factors.of_mode(mode), slope.of_mode(mode));
         let (d, dd) = (self.divisors[mode], self.divisor_slope(slope, mode));
         df * z / d + force * (dz * d - z * dd) / (d * d)
@@ -386,7 +390,7 @@ impl<'a> Elimination<'a> {
 
     /// What the dashpots take from a load on the modes before it acts on Q: `-L T y^T D^-1 fm` on
     /// the modes and on the dashpots; `None` without dashpots.
-    pub fn taken(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
+    pub(crate) fn taken(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
         let forces = self.dashpots.as_ref()?;
         let t = times(&forces.coupled.middle, &self.on_forces(forces, on_modes));
         Some(forces.coupled.scattered(&negated(&t)))
@@ -394,7 +398,7 @@ impl<'a> Elimination<'a> {
 
     /// What the dashpots take from a displacement by the modes before it depends on `Q^T X`: `-L T^T
     /// y^T D^-1 w`, for weights w of the modes in the displacement; `None` without dashpots.
-    pub fn taken_from_displacement(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
+    pub(crate) fn taken_from_displacement(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
         let forces = self.dashpots.as_ref()?;
         let coupled = forces.coupled.transposed();
         let t = times(&coupled.middle, &self.on_forces(forces, on_modes));
@@ -402,7 +406,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Derivative of [`Elimination::taken`] for a load with the derivative `on_modes_slope`.
-    pub fn taken_slope(
+    pub(crate) fn taken_slope(
         &self,
         slope: &Factors,
         on_modes: &[c64],
@@ -431,7 +435,7 @@ impl<'a> Elimination<'a> {
     /// Takes from the amplitudes of the modes what the dashpots do: `D^-1 y T (L^T Q^T X + y^T D^-1
     /// fm + y_k q_k)`, with `Q^T X` on the modes and on the dashpots, and the amplitude `kept` of the
     /// first of the modes that are not eliminated.
-    pub fn hold(
+    pub(crate) fn hold(
         &self,
         moved: [&[c64]; 2],
         (on_modes, kept): (&[c64], c64),
@@ -467,7 +471,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Coupling of the modes that are kept by the dashpots; `None` without dashpots or such modes.
-    pub fn of_kept(&self) -> Option<KeptCoupling> {
+    pub(crate) fn of_kept(&self) -> Option<KeptCoupling> {
         let (forces, first) = self.of_first_kept()?;
         let coupled = &forces.coupled;
         let t = times(&coupled.middle, &self.on_kept(forces));
@@ -480,7 +484,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Derivatives of [`Elimination::of_kept`].
-    pub fn of_kept_slopes(&self, slope: &Factors) -> Option<KeptCoupling> {
+    pub(crate) fn of_kept_slopes(&self, slope: &Factors) -> Option<KeptCoupling> {
         let (forces, first) = self.of_first_kept()?;
         let slopes = self.force_slopes(forces, slope);
         // (L t)' = L t' + L' t.

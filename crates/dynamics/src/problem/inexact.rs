@@ -32,7 +32,7 @@ const NEAR: f64 = 1e-3;
 /// The blocks of pairs that are near each other serve where they are less than this fraction of all.
 const NEAR_FRACTION: f64 = 0.15;
 /// Fraction of active pairs from which on all pairs take part.
-pub const ALL_FROM: f64 = 0.25;
+pub(crate) const ALL_FROM: f64 = 0.25;
 /// Number of pairs beyond the active ones that may take part, in addition to a quarter of these.
 const SPARE: usize = 16;
 
@@ -47,7 +47,7 @@ pub struct InexactModel {
 }
 
 /// K, M, P and the coarse space on the unknowns of some pairs; m unknowns.
-pub struct Inexact {
+pub(crate) struct Inexact {
     /// Numbers of the pairs, ascending.
     pub pairs: Vec<usize>,
     stiffness: PackedSymmetric,
@@ -83,7 +83,7 @@ struct InexactWave {
 }
 
 /// Number of motions of the coarse space for so many unknowns.
-pub fn motions(unknowns: usize) -> usize {
+pub(crate) fn motions(unknowns: usize) -> usize {
     let count = (MOTIONS_PER_ROOT * (unknowns as f64).sqrt()).ceil() as usize;
     count.max(FEWEST_MOTIONS)
 }
@@ -98,7 +98,7 @@ impl InexactModel {
     }
 
     /// Model with its coarse space for linear solves in the mean alone, to which no mass belongs.
-    pub fn of_mean(model: &Arc<ReducedModel>) -> Self {
+    pub(crate) fn of_mean(model: &Arc<ReducedModel>) -> Self {
         Self::with_inertia(model, |motions| Mat::zeros(motions.nrows(), 0))
     }
 
@@ -124,7 +124,7 @@ impl InexactModel {
     }
 
     /// Model without motions, for few or no linear solves.
-    pub fn unprepared(model: &Arc<ReducedModel>) -> Self {
+    pub(crate) fn unprepared(model: &Arc<ReducedModel>) -> Self {
         let n = model.stiffness.nrows();
         Self {
             model: Arc::clone(model),
@@ -136,7 +136,11 @@ impl InexactModel {
 
     /// Model on a set of pairs that includes all of `active`: those of `last` where they suffice,
     /// or all pairs where enough of them are active.
-    pub fn taking_part(&self, active: &[usize], last: Option<&Arc<Inexact>>) -> Arc<Inexact> {
+    pub(crate) fn taking_part(
+        &self,
+        active: &[usize],
+        last: Option<&Arc<Inexact>>,
+    ) -> Arc<Inexact> {
         let count = active.len();
         let most = count + count / 4 + SPARE;
         if let Some(last) = last {
@@ -355,12 +359,12 @@ fn complex_column(a: &Mat<f32>, cosine: usize) -> Vec<c64> {
 
 impl Inexact {
     /// Number of unknowns of one block.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         3 * self.pairs.len()
     }
 
     /// Positions of the unknowns among those of all pairs.
-    pub fn columns(&self) -> Vec<usize> {
+    pub(crate) fn columns(&self) -> Vec<usize> {
         columns(&self.pairs)
     }
 
@@ -378,7 +382,7 @@ impl Inexact {
     }
 
     /// Computes K x, m x any.
-    pub fn stiffness_times(&self, x: MatRef<'_, f32>) -> Mat<f32> {
+    pub(crate) fn stiffness_times(&self, x: MatRef<'_, f32>) -> Mat<f32> {
         let mut y = Mat::zeros(x.nrows(), x.ncols());
         self.stiffness.times(x, y.as_mut());
         y
@@ -386,7 +390,7 @@ impl Inexact {
 
     /// Computes `Lambda x` from x and `K x`, m x (2H+1): the mean, then cosine and sine of each
     /// harmonic.
-    pub fn dynamic(
+    pub(crate) fn dynamic(
         &self,
         harmonics: &[Coefficients],
         x: MatRef<'_, f32>,
@@ -467,7 +471,12 @@ impl Inexact {
 
     /// Lambda of harmonic `k` on the first `count` motions, real and imaginary part: (Lambda W)^T,
     /// `count` x m.
-    pub fn dynamic_motions(&self, k: usize, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
+    pub(crate) fn dynamic_motions(
+        &self,
+        k: usize,
+        c: &Coefficients,
+        count: usize,
+    ) -> [Mat<f32>; 2] {
         let motions = self.motions.get(..count, ..);
         if let Some((sign, wave)) = self.wave(k) {
             return wave.dynamic_motions(sign, c, motions);

@@ -4,7 +4,7 @@
 //!
 //! [`dynamic_stiffness`] applies the dynamic stiffness in full precision, for residuals.
 //! [`inexact`] applies it in single precision, for the linear solves inside of Newton's method.
-//! [`unforced`] has that of a vibration that no force excites. `elimination.rs` eliminates the stuck
+//! `unforced` has that of a vibration that no force excites. `elimination.rs` eliminates the stuck
 //! modes and the forces of dashpots for all of them.
 //!
 //! The coefficients of Rayleigh damping do not belong to a problem: a ratio of critical refers to a
@@ -19,7 +19,7 @@ pub mod dynamic_stiffness;
 mod elimination;
 pub mod inexact;
 mod linear_reference;
-pub mod unforced;
+pub(crate) mod unforced;
 
 pub use linear_reference::LinearReference;
 
@@ -111,7 +111,12 @@ impl Problem {
     /// Damping of a stuck mode of the model of a harmonic where that of all others is `damping`: C =
     /// 2 zeta w_m M on the mode, where it has a ratio zeta of its own, and (a s_m + b) M, where s_m is
     /// the stiffness of the bodies alone in it ([`ReducedModel::bodies_omega2`]).
-    pub fn mode_damping(&self, of: HarmonicModel<'_>, damping: Rayleigh, mode: usize) -> Rayleigh {
+    pub(crate) fn mode_damping(
+        &self,
+        of: HarmonicModel<'_>,
+        damping: Rayleigh,
+        mode: usize,
+    ) -> Rayleigh {
         if let Some(ratio) = self.modal_ratios.get(of.mode_of_sector(mode)) {
             return Rayleigh::of_mass(2.0 * ratio * of.model.omega2[mode].sqrt());
         }
@@ -168,7 +173,7 @@ impl Problem {
 
     /// Norm of the forces that press the pairs steadily, N: the static load on X, and the own
     /// stiffness of each pair times its interference.
-    pub fn steady_force_n(&self) -> f64 {
+    pub(crate) fn steady_force_n(&self) -> f64 {
         let own = self.reduced.diagonal_stiffness();
         let interference = self.laws.iter().zip(own.iter().step_by(3));
         let interference: Vec<f64> = interference
@@ -218,7 +223,7 @@ fn excited(forces: &[Excitation], reduced: &ReducedModel) -> Vec<HarmonicLoad> {
 }
 
 /// Harmonic load `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times
-/// [`HarmonicLoad::factor`].
+/// `HarmonicLoad::factor`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
@@ -244,7 +249,7 @@ impl HarmonicLoad {
     }
 
     /// Factor on the load where the frequency of the response is `omega_rad_s`.
-    pub fn factor(&self, omega_rad_s: f64) -> f64 {
+    pub(crate) fn factor(&self, omega_rad_s: f64) -> f64 {
         match self.growth {
             Growth::Constant => 1.0,
             Growth::Squared => (self.harmonic as f64 * omega_rad_s).powi(2),
@@ -252,7 +257,7 @@ impl HarmonicLoad {
     }
 
     /// Derivative of [`HarmonicLoad::factor`] with respect to `omega_rad_s`.
-    pub fn factor_slope(&self, omega_rad_s: f64) -> f64 {
+    pub(crate) fn factor_slope(&self, omega_rad_s: f64) -> f64 {
         match self.growth {
             Growth::Constant => 0.0,
             Growth::Squared => 2.0 * (self.harmonic as f64).powi(2) * omega_rad_s,

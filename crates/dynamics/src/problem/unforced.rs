@@ -34,7 +34,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Vibration without a force at one frequency and damping ratio.
 #[derive(Clone, Copy)]
-pub struct Unforced<'a> {
+pub(crate) struct Unforced<'a> {
     /// System with its own damping.
     pub system: &'a ContactSystem,
     /// Stuck mode that is tracked, and what moves with it, with their amplitudes: modes of the model of
@@ -50,7 +50,7 @@ pub struct Unforced<'a> {
 impl<'a> Unforced<'a> {
     /// Lambda of the mean and of the harmonics up to `harmonics`, without the tracked mode in
     /// harmonic 1.
-    pub fn stiffness(&self, harmonics: usize) -> HarmonicStiffness {
+    pub(crate) fn stiffness(&self, harmonics: usize) -> HarmonicStiffness {
         let of = |k: usize| self.eliminated(k).coefficients();
         self.system.of_harmonics(self.omega_rad_s, harmonics, of)
     }
@@ -58,7 +58,7 @@ impl<'a> Unforced<'a> {
     /// Angular frequency and damping ratio at which the tracked mode vibrates without pairs, from those
     /// given: the equation of the mode, solved by Newton's method. `None` where it has no solution
     /// near by.
-    pub fn without_pairs(mut self) -> Option<Self> {
+    pub(crate) fn without_pairs(mut self) -> Option<Self> {
         for _ in 0..MOST_ITERATIONS {
             let left = self.equation(&[], 1.0);
             let [by_omega, by_ratio] = self.equation_slopes(&[], 1.0);
@@ -81,7 +81,7 @@ impl<'a> Unforced<'a> {
 
     /// Derivatives of Lambda with respect to the angular frequency and to the damping ratio. What
     /// they write to the mean means nothing.
-    pub fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness; 2] {
+    pub(crate) fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness; 2] {
         [0, 1].map(|unknown| {
             let of = |k: usize| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
             self.system.of_harmonics(self.omega_rad_s, harmonics, of)
@@ -89,7 +89,7 @@ impl<'a> Unforced<'a> {
     }
 
     /// Force of the tracked mode on the pairs at harmonic 1, `z p_m q`, N.
-    pub fn drive(&self, q: f64) -> Vec<c64> {
+    pub(crate) fn drive(&self, q: f64) -> Vec<c64> {
         if self.tracked.is_empty() {
             return vec![c64::ZERO; self.first_harmonic().unknowns()];
         }
@@ -99,7 +99,7 @@ impl<'a> Unforced<'a> {
 
     /// Derivatives of [`Unforced::drive`] with respect to the angular frequency and to the damping
     /// ratio.
-    pub fn drive_slopes(&self, q: f64) -> [Vec<c64>; 2] {
+    pub(crate) fn drive_slopes(&self, q: f64) -> [Vec<c64>; 2] {
         if self.tracked.is_empty() {
             return [0, 1].map(|_| self.drive(q));
         }
@@ -111,13 +111,13 @@ impl<'a> Unforced<'a> {
     }
 
     /// Left side of the equation of the tracked mode, `(s - z / w_m^2) - z p_m . X_1 / (w_m^2 q)`.
-    pub fn equation(&self, x: &[c64], q: f64) -> c64 {
+    pub(crate) fn equation(&self, x: &[c64], q: f64) -> c64 {
         self.left_side(&self.factors(1), self.eliminated(1).of_kept(), x, q)
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the angular frequency and to the
     /// damping ratio.
-    pub fn equation_slopes(&self, x: &[c64], q: f64) -> [c64; 2] {
+    pub(crate) fn equation_slopes(&self, x: &[c64], q: f64) -> [c64; 2] {
         self.slopes(1).map(|slope| {
             let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
             self.left_side(&slope, of_dashpots, x, q)
@@ -125,7 +125,7 @@ impl<'a> Unforced<'a> {
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the complex amplitudes `X_1`.
-    pub fn equation_row(&self, q: f64) -> Vec<c64> {
+    pub(crate) fn equation_row(&self, q: f64) -> Vec<c64> {
         let (of, scale) = (self.first_harmonic(), self.omega2() * q);
         let [_, z] = self.factors(1).of_mode(self.mode());
         let coupling = of.model.coupling.col_as_slice(self.mode());
@@ -139,7 +139,7 @@ impl<'a> Unforced<'a> {
 
     /// Complex amplitudes of the stuck modes at harmonic `k`, from those of the pairs, where that of
     /// the tracked mode at harmonic 1 is `q`.
-    pub fn modal_amplitudes(&self, k: usize, x: &[c64], q: f64) -> Vec<c64> {
+    pub(crate) fn modal_amplitudes(&self, k: usize, x: &[c64], q: f64) -> Vec<c64> {
         let eliminated = self.eliminated(k);
         let [px, moved] = self.system.problem.reduced.of_harmonic(k).moved_by(x);
         let of_mode = |(m, px): (usize, &c64)| eliminated.carried(m, *px);

@@ -22,7 +22,7 @@ use super::{Dashpots, DiscExcitation, Load, ObservedPoint, ReducedModel};
 
 /// Sectors of a disc that an engine order moves differently.
 #[derive(Debug)]
-pub struct AllSectors<'a> {
+pub(crate) struct AllSectors<'a> {
     sector: &'a ReducedModel,
     excitation: DiscExcitation,
     /// Motions of the sectors, by ascending number of periods round them.
@@ -54,7 +54,7 @@ impl<'a> AllSectors<'a> {
     ///
     /// # Errors
     /// The nodal diameter of a motion of the sectors for which the model has no copies.
-    pub fn of(sector: &'a ReducedModel) -> Result<Option<Self>, usize> {
+    pub(crate) fn of(sector: &'a ReducedModel) -> Result<Option<Self>, usize> {
         let excitation = sector.waves.excitation();
         let Some(excitation) = excitation.filter(|e| e.different_sectors() > 1) else {
             return Ok(None);
@@ -92,12 +92,12 @@ impl<'a> AllSectors<'a> {
     }
 
     /// Number of sectors.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.excitation.different_sectors()
     }
 
     /// Number of modes of all sectors that stand for a mode of the sector.
-    pub fn modes_of(&self, mode: usize) -> usize {
+    pub(crate) fn modes_of(&self, mode: usize) -> usize {
         let all = self.modes.iter();
         all.filter(|(wave, own)| own / self.waves[*wave].of_each == mode)
             .count()
@@ -105,7 +105,7 @@ impl<'a> AllSectors<'a> {
 
     /// Reduced model of all sectors, the unknowns of one after the other. What is observed is observed
     /// on the first one. Unit loads, and the forces of the air, are left out.
-    pub fn model(&self) -> ReducedModel {
+    pub(crate) fn model(&self) -> ReducedModel {
         let points = self
             .sector
             .observations
@@ -151,7 +151,7 @@ impl<'a> AllSectors<'a> {
 
     /// Forces or amplitudes on all sectors and modes, from those on the model of harmonic `k`: its
     /// unknowns, and its modes.
-    pub fn of_harmonic(&self, k: usize, on_model: &Load) -> Load {
+    pub(crate) fn of_harmonic(&self, k: usize, on_model: &Load) -> Load {
         let periods = self.excitation.wave(k).map_or(0, |wave| {
             wave.nodal_diameter * self.count() / self.excitation.sectors
         });

@@ -58,7 +58,7 @@ impl Influence {
 
     /// Matrix of the wave of a nodal diameter, which is above 0 where it is half the number of sectors;
     /// `None` where it has no influence.
-    pub fn of_wave(&self, nodal_diameter: i64) -> Option<&Mat<c64>> {
+    pub(crate) fn of_wave(&self, nodal_diameter: i64) -> Option<&Mat<c64>> {
         self.of_waves.get(&nodal_diameter)
     }
 }

@@ -3,9 +3,9 @@
 //!
 //! Finite elements and a reduction make a [`ReducedModel`], or another program does. For a disc of
 //! equal sectors it has models of the [`waves`] in the disc, on which the air may act
-//! ([`influence`]), or the model of all sectors ([`all_sectors`]).
+//! ([`influence`]), or the model of all sectors (`all_sectors`).
 
-pub mod all_sectors;
+pub(crate) mod all_sectors;
 pub mod influence;
 pub mod waves;
 
@@ -18,13 +18,13 @@ use dovetail_numerics::dense::quadratic_forms;
 use dovetail_numerics::sparse::stored;
 use dovetail_numerics::vector::dot;
 
-pub use all_sectors::AllSectors;
+pub(crate) use all_sectors::AllSectors;
 pub use influence::{Influence, InfluenceCoefficient};
 pub use waves::{DiscExcitation, HarmonicModel, Wave, Waves};
 
 /// A motion is free if it has less than this fraction of the stiffness beside it, which is then its
 /// rounding.
-pub const FREE: f64 = 1e-10;
+pub(crate) const FREE: f64 = 1e-10;
 
 /// Assembly on the relative displacements X of the pairs (n = 3 pairs unknowns, per pair N, t1, t2)
 /// and on the m modes of the stuck assembly (X = 0).
@@ -156,7 +156,7 @@ impl ReducedModel {
     /// Returns `true` if supports and springs alone hold the bodies: with all pairs open K is
     /// positive definite, and each pivot of its Cholesky factorisation exceeds the rounding of its
     /// diagonal.
-    pub fn is_held_without_contact(&self) -> bool {
+    pub(crate) fn is_held_without_contact(&self) -> bool {
         let Some(factor) = cholesky(self.stiffness.clone()) else {
             return false;
         };
@@ -166,7 +166,7 @@ impl ReducedModel {
     /// Returns `true` if supports and springs do not hold a motion of the pairs, n entries: the work of
     /// the elastic forces is below the rounding of what one of its entries does alone. With the row of
     /// that entry as the last one, the last pivot of the Cholesky factor of K is as small.
-    pub fn is_free(&self, motion: &[f64]) -> bool {
+    pub(crate) fn is_free(&self, motion: &[f64]) -> bool {
         let own = motion.iter().enumerate();
         let own = own.map(|(i, v)| self.stiffness[(i, i)] * v * v);
         self.elastic_product(motion) < FREE * own.fold(0.0, f64::max)
@@ -182,12 +182,12 @@ impl ReducedModel {
 
     /// Coupling p of X to the modes, n x m, and the weights of the dashpots, and of the modes on which
     /// the air acts, on X, n x d.
-    pub fn coupling_and_dashpots(&self) -> [&Mat<f64>; 2] {
+    pub(crate) fn coupling_and_dashpots(&self) -> [&Mat<f64>; 2] {
         [&self.coupling, &self.dashpots.on_x]
     }
 
     /// Products `p^T X`, m, and the displacements of the dashpots by X alone, d.
-    pub fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
+    pub(crate) fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
         let parts = [0, 1].map(|part| {
             let part = x.iter().map(|x| if part == 0 { x.re } else { x.im });
             part.collect::<Vec<f64>>()
@@ -209,7 +209,7 @@ impl ReducedModel {
 
     /// Adds to `load` the forces on the first unknowns of X of amplitudes of the coupling to the
     /// modes, m, and of the dashpots, d.
-    pub fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
+    pub(crate) fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
         for (columns, amplitudes) in self.coupling_and_dashpots().into_iter().zip(amplitudes) {
             for (column, amplitude) in columns.col_iter().zip(amplitudes) {
                 for (f, v) in load.iter_mut().zip(column.iter()) {
@@ -274,7 +274,7 @@ impl Load {
     }
 
     /// Adds a multiple of another load.
-    pub fn add(&mut self, factor: f64, other: &Self) {
+    pub(crate) fn add(&mut self, factor: f64, other: &Self) {
         let into = self.on_x.iter_mut().chain(&mut self.on_modes);
         for (into, f) in into.zip(other.on_x.iter().chain(&other.on_modes)) {
             *into += factor * f;
@@ -395,7 +395,7 @@ impl Dashpots {
     }
 
     /// Number of dashpots and of modes on which the air acts, d.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.on_x.ncols()
     }
 }

@@ -151,7 +151,7 @@ impl Waves {
     }
 
     /// Wave of harmonic `k`, with the model of both copies; `None` where neighbours move in phase.
-    pub fn wave(&self, k: usize) -> Option<(Wave, &ReducedModel)> {
+    pub(crate) fn wave(&self, k: usize) -> Option<(Wave, &ReducedModel)> {
         let wave = self.excitation?.wave(k)?;
         Some((wave, self.copies.get(&wave.nodal_diameter)?))
     }
@@ -168,12 +168,12 @@ impl Waves {
     }
 
     /// Model of both copies for each nodal diameter.
-    pub fn copies(&self) -> &BTreeMap<usize, ReducedModel> {
+    pub(crate) fn copies(&self) -> &BTreeMap<usize, ReducedModel> {
         &self.copies
     }
 
     /// The same waves with other models of both copies.
-    pub fn with(&self, of: impl Fn(usize, &ReducedModel) -> ReducedModel) -> Self {
+    pub(crate) fn with(&self, of: impl Fn(usize, &ReducedModel) -> ReducedModel) -> Self {
         let copies = self.copies.iter();
         Self {
             copies: copies.map(|(d, model)| (*d, of(*d, model))).collect(),
@@ -214,7 +214,7 @@ impl ReducedModel {
     }
 
     /// Number of modal amplitudes that the model of each harmonic has room for.
-    pub fn most_modes(&self) -> usize {
+    pub(crate) fn most_modes(&self) -> usize {
         let copies = self.waves.copies.values().map(|model| model.omega2.len());
         copies.fold(self.omega2.len(), usize::max)
     }
@@ -223,7 +223,7 @@ impl ReducedModel {
 impl<'a> HarmonicModel<'a> {
     /// Model of both copies of a sector, for the waves of a nodal diameter that run against the
     /// direction in which sectors are counted, without aerodynamic influence.
-    pub fn of_copies(model: &'a ReducedModel, nodal_diameter: usize) -> Self {
+    pub(crate) fn of_copies(model: &'a ReducedModel, nodal_diameter: usize) -> Self {
         let wave = Wave {
             nodal_diameter,
             sign: -1.0,
@@ -237,7 +237,7 @@ impl<'a> HarmonicModel<'a> {
 
     /// Coefficients k of the forces `-k v` that the air returns to the modes on which it acts, on those
     /// of the first copy and then on those of the second one; `None` without influence.
-    pub fn influence_on_copies(&self) -> Option<Mat<c64>> {
+    pub(crate) fn influence_on_copies(&self) -> Option<Mat<c64>> {
         let influence = self.influence?;
         let r = influence.nrows();
         let on_both = |i: usize, j: usize| match i / r == j / r {
@@ -258,7 +258,7 @@ impl<'a> HarmonicModel<'a> {
     }
 
     /// Number of unknowns of the sector on X, n.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.model.stiffness.nrows() / self.copies()
     }
 
@@ -291,7 +291,7 @@ impl<'a> HarmonicModel<'a> {
     }
 
     /// Cosine and sine parts of Y, N each, from those of the sector, n each.
-    pub fn widened_parts(&self, [cosine, sine]: [&[f64]; 2]) -> [Vec<f64>; 2] {
+    pub(crate) fn widened_parts(&self, [cosine, sine]: [&[f64]; 2]) -> [Vec<f64>; 2] {
         match self.wave {
             None => [cosine.to_vec(), sine.to_vec()],
             Some(wave) => wave.widened_parts([cosine, sine]),
@@ -299,7 +299,7 @@ impl<'a> HarmonicModel<'a> {
     }
 
     /// Coefficients of X, n, in a sum with these coefficients of Y, N.
-    pub fn narrowed(&self, of_all: &[c64]) -> Vec<c64> {
+    pub(crate) fn narrowed(&self, of_all: &[c64]) -> Vec<c64> {
         let n = of_all.len() / self.copies();
         let mut narrowed = of_all[..n].to_vec();
         if let Some(sign) = self.sign() {
@@ -312,7 +312,7 @@ impl<'a> HarmonicModel<'a> {
 
     /// Entry of the sector's complex matrix, n x n, that acts on X as the first n rows of a matrix of
     /// the model, N x N, do on Y.
-    pub fn entry(&self, matrix: &Mat<f64>, i: usize, j: usize) -> c64 {
+    pub(crate) fn entry(&self, matrix: &Mat<f64>, i: usize, j: usize) -> c64 {
         let imaginary = self.sign().map_or(0.0, |sign| {
             sign * matrix[(i, j + matrix.ncols() / self.copies())]
         });
@@ -321,14 +321,14 @@ impl<'a> HarmonicModel<'a> {
 
     /// Matrix of the sector with a column for each column of Q: the rows of the first copy, n, from
     /// which forces on X come.
-    pub fn rows_of_forces(&self, columns: &Mat<f64>) -> Mat<c64> {
+    pub(crate) fn rows_of_forces(&self, columns: &Mat<f64>) -> Mat<c64> {
         let n = columns.nrows() / self.copies();
         Mat::from_fn(n, columns.ncols(), |i, j| c64::new(columns[(i, j)], 0.0))
     }
 
     /// Like [`HarmonicModel::rows_of_forces`], for the rows that X acts on Q by: those of Y narrowed
     /// to X.
-    pub fn rows_of_motions(&self, columns: &Mat<f64>) -> Mat<c64> {
+    pub(crate) fn rows_of_motions(&self, columns: &Mat<f64>) -> Mat<c64> {
         let n = columns.nrows() / self.copies();
         Mat::from_fn(n, columns.ncols(), |i, j| {
             let imaginary = self.sign().map_or(0.0, |sign| sign * columns[(i + n, j)]);
@@ -337,19 +337,19 @@ impl<'a> HarmonicModel<'a> {
     }
 
     /// Products `p^T Y`, M, and the displacements of the dashpots by X alone.
-    pub fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
+    pub(crate) fn moved_by(&self, x: &[c64]) -> [Vec<c64>; 2] {
         self.model.moved_by(&self.widened(x))
     }
 
     /// Adds to `load`, n, the forces on X of amplitudes of the coupling to the modes, M, and of the
     /// dashpots.
-    pub fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
+    pub(crate) fn add_on_pairs(&self, amplitudes: &[Vec<c64>; 2], load: &mut [c64]) {
         self.model.add_on_pairs(amplitudes, load);
     }
 
     /// Modes of the model that move together where `mode` has the amplitude 1, with the amplitudes of
     /// all: the mode alone or, in a wave, both of its frequency.
-    pub fn moving_together(&self, mode: usize) -> Vec<(usize, c64)> {
+    pub(crate) fn moving_together(&self, mode: usize) -> Vec<(usize, c64)> {
         let own = (mode, c64::new(1.0, 0.0));
         let Some(sign) = self.sign() else {
             return vec![own];

@@ -38,13 +38,13 @@ impl ShorterSides {
     }
 
     /// Shorter side of the flank of a pair, m.
-    pub fn of_pair(&self, pair: usize) -> Option<f64> {
+    pub(crate) fn of_pair(&self, pair: usize) -> Option<f64> {
         self.0[pair]
     }
 
     /// Largest ratio of |X_T| of a motion (2H+1 blocks, harmonic-major) to the shorter side of its
     /// flank.
-    pub fn farthest(&self, x: &[f64], harmonics: usize) -> f64 {
+    pub(crate) fn farthest(&self, x: &[f64], harmonics: usize) -> f64 {
         let x = Spectrum::new(x, harmonics);
         let fourier = Fourier::new(harmonics, INSTANTS.max(4 * harmonics + 4));
         let mut signals = [(); 2].map(|()| vec![0.0; fourier.samples()]);
@@ -62,7 +62,7 @@ impl ShorterSides {
         farthest
     }
 
-    /// Returns [`Self::farthest`] of the static state and the points of its load path. The outcome
+    /// Returns `Self::farthest` of the static state and the points of its load path. The outcome
     /// becomes [`Outcome::SlidesTooFar`] beyond [`TOO_FAR`], at the first such point.
     pub fn judge_static(&self, state: &mut StaticState) -> f64 {
         let (mut farthest, points) = (0.0_f64, state.on_path.len());
@@ -93,7 +93,7 @@ impl ShorterSides {
     }
 
     /// Judges one frequency in the same way.
-    pub fn judge_orbit(&self, orbit: &mut Orbit) -> f64 {
+    pub(crate) fn judge_orbit(&self, orbit: &mut Orbit) -> f64 {
         let farthest = self.farthest(&orbit.x, orbit.harmonics);
         judge(&mut orbit.outcome, farthest);
         farthest

@@ -61,7 +61,7 @@ pub fn ends_of(coefficients: &[f64]) -> [f64; 2] {
 }
 
 /// Resultant of each contact of [`Model::contact_names`] in an orbit.
-pub fn contact_resultants(model: &Model, orbit: &Orbit) -> Vec<Resultant> {
+pub(crate) fn contact_resultants(model: &Model, orbit: &Orbit) -> Vec<Resultant> {
     resultants_of(model, &Spectrum::new(&orbit.lambda, orbit.harmonics))
 }
 

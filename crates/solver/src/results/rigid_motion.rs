@@ -15,7 +15,7 @@ const TURNS: f64 = 0.1;
 /// Rigid part of the motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct RigidMotion {
+pub(crate) struct RigidMotion {
     /// Number of the body.
     pub body: usize,
     /// Translation of its centre, m.
@@ -94,7 +94,7 @@ impl RigidMotion {
     }
 
     /// Kind of the motion; `None` where nothing moves.
-    pub fn kind(&self) -> Option<Kind> {
+    pub(crate) fn kind(&self) -> Option<Kind> {
         let turns = self.turned_m() > TURNS * norm(self.translation_m);
         match unit(self.rotation_rad).filter(|_| turns) {
             None => unit(self.translation_m).map(|along| Kind::Along(forwards(along))),
@@ -122,7 +122,7 @@ fn forwards(direction: Vector) -> Vector {
 }
 
 /// Rigid motions of the bodies that move, from the displacements of all nodes of each body.
-pub fn rigid_motions(model: &Model, displacements_m: &[NodalField]) -> Vec<RigidMotion> {
+pub(crate) fn rigid_motions(model: &Model, displacements_m: &[NodalField]) -> Vec<RigidMotion> {
     let bodies = model.bodies.iter().zip(displacements_m).enumerate();
     let all: Vec<RigidMotion> = bodies
         .map(|(b, (body, field))| RigidMotion::nearest(b, &body.nodes_m, field))

@@ -36,7 +36,7 @@ impl PairSignals {
 
 /// Signal with these coefficients (mean, cosine 1, sine 1, ...) at `instants` or more evenly spaced
 /// instants of a period, without its end.
-pub fn over_period(coefficients: &[f64], instants: usize) -> Vec<f64> {
+pub(crate) fn over_period(coefficients: &[f64], instants: usize) -> Vec<f64> {
     let harmonics = coefficients.len() / 2;
     let fourier = Fourier::new(harmonics, instants.max(4 * (harmonics + 1)));
     let mut signal = vec![0.0; fourier.samples()];

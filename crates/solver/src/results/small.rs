@@ -97,7 +97,7 @@ impl<'m> Sizes<'m> {
 
     /// Largest displacement of a node relative to the size of its body, from the displacements of
     /// all nodes of each body.
-    pub fn farthest_node(&self, displacements_m: &[Vec<[f64; 3]>]) -> Option<Moved> {
+    pub(crate) fn farthest_node(&self, displacements_m: &[Vec<[f64; 3]>]) -> Option<Moved> {
         let bodies = displacements_m.iter().enumerate();
         let moved = bodies.map(|(body, field)| {
             let lengths = field.iter().map(|u| u.iter().map(|c| c * c).sum::<f64>());
@@ -108,7 +108,7 @@ impl<'m> Sizes<'m> {
 
     /// Largest displacement of an observed point relative to the size of its body, as the sum of
     /// its mean and its departure from it, at any frequency with a motion.
-    pub fn farthest_observed(&self, response: &Response) -> Option<Moved> {
+    pub(crate) fn farthest_observed(&self, response: &Response) -> Option<Moved> {
         let of_point = |i: usize| {
             let observation = &self.model.observations[i];
             if observation.quantity != Quantity::Displacement {

@@ -14,7 +14,7 @@ use crate::model::{AppliedLoad, Body, BodyNode, Model, NodeMotion, SpringSupport
 use dovetail_mesh::element::facet_corners;
 
 /// Stress of each node, Pa: xx, yy, zz, xy, yz, xz.
-pub type NodalStress = Vec<[f64; 6]>;
+pub(crate) type NodalStress = Vec<[f64; 6]>;
 
 /// Stress of one body over a period.
 #[derive(Debug, Clone)]
@@ -40,7 +40,7 @@ pub struct StressCycle {
 impl StressCycle {
     /// Cycle of the stresses `mean + sum_k cosine_k cos(k w t) + sine_k sin(k w t)`, Pa, which are
     /// given as mean, cosine 1, sine 1, ...
-    pub fn of(coefficients_pa: &[[f64; 6]]) -> Self {
+    pub(crate) fn of(coefficients_pa: &[[f64; 6]]) -> Self {
         let Some((mean, moving)) = coefficients_pa.split_first() else {
             return Self::default();
         };
@@ -193,7 +193,10 @@ pub fn dynamic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<BodySt
 }
 
 /// The 2H+1 fields of the stress of each body, Pa, from those of the motion of its nodes.
-pub fn harmonic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<Vec<NodalStress>> {
+pub(crate) fn harmonic_stress(
+    model: &Model,
+    motion_m: &[Vec<NodalField>],
+) -> Vec<Vec<NodalStress>> {
     let bodies = model.bodies.iter().zip(motion_m);
     let of_body = |(body, fields): (&Body, &Vec<NodalField>)| {
         let fields = fields.par_iter();
@@ -203,7 +206,7 @@ pub fn harmonic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<Vec<N
 }
 
 /// Stress of a node over the period, Pa, from the fields of all: mean, cosine 1, sine 1, ...
-pub fn of_node(coefficients_pa: &[NodalStress], node: usize) -> Vec<[f64; 6]> {
+pub(crate) fn of_node(coefficients_pa: &[NodalStress], node: usize) -> Vec<[f64; 6]> {
     coefficients_pa.iter().map(|field| field[node]).collect()
 }
 
@@ -222,7 +225,7 @@ pub enum Singular {
 
 impl Singular {
     /// All reasons.
-    pub const ALL: [Self; 3] = [Self::Support, Self::FlankEdge, Self::PointLoad];
+    pub(crate) const ALL: [Self; 3] = [Self::Support, Self::FlankEdge, Self::PointLoad];
 
     /// Reason in a few words.
     pub fn words(self) -> &'static str {
@@ -441,7 +444,7 @@ pub fn highest_stress(
 }
 
 /// Returns `true` if every body with elements has a strength, by which places are ranked.
-pub fn ranked_by_utilisation(model: &Model, strengths: &[Option<Strength>]) -> bool {
+pub(crate) fn ranked_by_utilisation(model: &Model, strengths: &[Option<Strength>]) -> bool {
     let bodies = model.bodies.iter().zip(strengths);
     let mut solid = bodies.filter(|(body, _)| body.material().is_some());
     solid.clone().next().is_some() && solid.all(|(_, strength)| strength.is_some())

@@ -77,7 +77,7 @@ impl At {
     ///
     /// # Errors
     /// [`Error::AllBonded`], [`Error::AlongEngineOrder`]; those of [`Reduced::of`] and of [`At::about`].
-    pub fn of(
+    pub(crate) fn of(
         (value, scene): (f64, Scene),
         source: &Source,
         before: Option<&At>,
@@ -101,7 +101,7 @@ impl At {
     /// # Errors
     /// A static state that nothing can vibrate about; the errors of damping and frequencies;
     /// [`Error::TooLittleMemory`].
-    pub fn about(
+    pub(crate) fn about(
         (value, scene): (f64, Scene),
         reduced: Reduced,
         before: Option<&At>,
@@ -136,7 +136,7 @@ impl At {
     ///
     /// # Errors
     /// The errors of damping and frequencies about the state; [`Error::TooLittleMemory`].
-    pub fn rest_in(&mut self, state: StaticState) -> Result<(), Error> {
+    pub(crate) fn rest_in(&mut self, state: StaticState) -> Result<(), Error> {
         (self.damping, self.settings, self.bytes) = means(&self.scene, &self.reduced, &state)?;
         self.state = state;
         Ok(())

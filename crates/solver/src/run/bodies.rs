@@ -126,7 +126,7 @@ impl Bodies {
     }
 
     /// Recovery of the bodies' motion from the reduced model, if [`Bodies::recover`] has made it.
-    pub fn recovery(&self) -> Option<&Recovery> {
+    pub(crate) fn recovery(&self) -> Option<&Recovery> {
         self.recovery.get()
     }
 
@@ -213,7 +213,7 @@ impl Bodies {
 
     /// Listed modes on the nodes: those of the stuck assembly, if there is a recovery, and those of
     /// each body with its flanks held.
-    pub fn shapes(&self, problem: &Problem, held: &[Modes]) -> Vec<ModeShape> {
+    pub(crate) fn shapes(&self, problem: &Problem, held: &[Modes]) -> Vec<ModeShape> {
         let bodies = &self.model().bodies;
         let on_nodes = |b: usize, free: &[f64]| {
             let dofs = &bodies[b].dofs;

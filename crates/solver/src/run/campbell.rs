@@ -56,7 +56,7 @@ pub struct Wave {
 
 impl Wave {
     /// Returns `true` if an engine order excites this wave.
-    pub const fn is_excited_by(self, engine_order: usize) -> bool {
+    pub(crate) const fn is_excited_by(self, engine_order: usize) -> bool {
         nodal_diameter_of(engine_order, self.sectors) == self.nodal_diameter
     }
 }

@@ -64,7 +64,10 @@ impl Bodies {
     ///
     /// # Errors
     /// The errors of the finite elements; [`Error::NodalDiameter`]; [`Error::Stopped`].
-    pub fn nodal_diameters(&self, session: &Session<'_>) -> Result<Option<NodalDiameters>, Error> {
+    pub(crate) fn nodal_diameters(
+        &self,
+        session: &Session<'_>,
+    ) -> Result<Option<NodalDiameters>, Error> {
         let Some(cyclic) = &self.model().cyclic else {
             return Ok(None);
         };
@@ -99,7 +102,7 @@ impl Bodies {
     ///
     /// # Errors
     /// [`Error::NoDisc`], [`Error::TooManyDiameters`], and those of [`Bodies::nodal_diameters`].
-    pub fn disc_modes(
+    pub(crate) fn disc_modes(
         &self,
         nodal_diameter: usize,
         session: &Session<'_>,

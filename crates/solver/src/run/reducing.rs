@@ -335,7 +335,7 @@ impl Bodies {
     ///
     /// # Errors
     /// The errors of the finite elements and of the reduction.
-    pub fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
+    pub(crate) fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
         recovered(&self.recovery, self.key, session, || {
             let matrices = self.structure(session)?;
             Ok(reduce(self.model(), matrices, self.wanted, session)?.recovery)

@@ -196,7 +196,10 @@ impl Responses<'_, '_> {
     ///
     /// # Errors
     /// [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
-    pub fn response(&self, compared_harmonics: Option<usize>) -> Result<(Response, f64), Error> {
+    pub(crate) fn response(
+        &self,
+        compared_harmonics: Option<usize>,
+    ) -> Result<(Response, f64), Error> {
         let own = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
         let sides = ShorterSides::of(&self.reduced.pairs);

@@ -344,7 +344,7 @@ impl<'o> Session<'o> {
     ///
     /// # Errors
     /// [`Error::Stopped`] where the observer has ended the run.
-    pub fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
+    pub(crate) fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
         if lock(&self.observer).on(event).is_break() {
             self.stopped.store(true, Ordering::Relaxed);
         }

@@ -17,7 +17,7 @@ use crate::model::Body;
 
 /// Free nodes that share an element or a spring with each free node, itself included, ascending.
 #[derive(Debug, Clone)]
-pub struct NodePattern {
+pub(crate) struct NodePattern {
     /// Start of each node's neighbours; one more entry than nodes.
     offsets: Vec<usize>,
     neighbours: Vec<u32>,
@@ -29,11 +29,11 @@ pub struct NodePattern {
 
 /// Value of `W` numbers for each lower block of a [`NodePattern`] (9: row by row; 1: times the
 /// identity).
-pub type LowerBlocks<const W: usize> = Vec<[f64; W]>;
+pub(crate) type LowerBlocks<const W: usize> = Vec<[f64; W]>;
 
 impl NodePattern {
     /// Pattern of the body's free nodes.
-    pub fn new(body: &Body, springs: &[SpringElement]) -> Self {
+    pub(crate) fn new(body: &Body, springs: &[SpringElement]) -> Self {
         let nodes = body.dofs.free_nodes();
         let (first, elements) = elements_of_nodes(body, springs, nodes);
         let lists: Vec<Vec<u32>> = (0..nodes)
@@ -89,12 +89,12 @@ impl NodePattern {
     }
 
     /// Number of free nodes.
-    pub fn nodes(&self) -> usize {
+    pub(crate) fn nodes(&self) -> usize {
         self.offsets.len() - 1
     }
 
     /// Free nodes in no element: their rows would be empty.
-    pub fn isolated(&self) -> Vec<usize> {
+    pub(crate) fn isolated(&self) -> Vec<usize> {
         (0..self.nodes())
             .filter(|&n| self.offsets[n] == self.offsets[n + 1])
             .collect()
@@ -125,7 +125,7 @@ impl NodePattern {
 
 /// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows
 /// and columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
-pub fn sum_elements<const W: usize>(
+pub(crate) fn sum_elements<const W: usize>(
     body: &Body,
     pattern: &NodePattern,
     element: impl Fn(usize, &mut [[f64; W]]) + Sync,
@@ -174,7 +174,7 @@ fn split<T>(mut all: &mut [T], sizes: impl Iterator<Item = usize>) -> Vec<&mut [
 }
 
 /// Adds the stiffness of springs.
-pub fn add_springs(
+pub(crate) fn add_springs(
     body: &Body,
     pattern: &NodePattern,
     springs: &[SpringElement],
@@ -219,7 +219,7 @@ fn scatter<const W: usize>(
 }
 
 /// Whole symmetric matrix of lower blocks (3 x 3) that are stored row by row.
-pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMatrix<f64> {
+pub(crate) fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMatrix<f64> {
     let size = 9 * pattern.neighbours.len();
     let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
     let mut offsets = Vec::with_capacity(3 * pattern.nodes() + 1);
@@ -233,13 +233,13 @@ pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMat
 }
 
 /// Writes the values of [`symmetric_matrix`] for other lower blocks on the same pattern.
-pub fn renew(matrix: &mut CscMatrix<f64>, pattern: &NodePattern, lower: &LowerBlocks<9>) {
+pub(crate) fn renew(matrix: &mut CscMatrix<f64>, pattern: &NodePattern, lower: &LowerBlocks<9>) {
     fill(pattern, lower, matrix.values_mut(), None);
 }
 
 /// Whole symmetric matrix of lower blocks that are multiples of the identity: one entry per block
 /// and column.
-pub fn symmetric_matrix_of_scalars(
+pub(crate) fn symmetric_matrix_of_scalars(
     pattern: &NodePattern,
     lower: &LowerBlocks<1>,
 ) -> CscMatrix<f64> {

@@ -34,7 +34,7 @@ impl From<Material> for Lame {
 
 /// Map from the reference element to space, at a point.
 #[derive(Debug, Clone, Copy)]
-pub struct Map {
+pub(crate) struct Map {
     /// Determinant of the Jacobian, m3. Where it is not positive, gradients have no meaning.
     pub determinant_m3: f64,
     /// Inverse of the transposed Jacobian, row by row: it maps reference gradients to space.
@@ -44,7 +44,7 @@ pub struct Map {
 impl Map {
     /// Map of an element with its nodes at `coords_m`, at a point where its shape functions have
     /// these gradients.
-    pub fn new<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> Self {
+    pub(crate) fn new<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> Self {
         let j = jacobian(coords_m, reference);
         // Rows of the cofactor matrix; J^-T = cofactor / det.
         let cofactor = [cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1])];
@@ -57,7 +57,7 @@ impl Map {
     }
 
     /// Gradients in space (1/m) from those in the reference element.
-    pub fn gradients<const N: usize>(&self, reference: &[[f64; 3]; N]) -> [[f64; 3]; N] {
+    pub(crate) fn gradients<const N: usize>(&self, reference: &[[f64; 3]; N]) -> [[f64; 3]; N] {
         reference.map(|g| self.inverse_transposed.map(|row| dot(row, g)))
     }
 }
@@ -73,13 +73,16 @@ pub fn map_gradients<const N: usize>(
 }
 
 /// Determinant of the map from the reference element, m3.
-pub fn determinant<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> f64 {
+pub(crate) fn determinant<const N: usize>(
+    coords_m: &[[f64; 3]; N],
+    reference: &[[f64; 3]; N],
+) -> f64 {
     let j = jacobian(coords_m, reference);
     dot(j[0], cross(j[1], j[2]))
 }
 
 /// Element stiffness, N/m: block (a, b), row by row, at `a N + b`.
-pub fn stiffness<const N: usize>(
+pub(crate) fn stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
     table: &Table<N>,
     lame: Lame,
@@ -95,7 +98,7 @@ pub fn stiffness<const N: usize>(
 
 /// Adds the contribution of a point of quadrature to the stiffness, on and below the diagonal. `g`
 /// are the gradients there, `volume_m3` is the point's part of the volume.
-pub fn add_stiffness<const N: usize>(
+pub(crate) fn add_stiffness<const N: usize>(
     g: &[[f64; 3]; N],
     volume_m3: f64,
     lame: Lame,
@@ -118,7 +121,7 @@ pub fn add_stiffness<const N: usize>(
 }
 
 /// Fills the blocks above the diagonal of `n` times `n` with the transposed ones below.
-pub fn mirror_blocks(n: usize, out: &mut [[f64; 9]]) {
+pub(crate) fn mirror_blocks(n: usize, out: &mut [[f64; 9]]) {
     for a in 0..n {
         for b in 0..a {
             let t = out[a * n + b];
@@ -128,7 +131,7 @@ pub fn mirror_blocks(n: usize, out: &mut [[f64; 9]]) {
 }
 
 /// Element mass, kg: M_ab at `a N + b`.
-pub fn mass<const N: usize>(
+pub(crate) fn mass<const N: usize>(
     coords_m: &[[f64; 3]; N],
     table: &Table<N>,
     density_kg_m3: f64,
@@ -153,7 +156,7 @@ pub fn mass<const N: usize>(
 
 /// Element geometric stiffness, N/m, under a stress that is given at each point of the table from
 /// the gradients there: G_ab at `a N + b`.
-pub fn geometric_stiffness<const N: usize>(
+pub(crate) fn geometric_stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
     table: &Table<N>,
     stress_pa: impl Fn(usize, &[[f64; 3]; N]) -> [f64; 6],
@@ -180,7 +183,7 @@ pub fn geometric_stiffness<const N: usize>(
 }
 
 /// Stress xx, yy, zz, xy, yz, xz (Pa) where the shape functions have the given gradients.
-pub fn stress_at<const N: usize>(
+pub(crate) fn stress_at<const N: usize>(
     gradients: &[[f64; 3]; N],
     displacement_m: &[[f64; 3]; N],
     lame: Lame,

@@ -6,7 +6,7 @@ use dovetail_mesh::element::ElementType;
 use dovetail_numerics::space::{add_scaled, distance, middle};
 
 /// Largest number of nodes of an element.
-pub const MOST_NODES: usize = 20;
+pub(crate) const MOST_NODES: usize = 20;
 
 /// Mid-edge nodes this close to the middle, relative to the length of the edge, count as straight.
 const STRAIGHTNESS: f64 = 1e-10;

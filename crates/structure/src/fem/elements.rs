@@ -32,7 +32,7 @@ fn made(element: ElementType) -> Box<dyn Element> {
 }
 
 /// Elements of a body whose maps are one to one at every quadrature point.
-pub struct Elements<'a> {
+pub(crate) struct Elements<'a> {
     body: &'a Body,
     material: Material,
     affine: Vec<bool>,
@@ -47,7 +47,7 @@ impl<'a> Elements<'a> {
     ///
     /// # Errors
     /// [`FemError::Inverted`] or [`FemError::Degenerate`], with the tags of the elements.
-    pub fn new(body: &'a Body, material: Material) -> Result<Self, FemError> {
+    pub(crate) fn new(body: &'a Body, material: Material) -> Result<Self, FemError> {
         let forms: Vec<Form> = (0..body.elements.len())
             .into_par_iter()
             .map(|e| integrals(body, e).form(&values(body, e, &body.nodes_m)))
@@ -79,30 +79,35 @@ impl<'a> Elements<'a> {
     }
 
     /// Volume of the body, m3.
-    pub fn volume_m3(&self) -> f64 {
+    pub(crate) fn volume_m3(&self) -> f64 {
         self.volumes_m3.iter().sum()
     }
 
     /// Positions of the nodes of element `e`.
-    pub fn coords_m(&self, e: usize) -> NodalValues {
+    pub(crate) fn coords_m(&self, e: usize) -> NodalValues {
         values(self.body, e, &self.body.nodes_m)
     }
 
     /// Stiffness of element `e` ([`Element::stiffness`]).
-    pub fn stiffness(&self, e: usize, out: &mut [[f64; 9]]) {
+    pub(crate) fn stiffness(&self, e: usize, out: &mut [[f64; 9]]) {
         let lame = Lame::from(self.material);
         integrals(self.body, e).stiffness(&self.coords_m(e), self.affine[e], lame, out);
     }
 
     /// Mass of element `e` ([`Element::mass`]).
-    pub fn mass(&self, e: usize, out: &mut [[f64; 1]]) {
+    pub(crate) fn mass(&self, e: usize, out: &mut [[f64; 1]]) {
         let density = self.material.density_kg_m3;
         integrals(self.body, e).mass(&self.coords_m(e), self.affine[e], density, out);
     }
 
     /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the
     /// body ([`Element::geometric_stiffness`]).
-    pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
+    pub(crate) fn geometric_stiffness(
+        &self,
+        e: usize,
+        displacement_m: &[[f64; 3]],
+        out: &mut [[f64; 1]],
+    ) {
         let lame = Lame::from(self.material);
         let u = values(self.body, e, displacement_m);
         let coords = self.coords_m(e);
@@ -123,7 +128,7 @@ pub(super) fn integrals(body: &Body, e: usize) -> &'static dyn Element {
 }
 
 /// Values of a nodal field at the nodes of one element.
-pub struct NodalValues {
+pub(crate) struct NodalValues {
     values: [[f64; 3]; MOST_NODES],
     count: usize,
 }
@@ -136,7 +141,7 @@ impl Deref for NodalValues {
 }
 
 /// Values of a nodal field of a body at the nodes of element `e`.
-pub fn values(body: &Body, e: usize, field: &[[f64; 3]]) -> NodalValues {
+pub(crate) fn values(body: &Body, e: usize, field: &[[f64; 3]]) -> NodalValues {
     let nodes = body.elements.of(e);
     let mut all = NodalValues {
         values: [[0.0; 3]; MOST_NODES],

@@ -18,7 +18,7 @@ use dovetail_numerics::sparse::times;
 
 /// Stiffness and mass of a body on its free degrees of freedom, with its springs, before what is
 /// held is uncoupled.
-pub fn matrices(
+pub(crate) fn matrices(
     body: &Body,
     placed: &PlacedMatrices,
     springs: &[SpringElement],
@@ -59,7 +59,7 @@ pub(super) fn summed(
 
 /// Adds the force M a of the mass in a uniform field of acceleration. Mass that the matrices couple
 /// to supports of the other program, which have no row, is not in it.
-pub fn add_inertia(
+pub(crate) fn add_inertia(
     body: &Body,
     placed: &PlacedMatrices,
     acceleration_m_s2: [f64; 3],
@@ -70,7 +70,7 @@ pub fn add_inertia(
 }
 
 /// Steady load that comes with the matrices.
-pub fn steady_load(body: &Body, placed: &PlacedMatrices) -> Vec<f64> {
+pub(crate) fn steady_load(body: &Body, placed: &PlacedMatrices) -> Vec<f64> {
     let mut load_n = vec![0.0; 3 * body.dofs.free_nodes()];
     if let Some(given) = placed.given.load_n() {
         add_on_rows(body, placed, given, &mut load_n);
@@ -88,7 +88,7 @@ fn add_on_rows(body: &Body, placed: &PlacedMatrices, force_n: &[f64], load_n: &m
 
 /// Mass, kg, and centre of gravity, m. The centre is not known where the mesh lacks nodes that have
 /// mass.
-pub fn mass_and_centre(body: &Body, placed: &PlacedMatrices) -> (f64, Option<[f64; 3]>) {
+pub(crate) fn mass_and_centre(body: &Body, placed: &PlacedMatrices) -> (f64, Option<[f64; 3]>) {
     let all = placed.translation([1.0, 0.0, 0.0]);
     let force = mass_times(placed, &all);
     let dot = |x: &[f64]| x.iter().zip(&force).map(|(x, f)| x * f).sum::<f64>();

@@ -22,7 +22,7 @@ const ALL: usize = N + 3;
 
 /// Element of eight nodes with incompatible modes.
 #[derive(Debug)]
-pub struct IncompatibleHexahedron {
+pub(crate) struct IncompatibleHexahedron {
     compatible: Isoparametric<N>,
     at_points: Internal,
     at_nodes: Internal,
@@ -46,7 +46,7 @@ fn internal(points: &[[f64; 3]]) -> Internal {
 
 impl IncompatibleHexahedron {
     /// Element with its tables.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let element = ElementType::HEX8;
         Self {
             compatible: Isoparametric::new(element),

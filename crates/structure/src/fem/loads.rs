@@ -15,7 +15,7 @@ use dovetail_numerics::space::add_scaled;
 
 /// Adds a load on a body to `load_n` (free degrees of freedom). Loads on fixed nodes go to their
 /// support.
-pub fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
+pub(crate) fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
     match load {
         AppliedLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
         AppliedLoad::Surface { facets, traction } => {
@@ -61,7 +61,7 @@ fn add_on_surface(body: &Body, facets: &[Vec<u32>], traction: Traction, load_n: 
 /// is interpolated like the elements. `element_mass` writes the mass of an element. Fixed nodes
 /// have mass, too: their own part goes to the support, the part that other nodes carry is added
 /// here.
-pub fn add_inertia(
+pub(crate) fn add_inertia(
     body: &Body,
     element_mass: impl Fn(usize, &mut [[f64; 1]]),
     acceleration_m_s2: &[[f64; 3]],
@@ -84,7 +84,7 @@ pub fn add_inertia(
 /// Uncouples the held degrees of freedom of a symmetric matrix: their rows and columns keep only
 /// the diagonal. Without a load they then do not move, and the matrix stays positive definite where
 /// it was.
-pub fn uncouple(matrix: &mut CscMatrix<f64>, held_dofs: &[u32]) {
+pub(crate) fn uncouple(matrix: &mut CscMatrix<f64>, held_dofs: &[u32]) {
     if held_dofs.is_empty() {
         return;
     }

@@ -14,20 +14,20 @@
 //! which the assembly adds elements decides the last bits of all matrices and does not depend on the
 //! number of threads: it stays as it is.
 
-pub mod assembly;
+pub(crate) mod assembly;
 pub mod elasticity;
 pub mod element;
 pub mod elements;
 pub mod given;
-pub mod incompatible;
-pub mod loads;
+pub(crate) mod incompatible;
+pub(crate) mod loads;
 pub mod mass_properties;
 pub mod released;
-pub mod spin;
+pub(crate) mod spin;
 pub mod springs;
 pub mod statics;
 pub mod stress;
-pub mod tables;
+pub(crate) mod tables;
 
 mod error;
 mod joined;

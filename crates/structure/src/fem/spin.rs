@@ -17,13 +17,13 @@ use crate::model::{Body, Rotation};
 use dovetail_numerics::space::scaled;
 
 /// Vector from the axis to a point, perpendicular to the axis, m.
-pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
+pub(crate) fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
     let d = [0, 1, 2].map(|k| point_m[k] - rotation.point_m[k]);
     perpendicular(rotation.axis).map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
 }
 
 /// Centrifugal load, N (free dofs), where the square of the speed is `omega2`, rad2/s2.
-pub fn centrifugal_load(
+pub(crate) fn centrifugal_load(
     body: &Body,
     elements: &Elements<'_>,
     rotation: &Rotation,
@@ -44,7 +44,7 @@ pub fn centrifugal_load(
 }
 
 /// Geometric stiffness of the stress of `displacement_m` (every node of the body), N/m.
-pub fn geometric_stiffness(
+pub(crate) fn geometric_stiffness(
     body: &Body,
     elements: &Elements<'_>,
     pattern: &NodePattern,
@@ -56,7 +56,11 @@ pub fn geometric_stiffness(
 }
 
 /// Computes K := K - Omega^2 P M on lower blocks.
-pub fn add_softening(stiffness: &mut LowerBlocks<9>, mass: &LowerBlocks<1>, rotation: &Rotation) {
+pub(crate) fn add_softening(
+    stiffness: &mut LowerBlocks<9>,
+    mass: &LowerBlocks<1>,
+    rotation: &Rotation,
+) {
     let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
     let projector = perpendicular(rotation.axis);
     for (k, m) in stiffness.iter_mut().zip(mass) {
@@ -69,7 +73,7 @@ pub fn add_softening(stiffness: &mut LowerBlocks<9>, mass: &LowerBlocks<1>, rota
 }
 
 /// Computes K := K + G on lower blocks.
-pub fn add_geometric(stiffness: &mut LowerBlocks<9>, geometric: &LowerBlocks<1>) {
+pub(crate) fn add_geometric(stiffness: &mut LowerBlocks<9>, geometric: &LowerBlocks<1>) {
     for (k, g) in stiffness.iter_mut().zip(geometric) {
         for r in 0..3 {
             k[4 * r] += g[0];

@@ -23,7 +23,7 @@ use dovetail_numerics::space::{add_scaled, dot};
 /// Local nodes of a body, including auxiliary ones, and the symmetric matrix between them (3 x 3
 /// blocks row by row, N/m).
 #[derive(Debug, Clone)]
-pub struct SpringElement {
+pub(crate) struct SpringElement {
     /// Nodes of the element.
     pub nodes: Vec<u32>,
     /// Block for each pair of nodes.
@@ -31,7 +31,7 @@ pub struct SpringElement {
 }
 
 /// Spring elements of a body.
-pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
+pub(crate) fn spring_elements(body: &Body) -> Vec<SpringElement> {
     let springs = body.springs.iter();
     springs
         .flat_map(|spring| elements_of(body, spring))
@@ -39,7 +39,7 @@ pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
 }
 
 /// Elements of one spring of a body.
-pub fn elements_of(body: &Body, spring: &Spring) -> Vec<SpringElement> {
+pub(crate) fn elements_of(body: &Body, spring: &Spring) -> Vec<SpringElement> {
     match &spring.on {
         SpringSupport::Nodes(nodes) => {
             let block = scaled(projector(spring), spring.stiffness_n_m / nodes.len() as f64);

@@ -20,7 +20,7 @@ pub enum SolveFailure {
 }
 
 /// Solves A x = b for a symmetric positive definite A given whole.
-pub type SolveSpd<'a> =
+pub(crate) type SolveSpd<'a> =
     dyn Fn(&CscMatrix<f64>, &[f64]) -> Result<Vec<f64>, SolveFailure> + Sync + 'a;
 
 /// Solves by the Cholesky factorisation of [`dovetail_numerics`].

@@ -17,7 +17,7 @@ pub struct Table<const N: usize> {
 
 impl<const N: usize> Table<N> {
     /// Table of an element of `N` nodes at the points of a rule.
-    pub fn new(element: ElementType, rule: &Rule) -> Self {
+    pub(crate) fn new(element: ElementType, rule: &Rule) -> Self {
         let mut table = Self {
             weights: rule.weights.clone(),
             shapes: Vec::new(),
@@ -58,7 +58,7 @@ pub struct Tables<const N: usize> {
 
 impl<const N: usize> Tables<N> {
     /// Tables of an element of `N` nodes.
-    pub fn new(element: ElementType) -> Self {
+    pub(crate) fn new(element: ElementType) -> Self {
         let table = |rule: Rule| Table::new(element, &rule);
         let cube = |n| table(Rule::cube(n));
         let wedge = |degree, n| table(Rule::wedge(&triangle(degree), n));

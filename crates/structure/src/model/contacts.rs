@@ -35,7 +35,7 @@ pub(super) struct Contact {
 
 impl Contact {
     /// Slave nodes of the pairs, or of the bonded nodes.
-    pub fn slaves(&self) -> impl Iterator<Item = &Slave> {
+    pub(crate) fn slaves(&self) -> impl Iterator<Item = &Slave> {
         let pairs = self.pairs.iter().map(|pair| &pair.slave);
         pairs.chain(&self.bonded)
     }
@@ -62,12 +62,12 @@ pub(super) struct Surface {
 
 impl Surface {
     /// Nodes of the mesh that carry the contact.
-    pub fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         &self.flank.nodes
     }
 
     /// Flank `group` of a body, which has this number in the scene and this name and surface.
-    pub fn new(
+    pub(crate) fn new(
         mesh: &Mesh,
         contact: &str,
         (name, group): (&str, &Group),
@@ -91,7 +91,7 @@ impl Surface {
     }
 
     /// The same surface of a sector of a disc that lies so many sectors ahead, in the axes of this one.
-    pub fn of_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
+    pub(crate) fn of_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
         let turn = Turn::by_sectors(disc, ahead);
         let middles = self.middles_m.iter_mut().flatten();
         for place in self.nodes_m.iter_mut().chain(middles) {
@@ -152,7 +152,7 @@ impl Surface {
     }
 
     /// Joint of the whole surface to rigid ground, without masters.
-    pub fn bonded_to_ground(&self) -> Contact {
+    pub(crate) fn bonded_to_ground(&self) -> Contact {
         let sheet = self.sheet();
         let slave = |&node: &u32| Slave {
             node: BodyNode {

@@ -384,7 +384,7 @@ pub enum Side {
 impl Side {
     /// Values of the first and of the second flank, from those of this flank and of the other one,
     /// or the other way round.
-    pub fn ordered<T>(self, [own, other]: [T; 2]) -> [T; 2] {
+    pub(crate) fn ordered<T>(self, [own, other]: [T; 2]) -> [T; 2] {
         match self {
             Self::First => [own, other],
             Self::Second => [other, own],

@@ -110,19 +110,19 @@ pub(super) fn flank(
 
 impl Flank {
     /// Node positions, m.
-    pub fn positions_m(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
+    pub(crate) fn positions_m(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
         let at = |&n: &u32| mesh.nodes_m[n as usize];
         self.nodes.iter().map(at).collect()
     }
 
     /// Mean area of a facet, m2.
-    pub fn facet_area_m2(&self) -> f64 {
+    pub(crate) fn facet_area_m2(&self) -> f64 {
         self.areas_m2.iter().sum::<f64>() / self.facets.len() as f64
     }
 
     /// Nodes in the middles of the edges of these facets, ascending, with the two corners; mesh
     /// indices.
-    pub fn tied(&self, is_wanted: &[bool]) -> Vec<(u32, [u32; 2])> {
+    pub(crate) fn tied(&self, is_wanted: &[bool]) -> Vec<(u32, [u32; 2])> {
         let mut tied = BTreeMap::new();
         let all = self.facets.iter().zip(&self.middles).zip(is_wanted);
         for ((facet, middles), _) in all.filter(|(_, wanted)| **wanted) {

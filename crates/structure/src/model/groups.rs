@@ -97,7 +97,7 @@ pub(super) struct Face {
 
 impl Face {
     /// Corner nodes of the face.
-    pub fn corners(&self) -> &[u32] {
+    pub(crate) fn corners(&self) -> &[u32] {
         &self.nodes[..facet_corners(self.nodes.len())]
     }
 }

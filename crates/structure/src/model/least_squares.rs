@@ -10,7 +10,7 @@ use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::space::{add_scaled, dot, norm, sub};
 
 /// Fewest and most points of a fit, if that many exist.
-pub const FEWEST: usize = 12;
+pub(crate) const FEWEST: usize = 12;
 const MOST: usize = 192;
 /// Points lie almost in a line, and more of them are taken, where the ratio of their variances
 /// along their two main directions is smaller than this.
@@ -26,7 +26,7 @@ const REACH: [f64; 2] = [10.0, 3.0];
 
 /// Shares of the points in the value at `at`, without the point `left_out`. Empty where there is no
 /// point.
-pub fn shares(
+pub(crate) fn shares(
     points_m: &[[f64; 3]],
     tree: &PointTree,
     at: [f64; 3],

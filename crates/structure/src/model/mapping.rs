@@ -65,7 +65,7 @@ impl FieldMap {
     pub const LEAST_POINTS: usize = least_squares::FEWEST + 1;
 
     /// Number of points farther from the surface than this.
-    pub fn farther_than(&self, distance_m: f64) -> usize {
+    pub(crate) fn farther_than(&self, distance_m: f64) -> usize {
         let far = self.distances_m.iter().filter(|d| **d > distance_m);
         far.count()
     }
@@ -90,7 +90,7 @@ pub(super) struct Facets {
 }
 
 impl Facets {
-    pub fn new(nodes: Vec<Vec<u32>>, position_m: impl Fn(u32) -> [f64; 3]) -> Self {
+    pub(crate) fn new(nodes: Vec<Vec<u32>>, position_m: impl Fn(u32) -> [f64; 3]) -> Self {
         let coords = |facet: &Vec<u32>| facet.iter().map(|&n| position_m(n)).collect();
         Self {
             coords_m: nodes.iter().map(coords).collect(),

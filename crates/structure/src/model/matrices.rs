@@ -196,7 +196,7 @@ impl GivenMatrices {
     }
 
     /// Rows of both matrices, n.
-    pub fn rows(&self) -> &[Row] {
+    pub(crate) fn rows(&self) -> &[Row] {
         &self.rows
     }
 
@@ -207,7 +207,7 @@ impl GivenMatrices {
     }
 
     /// Steady load on the rows, N, if there is one.
-    pub fn load_n(&self) -> Option<&[f64]> {
+    pub(crate) fn load_n(&self) -> Option<&[f64]> {
         self.load_n.as_deref()
     }
 }
@@ -476,7 +476,11 @@ impl PlacedMatrices {
 
     /// Nodes, axes and weights of the displacements in the scene that make up a row. `nodes` is the
     /// number of nodes of the mesh, behind which auxiliary ones are numbered.
-    pub fn parts(&self, row: usize, nodes: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+    pub(crate) fn parts(
+        &self,
+        row: usize,
+        nodes: usize,
+    ) -> impl Iterator<Item = (usize, usize, f64)> {
         let found = match self.places[row] {
             Place::Displacement { node, axis } => {
                 Some((node as usize, usize::from(axis), self.axes))
@@ -497,7 +501,7 @@ impl PlacedMatrices {
 
     /// Values of the rows in a motion of all nodes by the same vector, also of those that the mesh
     /// lacks. Rotations and generalised coordinates are zero.
-    pub fn translation(&self, vector: [f64; 3]) -> Vec<f64> {
+    pub(crate) fn translation(&self, vector: [f64; 3]) -> Vec<f64> {
         let of = |row: &Row| match row {
             Row::Node { direction, .. } if *direction <= 3 => {
                 self.along(usize::from(*direction) - 1, vector)
@@ -509,7 +513,11 @@ impl PlacedMatrices {
 
     /// Values of the rows in a rotation of all nodes about an axis. `arm` gives the position of a
     /// node relative to a point of the axis. `None` where the mesh lacks a node.
-    pub fn rotation(&self, axis: [f64; 3], arm: impl Fn(u32) -> [f64; 3]) -> Option<Vec<f64>> {
+    pub(crate) fn rotation(
+        &self,
+        axis: [f64; 3],
+        arm: impl Fn(u32) -> [f64; 3],
+    ) -> Option<Vec<f64>> {
         let of = |(place, row): (&Place, &Row)| match (place, row) {
             (Place::Displacement { node, axis: k }, _) => {
                 Some(self.along(usize::from(*k), cross(axis, arm(*node))))

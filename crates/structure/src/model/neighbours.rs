@@ -79,14 +79,14 @@ fn weighted<const N: usize>(shares: &[f64; 3], points: &[[f64; N]; 3]) -> [f64; 
 }
 
 /// Search tree of the facets of a surface.
-pub struct FacetTree<'a> {
+pub(crate) struct FacetTree<'a> {
     facets_m: &'a [Vec<[f64; 3]>],
     tree: RTree<Chord>,
 }
 
 impl<'a> FacetTree<'a> {
     /// Tree of facets, each given as its 3, 4, 6 or 8 nodes.
-    pub fn new(facets_m: &'a [Vec<[f64; 3]>]) -> Self {
+    pub(crate) fn new(facets_m: &'a [Vec<[f64; 3]>]) -> Self {
         let mut chords = Vec::new();
         for (facet, nodes) in facets_m.iter().enumerate() {
             let (halves, reference): (&[[usize; 3]], &[[f64; 2]]) = match facet_corners(nodes.len())
@@ -111,7 +111,7 @@ impl<'a> FacetTree<'a> {
 
     /// Facet whose chord is nearest to `p`, and the point of the facet that is nearest. `None`
     /// without facets.
-    pub fn nearest(&self, p: [f64; 3]) -> Option<(usize, FacetPoint)> {
+    pub(crate) fn nearest(&self, p: [f64; 3]) -> Option<(usize, FacetPoint)> {
         let chord = self.tree.nearest_neighbor(p)?;
         let start = weighted(&chord.shares(p), &chord.reference);
         let nodes = &self.facets_m[chord.facet];
@@ -171,13 +171,13 @@ fn inside(nodes: usize, [r, s]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Search tree of points in space.
-pub struct PointTree {
+pub(crate) struct PointTree {
     tree: RTree<GeomWithData<[f64; 3], usize>>,
 }
 
 impl PointTree {
     /// Tree of these points.
-    pub fn new(points_m: &[[f64; 3]]) -> Self {
+    pub(crate) fn new(points_m: &[[f64; 3]]) -> Self {
         let numbered = points_m.iter().enumerate();
         let numbered = numbered.map(|(i, p)| GeomWithData::new(*p, i));
         Self {
@@ -186,7 +186,7 @@ impl PointTree {
     }
 
     /// Indices of the points in order of distance from `p`, with the squares of their distances.
-    pub fn nearest(&self, p: [f64; 3]) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn nearest(&self, p: [f64; 3]) -> impl Iterator<Item = (usize, f64)> {
         let all = self.tree.nearest_neighbor_iter_with_distance_2(p);
         all.map(|(point, square)| (point.data, square))
     }

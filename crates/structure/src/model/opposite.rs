@@ -122,7 +122,7 @@ pub(super) type Polygon = Vec<[f64; 2]>;
 impl Facet {
     /// Facet of nodes that run counter-clockwise seen from outside: the corners, then the middles of
     /// the edges.
-    pub fn new(nodes_m: Vec<Vector>) -> Self {
+    pub(crate) fn new(nodes_m: Vec<Vector>) -> Self {
         let corners_m = &nodes_m[..facet_corners(nodes_m.len())];
         let count = corners_m.len() as f64;
         let centre_m = [0, 1, 2].map(|k| corners_m.iter().map(|x| x[k]).sum::<f64>() / count);
@@ -158,30 +158,30 @@ impl Facet {
     }
 
     /// Coordinates of a point in the plane of the facet.
-    pub fn in_plane(&self, x: Vector) -> [f64; 2] {
+    pub(crate) fn in_plane(&self, x: Vector) -> [f64; 2] {
         let d = sub(x, self.centre_m);
         self.axes.map(|axis| dot(axis, d))
     }
 
     /// Point of space at coordinates in the plane of the facet, m.
-    pub fn in_space(&self, point: [f64; 2]) -> Vector {
+    pub(crate) fn in_space(&self, point: [f64; 2]) -> Vector {
         let [a, b] = self.axes;
         [0, 1, 2].map(|k| self.centre_m[k] + point[0] * a[k] + point[1] * b[k])
     }
 
     /// Corners of a facet, projected to the plane of this one along its normal.
-    pub fn outline_of(&self, facet: &Self) -> Polygon {
+    pub(crate) fn outline_of(&self, facet: &Self) -> Polygon {
         let corners = &facet.nodes_m[..facet.corners];
         corners.iter().map(|x| self.in_plane(*x)).collect()
     }
 
     /// All nodes of a facet, projected to the plane of this one along its normal.
-    pub fn nodes_of(&self, facet: &Self) -> Polygon {
+    pub(crate) fn nodes_of(&self, facet: &Self) -> Polygon {
         facet.nodes_m.iter().map(|x| self.in_plane(*x)).collect()
     }
 
     /// Area between the corners, m2.
-    pub fn area_m2(&self) -> f64 {
+    pub(crate) fn area_m2(&self) -> f64 {
         area(&self.outline_of(self))
     }
 

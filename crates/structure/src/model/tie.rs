@@ -125,7 +125,11 @@ pub(super) struct Meeting {
 
 impl Meeting {
     /// Nearest of `others_m` to each of `nodes_m` after a motion of these.
-    pub fn of(nodes_m: &[Vector], others_m: &[Vector], moved: impl Fn(Vector) -> Vector) -> Self {
+    pub(crate) fn of(
+        nodes_m: &[Vector],
+        others_m: &[Vector],
+        moved: impl Fn(Vector) -> Vector,
+    ) -> Self {
         let (own, others) = (PointTree::new(nodes_m), PointTree::new(others_m));
         let spacing_m = |x: &Vector| own.nearest(*x).nth(1).map(|(_, square)| square.sqrt());
         let spacings_m = nodes_m.iter().filter_map(spacing_m);
@@ -140,7 +144,7 @@ impl Meeting {
     }
 
     /// Numbers of the nodes that meet none.
-    pub fn apart(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn apart(&self) -> impl Iterator<Item = usize> {
         let all = self.nearest.iter().enumerate();
         // A face of one node has no spacing, and meets anything.
         all.filter(|(_, near)| near.1 > MEETING * self.spacing_m)
@@ -148,7 +152,7 @@ impl Meeting {
     }
 
     /// Largest distance of a node from the nearest one, m.
-    pub fn farthest_m(&self) -> f64 {
+    pub(crate) fn farthest_m(&self) -> f64 {
         self.nearest.iter().map(|near| near.1).fold(0.0, f64::max)
     }
 }

@@ -15,7 +15,7 @@ pub(super) struct Turn {
 impl Turn {
     /// Turn to the sector that lies so many sectors ahead, by the right hand (O. Rodrigues, J. Math.
     /// Pures Appl. 5 (1840) 380-440).
-    pub fn by_sectors(disc: &CyclicSpec, ahead: i32) -> Self {
+    pub(crate) fn by_sectors(disc: &CyclicSpec, ahead: i32) -> Self {
         let angle = f64::from(ahead) * TAU / disc.sectors as f64;
         let (sine, cosine) = angle.sin_cos();
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| {
@@ -35,12 +35,12 @@ impl Turn {
     }
 
     /// Direction in the other sector, in the axes of this one.
-    pub fn direction(&self, d: Vector) -> Vector {
+    pub(crate) fn direction(&self, d: Vector) -> Vector {
         self.matrix.map(|row| dot(row, d))
     }
 
     /// Place in the other sector that has the place `x` in this one, m.
-    pub fn place(&self, x: Vector) -> Vector {
+    pub(crate) fn place(&self, x: Vector) -> Vector {
         let mut place = self.point_m;
         add_scaled(&mut place, 1.0, self.direction(sub(x, self.point_m)));
         place

@@ -14,11 +14,11 @@
 
 mod assembly;
 pub mod craig_bampton;
-pub mod recovery;
+pub(crate) mod recovery;
 mod residual;
 mod restiffened;
 pub mod sectors;
-pub mod transformation;
+pub(crate) mod transformation;
 mod truncation;
 
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub use assembly::{
     analyse, reduce, reduce_analysed, stuck_displacement, stuck_modes, stuck_shapes,
 };
 pub use recovery::Recovery;
-pub use residual::ResidualError;
+pub(crate) use residual::ResidualError;
 pub use restiffened::frequency_change;
 pub use truncation::Truncation;
 

@@ -43,7 +43,6 @@ pub(super) struct ResidualVectors {
 
 /// Error of residual vectors that were not found.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]
 pub enum ResidualError {
     #[error(

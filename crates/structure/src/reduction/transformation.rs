@@ -49,7 +49,7 @@ fn times_block(a: &Block, b: &Block) -> Block {
 
 /// Matrix T of `u = T (g, X)`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Transformation {
+pub(crate) struct Transformation {
     /// T^T, with one column for each coordinate of the bodies, body after body.
     #[serde(with = "stored::sparse_matrix")]
     transposed: CscMatrix<f64>,
@@ -161,17 +161,17 @@ impl Transformation {
     }
 
     /// Number of unknowns in g.
-    pub fn inner(&self) -> usize {
+    pub(crate) fn inner(&self) -> usize {
         self.inner
     }
 
     /// Number of unknowns in (g, X).
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.transposed.nrows()
     }
 
     /// Body and coordinate of an unknown of g.
-    pub fn origin(&self, unknown: usize) -> Option<(usize, usize)> {
+    pub(crate) fn origin(&self, unknown: usize) -> Option<(usize, usize)> {
         let coordinate = self
             .transposed
             .col_iter()
@@ -182,7 +182,11 @@ impl Transformation {
 
     /// Computes T^T A T, with A the block diagonal of the bodies' symmetric matrices, of which both
     /// triangles are stored. Entries that come out as zero are left out where `zeros` says so.
-    pub fn congruent(&self, matrices: &[Cow<'_, CscMatrix<f64>>], zeros: Zeros) -> CscMatrix<f64> {
+    pub(crate) fn congruent(
+        &self,
+        matrices: &[Cow<'_, CscMatrix<f64>>],
+        zeros: Zeros,
+    ) -> CscMatrix<f64> {
         let n = self.unknowns();
         let t = self.transposed.transpose();
         let columns: Vec<usize> = (0..n).collect();
@@ -257,7 +261,7 @@ impl Transformation {
     }
 
     /// Computes T^T f for loads f on the bodies' coordinates. Returns the parts on g and on X.
-    pub fn gather(&self, loads: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn gather(&self, loads: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
         let mut all = vec![0.0; self.unknowns()];
         let columns = self.transposed.col_iter();
         for (column, f) in columns.zip(loads.iter().flatten()) {
@@ -270,7 +274,7 @@ impl Transformation {
     }
 
     /// Coordinates of each body, one column per column of `g` and `x`.
-    pub fn scatter(&self, g: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<Mat<f64>> {
+    pub(crate) fn scatter(&self, g: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<Mat<f64>> {
         let mut all = Mat::zeros(self.unknowns(), g.ncols());
         all.get_mut(..self.inner, ..).copy_from(g);
         all.get_mut(self.inner.., ..).copy_from(x);
@@ -282,7 +286,7 @@ impl Transformation {
 
 /// Treatment of zero entries by [`Transformation::congruent`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Zeros {
+pub(crate) enum Zeros {
     /// Zeros are stored, so that the pattern does not depend on the values.
     Kept,
     /// Zeros are not stored.

@@ -16,7 +16,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// row-major, both indices component-major. `signals` are those of
 /// [`last_period`](super::last_period), or of [`contact_forces`](super::contact_forces), and `end` is
 /// that of the latter.
-pub fn contact_force_derivative(
+pub(crate) fn contact_force_derivative(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &Signals,

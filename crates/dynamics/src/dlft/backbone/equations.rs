@@ -21,7 +21,7 @@ const EQUATION_WEIGHT: f64 = 100.0;
 const ROUNDING: f64 = 1e-14;
 
 /// Part of the vibration whose amplitude at harmonic 1 is given, real and positive.
-pub enum Tracked {
+pub(crate) enum Tracked {
     /// Stuck mode, and the motion that goes with it ([`Unforced::tracked`]).
     Mode(Vec<(usize, c64)>),
     /// Relative displacement, in a motion without a stuck mode.
@@ -35,7 +35,7 @@ pub enum Tracked {
 
 /// Balances at an amplitude of the tracked coordinate. The further unknowns are the frequency, as a
 /// multiple of that of the linear mode, and the damping ratio.
-pub struct OfAmplitude<'b> {
+pub(crate) struct OfAmplitude<'b> {
     pub solver: &'b FrequencySolver<'b>,
     pub tracked: &'b Tracked,
     /// Amplitude q of the tracked coordinate at harmonic 1.
@@ -46,7 +46,7 @@ pub struct OfAmplitude<'b> {
 
 impl OfAmplitude<'_> {
     /// Vibration at values of the further unknowns.
-    pub fn motion(&self, further: &[f64]) -> Unforced<'_> {
+    pub(crate) fn motion(&self, further: &[f64]) -> Unforced<'_> {
         Unforced {
             system: &self.solver.setting.system,
             tracked: match self.tracked {

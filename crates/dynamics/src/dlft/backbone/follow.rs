@@ -50,7 +50,7 @@ const OPEN: f64 = 0.05;
 const NO_FRICTION: f64 = 1e-9;
 
 /// Linear mode that a backbone begins at.
-pub struct LinearMode {
+pub(crate) struct LinearMode {
     /// Stuck mode with the largest share, or without any the relative displacement that moves most.
     tracked: Tracked,
     /// Motion of the pairs for a unit of the tracked coordinate.
@@ -63,7 +63,7 @@ pub struct LinearMode {
 
 impl LinearMode {
     /// Mode of the linear reference; `None` where it does not move the observed displacement.
-    pub fn of(
+    pub(crate) fn of(
         problem: &Problem,
         damping: Rayleigh,
         state: &StaticState,
@@ -150,7 +150,7 @@ struct Follower<'b> {
 }
 
 /// Follows a backbone through the amplitudes asked for.
-pub fn followed(
+pub(crate) fn followed(
     run: &Run<'_>,
     mode: &LinearMode,
     settings: &SweepSettings,

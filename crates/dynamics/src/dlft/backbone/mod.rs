@@ -1,5 +1,5 @@
 //! Backbone of a mode: its frequency and damping over its amplitude, by the extended periodic motion
-//! concept ([`crate::problem::unforced`]).
+//! concept (`crate::problem::unforced`).
 //!
 //! No force excites the vibration. The damping ratio zeta, an unknown as the frequency is, keeps it
 //! up. `equations` has the two equations of the tracked mode beside the balance, which `follow`

@@ -29,7 +29,7 @@ use dovetail_numerics::vector::dot;
 use faer::Mat;
 
 /// Balances over further unknowns, with as many further equations.
-pub trait Family {
+pub(crate) trait Family {
     /// Balance where the further unknowns have these values; `None` where there is none.
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance>;
 
@@ -58,7 +58,7 @@ pub trait Family {
 
 /// U and the abscissa near a point of a curve that is to be solved for.
 #[derive(Debug, Clone)]
-pub struct Prediction {
+pub(crate) struct Prediction {
     /// Coefficients, m.
     pub u: Vec<f64>,
     /// Abscissa.
@@ -67,7 +67,7 @@ pub struct Prediction {
 
 /// U, the further unknowns and the mean from which a solution starts.
 #[derive(Debug, Clone)]
-pub struct Start {
+pub(crate) struct Start {
     /// Coefficients, m.
     pub u: Vec<f64>,
     /// Further unknowns.
@@ -78,7 +78,7 @@ pub struct Start {
 
 /// Plane across a curve: `row . U + corner p = value`, in units of the step that it ends.
 #[derive(Debug, Clone)]
-pub struct Plane {
+pub(crate) struct Plane {
     /// Coefficients of U, 1/m, and of the abscissa.
     pub across: BorderRow,
     /// Value of the plane.
@@ -93,7 +93,7 @@ const TANGENT_TOLERANCE: f64 = 1e-5;
 
 impl Plane {
     /// Plane through a point across a direction that has these coefficients, in units of the step h.
-    pub fn across(direction: &BorderRow, h: f64, through: &Prediction) -> Self {
+    pub(crate) fn across(direction: &BorderRow, h: f64, through: &Prediction) -> Self {
         let row: Vec<f64> = direction.row.iter().map(|v| v / h).collect();
         let corner = direction.corner / h;
         Self {
@@ -153,7 +153,7 @@ impl Family for AcrossCurve<'_> {
 
 /// Solves for the point of the curve in a plane, near a prediction. Returns the solution and its
 /// abscissa, `None` where there is no model, or no mean to retain.
-pub fn correct(
+pub(crate) fn correct(
     solvers: Solvers<'_>,
     plane: &Plane,
     near: &Prediction,
@@ -174,7 +174,7 @@ pub fn correct(
 
 /// Solves for U and the further unknowns of a family, with the mean of the start. `None` where there
 /// is no balance at the start, or no mean to retain.
-pub fn corrected(
+pub(crate) fn corrected(
     solver: &FrequencySolver<'_>,
     family: &impl Family,
     start: Start,
@@ -216,7 +216,7 @@ pub fn corrected(
 
 /// Direction of the curve at a solution, with `row . dU + corner dp = 1`; `None` where it is not
 /// found.
-pub fn direction(
+pub(crate) fn direction(
     solvers: Solvers<'_>,
     at: SolutionAt<'_>,
     across: BorderRow,
@@ -260,7 +260,11 @@ pub fn direction(
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
 /// on the further unknowns.
-pub fn columns(balance: &Balance, jacobian: &Jacobian, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(crate) fn columns(
+    balance: &Balance,
+    jacobian: &Jacobian,
+    slopes: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
     let n = balance.unknowns_per_block();
     let slopes = slopes.iter();
     slopes

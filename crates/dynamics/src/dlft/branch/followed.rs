@@ -5,7 +5,7 @@ use crate::dlft::{Branch, Part, Response, SolvedFrequency};
 
 /// Branch as it is followed, in the order in which it runs.
 #[derive(Debug, Clone, Default)]
-pub struct Followed {
+pub(crate) struct Followed {
     /// Motions along the branch.
     pub points: Vec<SolvedFrequency>,
     /// Length of the branch up to each point.
@@ -16,7 +16,7 @@ pub struct Followed {
 
 impl Followed {
     /// The branch up to its first point at an abscissa; empty where there is none.
-    pub fn until(&self, abscissa: f64) -> Self {
+    pub(crate) fn until(&self, abscissa: f64) -> Self {
         let at = |p: &SolvedFrequency| p.abscissa() == abscissa;
         let count = self.points.iter().position(at).map_or(0, |i| i + 1);
         Self {
@@ -32,7 +32,7 @@ impl Followed {
     }
 
     /// The branch run through in the other direction.
-    pub fn reversed(mut self) -> Self {
+    pub(crate) fn reversed(mut self) -> Self {
         let count = self.points.len();
         self.points.reverse();
         self.lengths.reverse();
@@ -44,7 +44,7 @@ impl Followed {
     }
 
     /// Returns `true` if its last steps were shorter than short ones.
-    pub fn creeps(&self) -> bool {
+    pub(crate) fn creeps(&self) -> bool {
         let before = self.lengths.iter().rev().nth(MOST_SHORT_STEPS);
         let last = self.lengths.last();
         let length = last.zip(before).map(|(last, before)| last - before);
@@ -52,7 +52,7 @@ impl Followed {
     }
 
     /// Adds a branch that begins where this one ends.
-    pub fn extend(&mut self, mut on: Self) {
+    pub(crate) fn extend(&mut self, mut on: Self) {
         self.points.pop();
         let length = self.lengths.pop().unwrap_or(0.0);
         let count = self.points.len();
@@ -62,7 +62,7 @@ impl Followed {
     }
 
     /// Adds a point, at its place along the branch.
-    pub fn keep(&mut self, solved: SolvedFrequency) {
+    pub(crate) fn keep(&mut self, solved: SolvedFrequency) {
         let Self {
             points,
             lengths,
@@ -85,12 +85,12 @@ impl Followed {
 }
 
 /// Part of a branch that a point was found by.
-pub fn part_of(solved: &SolvedFrequency) -> Option<Part> {
+pub(crate) fn part_of(solved: &SolvedFrequency) -> Option<Part> {
     solved.along.as_ref().map(|along| along.part)
 }
 
 /// Response that consists of these branches.
-pub fn assembled(branches: Vec<Followed>) -> Response {
+pub(crate) fn assembled(branches: Vec<Followed>) -> Response {
     let mut response = Response::default();
     for branch in branches {
         let first = response.orbits.len();

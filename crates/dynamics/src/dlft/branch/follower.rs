@@ -30,7 +30,7 @@ const FALLEN: f64 = 0.005;
 const MOST_CLIMBED: usize = 200;
 
 /// Follower of a branch, which can be stopped on the way.
-pub struct Follower<'b> {
+pub(crate) struct Follower<'b> {
     run: &'b Run<'b>,
     /// Values that the curve is followed over; `None` for the frequency.
     values: Option<&'b Values<'b>>,
@@ -64,7 +64,7 @@ pub struct Follower<'b> {
 impl<'b> Follower<'b> {
     /// Follower of the branch that begins where the course does, with the points of it that an
     /// earlier run solved.
-    pub fn new(
+    pub(crate) fn new(
         run: &'b Run<'b>,
         values: Option<&'b Values<'b>>,
         course: Course,
@@ -106,7 +106,7 @@ impl<'b> Follower<'b> {
     }
 
     /// Follows the branch until it leaves the range, or until a step passes `stop`.
-    pub fn advance(&mut self, stop: Option<f64>) {
+    pub(crate) fn advance(&mut self, stop: Option<f64>) {
         let Course { from, to } = self.course;
         let toward = (to - from).signum();
         let is_at = |at: f64| (self.branch.points.iter()).any(|p| p.abscissa() == at);
@@ -139,14 +139,14 @@ impl<'b> Follower<'b> {
     }
 
     /// Returns `true` if the branch has come to the other end of its range without a gap.
-    pub fn has_crossed(&self) -> bool {
+    pub(crate) fn has_crossed(&self) -> bool {
         let last = self.branch.points.last();
         let is_at_end = last.is_some_and(|last| last.abscissa() == self.course.to);
         self.has_left && is_at_end && self.branch.gaps.is_empty()
     }
 
     /// Returns `true` if there is a motion at the beginning of the branch.
-    pub fn has_begun(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         let first = self.branch.points.first();
         first.is_some_and(|first| first.orbit.outcome.has_motion())
     }
@@ -154,7 +154,7 @@ impl<'b> Follower<'b> {
     /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
     /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
     /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
-    pub fn climb(
+    pub(crate) fn climb(
         &mut self,
         near: &Neighbour,
         level: usize,

@@ -17,7 +17,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Motion T of a point: cosine and sine part of each observed displacement, m; without any, the
 /// first harmonic of the pairs in forces, eps X, N.
-pub fn motion(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+pub(crate) fn motion(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
     let system = &balance.setting.system;
     if system.problem.reduced.observations.is_empty() {
         let n = balance.unknowns_per_block();
@@ -30,7 +30,7 @@ pub fn motion(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
 
 /// Direction of a curve: derivatives by the length of the curve.
 #[derive(Debug, Clone)]
-pub struct Direction {
+pub(crate) struct Direction {
     /// Derivative of U, m.
     pub u: Vec<f64>,
     /// Derivative of the abscissa.
@@ -39,7 +39,7 @@ pub struct Direction {
 
 /// Change of the motion T and of the abscissa, such as that from one point of a curve to another.
 #[derive(Clone)]
-pub struct Change {
+pub(crate) struct Change {
     /// Change of T.
     pub motion: Vec<f64>,
     /// Change of the abscissa.
@@ -49,7 +49,7 @@ pub struct Change {
 /// Coefficients of a linear equation for a change of U and of the abscissa: a row of the bordered
 /// matrix.
 #[derive(Debug, Clone)]
-pub struct BorderRow {
+pub(crate) struct BorderRow {
     /// Coefficients of dU.
     pub row: Vec<f64>,
     /// Coefficient of the change of the abscissa, in the corner of the matrix.
@@ -57,7 +57,7 @@ pub struct BorderRow {
 }
 
 /// Derivatives of the motion T of a point.
-pub struct Gauge {
+pub(crate) struct Gauge {
     /// Number of unknowns of U.
     unknowns: usize,
     /// Number of unknowns of a block.
@@ -72,7 +72,12 @@ pub struct Gauge {
 
 impl Gauge {
     /// Gauge at a point, where T has this derivative with respect to the abscissa at constant U.
-    pub fn at(balance: &Balance, u: &[f64], frequency_hz: f64, over_abscissa: Vec<f64>) -> Self {
+    pub(crate) fn at(
+        balance: &Balance,
+        u: &[f64],
+        frequency_hz: f64,
+        over_abscissa: Vec<f64>,
+    ) -> Self {
         let n = balance.unknowns_per_block();
         Self {
             unknowns: u.len(),
@@ -84,7 +89,7 @@ impl Gauge {
     }
 
     /// Derivative of the motion T of a point with respect to the frequency at constant U, per Hz.
-    pub fn motion_per_hz(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    pub(crate) fn motion_per_hz(balance: &Balance, u: &[f64], frequency_hz: f64) -> Vec<f64> {
         let step = DIFFERENCE * frequency_hz;
         let [above, below] = [step, -step].map(|by| motion(balance, u, frequency_hz + by));
         let differences = above.iter().zip(&below);
@@ -92,7 +97,7 @@ impl Gauge {
     }
 
     /// Change of T along a direction.
-    pub fn along(&self, direction: &Direction) -> Vec<f64> {
+    pub(crate) fn along(&self, direction: &Direction) -> Vec<f64> {
         let block = |of: usize| &direction.u[of * self.n..(of + 1) * self.n];
         let (c, s) = (block(cosine(1)), block(sine(1)));
         let mut out: Vec<f64> = if self.slopes.is_empty() {
@@ -113,7 +118,7 @@ impl Gauge {
     }
 
     /// Coefficients of dU and dp in `weights . dT`.
-    pub fn coefficients(&self, weights: &[f64]) -> BorderRow {
+    pub(crate) fn coefficients(&self, weights: &[f64]) -> BorderRow {
         let n = self.n;
         let mut row = vec![0.0; self.unknowns];
         let (c, s) = (cosine(1) * n, sine(1) * n);
@@ -138,7 +143,7 @@ impl Gauge {
 
 /// Scales of a length: that of T, and the range of the abscissa.
 #[derive(Debug, Clone, Copy)]
-pub struct Scales {
+pub(crate) struct Scales {
     /// |T| that a change is measured against.
     pub motion: f64,
     /// Range of the abscissa.
@@ -147,12 +152,12 @@ pub struct Scales {
 
 impl Scales {
     /// Length of a change of T and of the abscissa.
-    pub fn length(self, change: &Change) -> f64 {
+    pub(crate) fn length(self, change: &Change) -> f64 {
         (norm(&change.motion) / self.motion).hypot(change.abscissa / self.range)
     }
 
     /// Coefficients of dU and dp in the product of a change with any other.
-    pub fn across(self, gauge: &Gauge, change: &Change) -> BorderRow {
+    pub(crate) fn across(self, gauge: &Gauge, change: &Change) -> BorderRow {
         let by = (self.motion * self.motion).recip();
         let weights: Vec<f64> = change.motion.iter().map(|t| t * by).collect();
         let mut across = gauge.coefficients(&weights);
@@ -161,7 +166,7 @@ impl Scales {
     }
 
     /// Product of two changes.
-    pub fn product(self, a: &Change, b: &Change) -> f64 {
+    pub(crate) fn product(self, a: &Change, b: &Change) -> f64 {
         dot(&a.motion, &b.motion) / (self.motion * self.motion)
             + a.abscissa * b.abscissa / (self.range * self.range)
     }

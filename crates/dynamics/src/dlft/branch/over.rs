@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// Point whose derivatives are asked for.
 #[derive(Clone, Copy)]
-pub struct Place<'p> {
+pub(crate) struct Place<'p> {
     /// Balance at the point.
     pub balance: &'p Balance,
     /// Level of its harmonics.
@@ -30,7 +30,7 @@ pub struct Place<'p> {
 
 /// Solution on a curve, with its abscissa.
 #[derive(Clone, Copy)]
-pub struct SolutionAt<'s> {
+pub(crate) struct SolutionAt<'s> {
     /// The solution.
     pub solution: &'s Solution,
     /// Its abscissa.
@@ -39,7 +39,7 @@ pub struct SolutionAt<'s> {
 
 /// Use of a derivative by the abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Use {
+pub(crate) enum Use {
     /// Newton's method corrects what a derivative of a point nearby is off.
     Correction,
     /// The direction of the curve is as accurate as the derivative.
@@ -47,7 +47,7 @@ pub enum Use {
 }
 
 /// Quantity that a curve is followed over, within one step of the follower.
-pub trait Over {
+pub(crate) trait Over {
     /// Solvers at an abscissa; `None` where there is no model.
     fn refinement(&self, abscissa: f64) -> Option<Arc<Refinement<'_>>>;
 
@@ -77,7 +77,7 @@ pub trait Over {
 
 /// Solvers of the points of a curve that have the harmonics of one level.
 #[derive(Clone, Copy)]
-pub struct Solvers<'a> {
+pub(crate) struct Solvers<'a> {
     /// Quantity that the curve is followed over.
     pub over: &'a dyn Over,
     /// Level of the harmonics.
@@ -86,25 +86,30 @@ pub struct Solvers<'a> {
 
 impl<'a> Solvers<'a> {
     /// Solver at an abscissa.
-    pub fn at(self, abscissa: f64) -> Option<FrequencySolver<'a>> {
+    pub(crate) fn at(self, abscissa: f64) -> Option<FrequencySolver<'a>> {
         Some(self.over.refinement(abscissa)?.level(self.level).clone())
     }
 
     /// Balance at an abscissa with this mean; `None` where there is no model, or nothing to retain.
-    pub fn balance(self, abscissa: f64, mean: Mean) -> Option<Balance> {
+    pub(crate) fn balance(self, abscissa: f64, mean: Mean) -> Option<Balance> {
         let solver = self.at(abscissa)?;
         solver.balance(self.over.frequency_hz(abscissa), mean)
     }
 
     /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
     /// off.
-    pub fn on_curve(self, abscissa: f64, solved: Solution, work: &mut Work) -> Option<Solution> {
+    pub(crate) fn on_curve(
+        self,
+        abscissa: f64,
+        solved: Solution,
+        work: &mut Work,
+    ) -> Option<Solution> {
         let frequency_hz = self.over.frequency_hz(abscissa);
         self.at(abscissa)?.on_curve(frequency_hz, solved, work)
     }
 
     /// Place of a point.
-    pub fn place<'p>(self, balance: &'p Balance, u: &'p [f64], abscissa: f64) -> Place<'p> {
+    pub(crate) fn place<'p>(self, balance: &'p Balance, u: &'p [f64], abscissa: f64) -> Place<'p> {
         Place {
             balance,
             level: self.level,
@@ -114,13 +119,13 @@ impl<'a> Solvers<'a> {
     }
 
     /// Place of a solution.
-    pub fn place_of<'p>(self, at: SolutionAt<'p>) -> Place<'p> {
+    pub(crate) fn place_of<'p>(self, at: SolutionAt<'p>) -> Place<'p> {
         self.place(&at.solution.balance, &at.solution.u, at.abscissa)
     }
 }
 
 /// The frequency of one model, Hz.
-pub struct OverFrequency<'a>(pub &'a Run<'a>);
+pub(crate) struct OverFrequency<'a>(pub &'a Run<'a>);
 
 impl Over for OverFrequency<'_> {
     fn refinement(&self, frequency_hz: f64) -> Option<Arc<Refinement<'_>>> {

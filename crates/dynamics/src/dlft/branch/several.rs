@@ -36,7 +36,7 @@ impl Pass<'_> {
 /// Range of the abscissa in which several motions were found, and the place in it at which the largest
 /// and the smallest amplitude differ most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Several {
+pub(crate) struct Several {
     pub from: f64,
     pub to: f64,
     pub at: f64,
@@ -49,7 +49,7 @@ pub struct Several {
 }
 
 /// Ranges of frequencies in which several motions were found, ascending.
-pub fn several_motions(response: &Response) -> Vec<SecondMotion> {
+pub(crate) fn several_motions(response: &Response) -> Vec<SecondMotion> {
     let found = several(response).into_iter();
     let motions = found.map(|several| SecondMotion {
         from_hz: several.from,
@@ -63,7 +63,7 @@ pub fn several_motions(response: &Response) -> Vec<SecondMotion> {
 }
 
 /// Ranges of the abscissa in which several motions were found, ascending.
-pub fn several(response: &Response) -> Vec<Several> {
+pub(crate) fn several(response: &Response) -> Vec<Several> {
     let passes: Vec<Pass<'_>> = (response.curves().into_iter())
         .flat_map(|curve| passes(response, curve))
         .collect();

@@ -10,8 +10,8 @@ mod inside;
 mod passed;
 mod point;
 
-pub use inside::FoldStart;
-pub use point::{Height, Point};
+pub(crate) use inside::FoldStart;
+pub(crate) use point::{Height, Point};
 
 use self::cubic::{between, bisected};
 use self::point::{Ahead, Measured, motion_of};
@@ -35,11 +35,11 @@ const LONGEST_STEP: f64 = 0.5;
 /// Shortest step: where it fails, the curve cannot be followed on.
 const SHORTEST_STEP: f64 = 1e-7;
 /// Shortest step behind [`MOST_SHORT_STEPS`] shorter ones.
-pub const SHORT_STEP: f64 = 1e-4;
+pub(crate) const SHORT_STEP: f64 = 1e-4;
 /// Most steps in a row that are shorter on average than [`SHORT_STEP`]. A few lead round the fold at
 /// which a contact is just touched. At the frequency of an undamped mode, where the balance has a
 /// pole, each of thousands would find a motion.
-pub const MOST_SHORT_STEPS: usize = 40;
+pub(crate) const MOST_SHORT_STEPS: usize = 40;
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 12;
 /// A step that has been halved so many times is tried at its abscissa, too, once.
@@ -61,7 +61,7 @@ const NO_MOTION_M: f64 = 1e-150;
 
 /// Range of the abscissa through which a curve is followed.
 #[derive(Debug, Clone, Copy)]
-pub struct Course {
+pub(crate) struct Course {
     /// Abscissa at which the curve begins.
     pub from: f64,
     /// Abscissa at which it ends.
@@ -70,21 +70,21 @@ pub struct Course {
 
 impl Course {
     /// Range from the first to the last of these abscissae; at 0 where there is none.
-    pub fn over(abscissae: &[f64]) -> Self {
+    pub(crate) fn over(abscissae: &[f64]) -> Self {
         let [from, to] =
             [abscissae.first(), abscissae.last()].map(|end| end.copied().unwrap_or_default());
         Self { from, to }
     }
 
     /// Length of the range.
-    pub fn range(self) -> f64 {
+    pub(crate) fn range(self) -> f64 {
         (self.to - self.from).abs()
     }
 }
 
 /// Follower of one curve.
 #[derive(Clone)]
-pub struct Tracer {
+pub(crate) struct Tracer {
     /// Level of the harmonics.
     level: usize,
     course: Course,
@@ -100,7 +100,7 @@ pub struct Tracer {
 }
 
 /// Solution on the curve, with its abscissa, and the length of the curve up to it.
-pub struct Found {
+pub(crate) struct Found {
     /// The solution.
     pub solution: Solution,
     /// Its abscissa.
@@ -110,7 +110,7 @@ pub struct Found {
 }
 
 /// Points of the curve that a step came to.
-pub struct Step {
+pub(crate) struct Step {
     /// Points at the abscissae asked for that the step passed, in their order.
     pub passed: Vec<Found>,
     /// Point at the end of the step; `None` where the curve left the range within it, or could not
@@ -123,7 +123,7 @@ pub struct Step {
 impl Tracer {
     /// Follower that begins at a solution, and goes towards the second abscissa of the course.
     /// `None` where no direction is found.
-    pub fn from(
+    pub(crate) fn from(
         solvers: Solvers<'_>,
         course: Course,
         at: SolutionAt<'_>,
@@ -154,7 +154,12 @@ impl Tracer {
 
     /// Follower that goes on in the same direction from another solution at the last abscissa, of
     /// another balance: with another mean, or other harmonics.
-    pub fn again(self, solvers: Solvers<'_>, solution: &Solution, work: &mut Work) -> Option<Self> {
+    pub(crate) fn again(
+        self,
+        solvers: Solvers<'_>,
+        solution: &Solution,
+        work: &mut Work,
+    ) -> Option<Self> {
         let abscissa = self.last.abscissa;
         let at = SolutionAt { solution, abscissa };
         let motion = motion_of(solvers.over, at);
@@ -180,7 +185,7 @@ impl Tracer {
 
     /// Follower that goes on from a solution that is recorded with its heading, behind another
     /// point. `passed_length` is the length of the curve up to which it is known.
-    pub fn resumed(
+    pub(crate) fn resumed(
         solvers: Solvers<'_>,
         course: Course,
         solved: &SolvedFrequency,
@@ -220,7 +225,7 @@ impl Tracer {
     }
 
     /// Direction of the curve at the last point, as it is recorded.
-    pub fn heading(&self) -> Heading {
+    pub(crate) fn heading(&self) -> Heading {
         Heading {
             motion_m: self.last.motion_along.clone(),
             abscissa: self.last.direction.abscissa,
@@ -244,12 +249,12 @@ impl Tracer {
     }
 
     /// Last point.
-    pub fn last(&self) -> &Point {
+    pub(crate) fn last(&self) -> &Point {
         &self.last
     }
 
     /// Counts the length of the curve from here on from `length`.
-    pub fn begin_at(&mut self, length: f64) {
+    pub(crate) fn begin_at(&mut self, length: f64) {
         self.last.length = length;
         self.passed_length = length;
         self.before = None;
@@ -257,7 +262,7 @@ impl Tracer {
 
     /// Goes up from the last point, to larger amplitudes of an observed displacement, with a first
     /// step past the top that a resonance has there. `None` without that displacement.
-    pub fn climb(&mut self, observation: usize) -> Option<()> {
+    pub(crate) fn climb(&mut self, observation: usize) -> Option<()> {
         if self.last.heights.get(observation)?.along_m < 0.0 {
             self.last.turn();
             self.before = None;
@@ -277,7 +282,7 @@ impl Tracer {
     }
 
     /// Goes back to the point before, which can be done once after a step.
-    pub fn step_back(&mut self) {
+    pub(crate) fn step_back(&mut self) {
         if let Some(before) = self.before.take() {
             self.last = before;
         }
@@ -286,7 +291,13 @@ impl Tracer {
     /// Takes a step along the curve, shortened until it succeeds. `asked` are abscissae at which
     /// solutions are asked for. `creeps`: many short steps lie behind it, and no shorter one than
     /// [`SHORT_STEP`] is taken.
-    pub fn step(&mut self, over: &dyn Over, asked: &[f64], creeps: bool, work: &mut Work) -> Step {
+    pub(crate) fn step(
+        &mut self,
+        over: &dyn Over,
+        asked: &[f64],
+        creeps: bool,
+        work: &mut Work,
+    ) -> Step {
         let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;

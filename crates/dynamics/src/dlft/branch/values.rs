@@ -141,12 +141,12 @@ impl ValueRange {
     }
 
     /// Abscissa of a value.
-    pub fn abscissa(&self, value: f64) -> f64 {
+    pub(crate) fn abscissa(&self, value: f64) -> f64 {
         if self.logarithmic { value.ln() } else { value }
     }
 
     /// Value of an abscissa; exactly one of the values asked for where it is that of one.
-    pub fn value(&self, abscissa: f64) -> f64 {
+    pub(crate) fn value(&self, abscissa: f64) -> f64 {
         let asked = self.values.iter().copied();
         let is_at = |value: &f64| self.abscissa(*value) == abscissa;
         let other = if self.logarithmic {
@@ -184,7 +184,7 @@ impl ValueRange {
 }
 
 /// Values of a curve, with what is the same at all of them.
-pub struct Values<'b> {
+pub(crate) struct Values<'b> {
     /// Run of the first value: harmonics, samples, eps and solver are those of all values.
     run: &'b Run<'b>,
     range: ValueRange,
@@ -195,7 +195,7 @@ pub struct Values<'b> {
 
 impl Values<'_> {
     /// Abscissae of the values asked for.
-    pub fn abscissae(&self) -> Vec<f64> {
+    pub(crate) fn abscissae(&self) -> Vec<f64> {
         self.range.abscissae()
     }
 
@@ -243,7 +243,7 @@ impl Values<'_> {
 
     /// The value that is followed over in a step, whose models are dropped with it. `near` is the
     /// abscissa of a point of the curve from which the step begins.
-    pub fn over(&self, near: Option<f64>) -> impl Over {
+    pub(crate) fn over(&self, near: Option<f64>) -> impl Over {
         OverValue {
             values: self,
             course: Course::over(&self.abscissae()),

@@ -57,7 +57,7 @@ impl FrequencySolver<'_> {
 
     /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
     /// off.
-    pub fn on_curve(
+    pub(crate) fn on_curve(
         &self,
         frequency_hz: f64,
         solved: Solution,
@@ -142,7 +142,7 @@ impl FrequencySolver<'_> {
     }
 
     /// Returns `true` if the pairs that stick throughout hold the motions that nothing else holds.
-    pub fn is_blocked_by_friction(&self, solved: &Solution) -> bool {
+    pub(crate) fn is_blocked_by_friction(&self, solved: &Solution) -> bool {
         let Some(retention) = self.retention() else {
             return true;
         };
@@ -152,13 +152,13 @@ impl FrequencySolver<'_> {
     }
 
     /// Returns `true` if friction does not even hold the static state.
-    pub fn must_be_retained(&self) -> bool {
+    pub(crate) fn must_be_retained(&self) -> bool {
         self.setting.static_mean == Mean::Retained && self.retention().is_some()
     }
 
     /// Motions that only friction holds. `None` where there are none, or where fixed periods are
     /// asked for, which is how programs without a retention evaluate the law.
-    pub fn retention(&self) -> Option<&Arc<Retention>> {
+    pub(crate) fn retention(&self) -> Option<&Arc<Retention>> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
         }
@@ -167,7 +167,7 @@ impl FrequencySolver<'_> {
 
     /// Returns `true` if the mean of U has walked off the static state along a motion that only
     /// friction holds.
-    pub fn walked_off(&self, u: &[f64]) -> bool {
+    pub(crate) fn walked_off(&self, u: &[f64]) -> bool {
         let (mean, rest) = u.split_at(self.setting.system.unknowns());
         let (anchor, vibration) = (&self.setting.x_static, norm(rest));
         may_have_walked_off(mean, anchor, vibration)

@@ -5,7 +5,7 @@ use crate::dlft::retention::Mean;
 
 /// Converged frequency, from which the next one starts.
 #[derive(Debug, Clone)]
-pub struct Neighbour {
+pub(crate) struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
     /// dU/df towards the frequency before, m/Hz; `None` unless that has the same mean (free or
@@ -17,13 +17,13 @@ pub struct Neighbour {
 
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
-    pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
+    pub(crate) fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
         let u = orbit.x.clone();
         Self::after(before, orbit.frequency_hz, u, orbit.mean)
     }
 
     /// Neighbour of a converged frequency; `last` is the one before it.
-    pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
+    pub(crate) fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
         let slope = last.filter(|l| l.mean == mean).map(|l| {
             let step = frequency_hz - l.frequency_hz;
             let before = resized(&l.u, u.len());
@@ -51,7 +51,7 @@ impl Neighbour {
 }
 
 /// Returns U with `entries` entries: missing harmonics are zero, further ones are dropped.
-pub fn resized(u: &[f64], entries: usize) -> Vec<f64> {
+pub(crate) fn resized(u: &[f64], entries: usize) -> Vec<f64> {
     let mut u = u[..u.len().min(entries)].to_vec();
     u.resize(entries, 0.0);
     u

@@ -6,7 +6,7 @@ use dovetail_numerics::nonlinear::{NewtonEnd, NewtonStatus};
 
 /// Work done on one frequency, and the preconditioner, which is kept over frequencies.
 #[derive(Default)]
-pub struct Work {
+pub(crate) struct Work {
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
     /// Relative residual of each attempt, at its start and after each iteration.
@@ -21,7 +21,7 @@ pub struct Work {
 
 impl Work {
     /// Resets the counts, for a frequency that is given up after `most_seconds`.
-    pub fn start_counting(&mut self, most_seconds: Option<f64>) {
+    pub(crate) fn start_counting(&mut self, most_seconds: Option<f64>) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
         self.deadline = Deadline::after(most_seconds);
@@ -29,7 +29,7 @@ impl Work {
 
     /// Work of the next estimate by the first or the second finer balance, which the counts of a
     /// frequency leave out.
-    pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
+    pub(crate) fn of_estimate(&mut self, finer: usize) -> &mut Work {
         let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);
         work.deadline = self.deadline;
@@ -38,7 +38,7 @@ impl Work {
 }
 
 /// A balance, its U, the evaluation there, and how the solution ended.
-pub struct Solution {
+pub(crate) struct Solution {
     pub balance: Balance,
     pub u: Vec<f64>,
     pub evaluation: Evaluation,
@@ -46,7 +46,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    pub fn is_converged(&self) -> bool {
+    pub(crate) fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
     }
 }

@@ -12,7 +12,7 @@ const ESTIMATE_TOLERANCE: f64 = 0.05;
 
 /// Distance of the motion of a finer balance from that of a coarser one.
 #[non_exhaustive]
-pub struct Truncation {
+pub(crate) struct Truncation {
     /// Motion of the finer balance.
     pub u: Vec<f64>,
     /// Change of each observed amplitude relative to the larger of both, or of the whole vibration,
@@ -115,7 +115,7 @@ impl FrequencySolver<'_> {
     /// Their eps is that of the solution. Where they have as many samples as the finest of them, and
     /// nothing excites its further harmonics, their contact forces and derivatives are those of the
     /// finest up to their own harmonics, and are computed once.
-    pub fn truncations(
+    pub(crate) fn truncations(
         finer: &[&Self],
         coarse: &Solution,
         frequency_hz: f64,
@@ -136,7 +136,7 @@ impl FrequencySolver<'_> {
 
     /// Like [`FrequencySolver::truncations`], but solves this balance instead of correcting
     /// once.
-    pub fn truncation_by_finer_solution(
+    pub(crate) fn truncation_by_finer_solution(
         &self,
         coarse: &Solution,
         frequency_hz: f64,

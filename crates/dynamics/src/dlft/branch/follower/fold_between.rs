@@ -10,7 +10,7 @@ const LONG_WAY: f64 = 0.05;
 /// `ways` are the lengths to where its tangents meet, from the first and back from the second. The
 /// fold may be a corner, at which no parabola comes near it. Where the tangents meet far from one of
 /// the points the curve may bend on the way, and the meeting says little.
-pub fn fold_between(
+pub(crate) fn fold_between(
     [(first, rises), (second, falls)]: [(f64, f64); 2],
     ways: [f64; 2],
     error: f64,

@@ -10,7 +10,7 @@ use crate::dlft::{Part, SolvedFrequency, Told};
 /// Frequencies of a stretch at least. At the end of one the follower goes on from what is recorded
 /// of its points, with nothing else that only speeds up the solution: an interrupted run continues
 /// there, to the same bits.
-pub const STRETCH: usize = 20;
+pub(crate) const STRETCH: usize = 20;
 
 impl Follower<'_> {
     /// Takes over the stretches of the branch that an earlier run completed.

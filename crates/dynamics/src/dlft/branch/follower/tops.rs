@@ -9,7 +9,7 @@ const PEAK_ERROR: f64 = 2e-5;
 
 /// Top of an observed amplitude between points of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Top {
+pub(crate) struct Top {
     /// Number of the point before it.
     pub after: usize,
     /// Length of the curve up to it.
@@ -21,7 +21,7 @@ pub struct Top {
 /// Highest top of an observed amplitude above the points of a curve that are beside it; `None` where
 /// there is none. The slopes tell where it lies, to a high order where the curve is smooth; at a
 /// corner, where they do not, three amplitudes do. Slopes up to the length `searched` are left out.
-pub fn top_of_curve(points: &[Point], searched: f64, observation: usize) -> Option<Top> {
+pub(crate) fn top_of_curve(points: &[Point], searched: f64, observation: usize) -> Option<Top> {
     let places: Vec<(f64, Height)> = points
         .iter()
         .map(|p| (p.length, p.heights[observation]))

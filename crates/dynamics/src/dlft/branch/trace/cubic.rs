@@ -10,7 +10,7 @@ const BISECTIONS: usize = 50;
 
 /// U and abscissa of the cubic through two points and their directions, 0 at the first and 1 at
 /// the second.
-pub fn between(first: &Point, second: &Point, t: f64) -> Prediction {
+pub(crate) fn between(first: &Point, second: &Point, t: f64) -> Prediction {
     let [at_first, at_second, along_first, along_second] = weights(first, second, t);
     let mut u: Vec<f64> = first.u.iter().map(|u| at_first * u).collect();
     axpy(at_second, &second.u, &mut u);
@@ -41,7 +41,7 @@ fn weights(first: &Point, second: &Point, t: f64) -> [f64; 4] {
 }
 
 /// Fractions of the cubic between two points at which it crosses an abscissa.
-pub fn crossings(first: &Point, second: &Point, abscissa: f64) -> Vec<f64> {
+pub(crate) fn crossings(first: &Point, second: &Point, abscissa: f64) -> Vec<f64> {
     let off = |t: f64| abscissa_between(first, second, t) - abscissa;
     let at = |i: u32| f64::from(i) / f64::from(PARTS);
     let crosses = |i: &u32| (off(at(*i)) > 0.0) != (off(at(i + 1)) > 0.0);
@@ -55,7 +55,7 @@ pub fn crossings(first: &Point, second: &Point, abscissa: f64) -> Vec<f64> {
 
 /// Closest numbers found between two, the first of which is before a change and the second one
 /// behind it.
-pub fn bisected([mut low, mut high]: [f64; 2], is_before: impl Fn(f64) -> bool) -> [f64; 2] {
+pub(crate) fn bisected([mut low, mut high]: [f64; 2], is_before: impl Fn(f64) -> bool) -> [f64; 2] {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if is_before(middle) {

@@ -9,7 +9,7 @@ use crate::dlft::point::Work;
 
 /// Start for a point at a fold, so far along the tangent of one of two points beside the fold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FoldStart {
+pub(crate) enum FoldStart {
     /// Ahead of the first point.
     AheadOfFirst(f64),
     /// Behind the second one.
@@ -20,7 +20,7 @@ impl Tracer {
     /// Solution at a length of the curve between two points, with the mean of either. Where
     /// `may_retain` is true and neither is found, the mean may be retained where friction does not
     /// hold the bodies.
-    pub fn inside(
+    pub(crate) fn inside(
         &self,
         over: &dyn Over,
         ends: [&Point; 2],
@@ -47,7 +47,7 @@ impl Tracer {
     /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
     /// is looked for in the plane across the line that joins both points: a curve from one to the
     /// other crosses it however sharply it turns.
-    pub fn beside_fold(
+    pub(crate) fn beside_fold(
         &self,
         over: &dyn Over,
         ends: [&Point; 2],
@@ -77,7 +77,7 @@ impl Tracer {
 
     /// Point at a solution between two points, with the direction of the curve: that of the point
     /// to whose direction it is nearer. Behind a corner the curve may run back.
-    pub fn point_at(
+    pub(crate) fn point_at(
         &self,
         over: &dyn Over,
         found: &Found,

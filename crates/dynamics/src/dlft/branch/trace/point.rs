@@ -12,7 +12,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Point of a curve, from which the next one is found.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub(crate) struct Point {
     /// Abscissa of the curve, such as the frequency, Hz.
     pub abscissa: f64,
     /// Coefficients, m.
@@ -37,7 +37,7 @@ pub struct Point {
 
 /// Observed amplitude at a point of a curve.
 #[derive(Debug, Clone, Copy)]
-pub struct Height {
+pub(crate) struct Height {
     /// Amplitude, m.
     pub amplitude_m: f64,
     /// Its change along the curve, m.
@@ -92,7 +92,7 @@ impl Point {
 
     /// Lengths from here, and back from another point, at which the tangents of the curve come
     /// closest to each other.
-    pub fn ways_to_meeting(&self, other: &Self) -> [f64; 2] {
+    pub(crate) fn ways_to_meeting(&self, other: &Self) -> [f64; 2] {
         let joins = self.to(other);
         let [own, its] = [self, other].map(Self::tangent);
         let product = |a, b| self.scales.product(a, b);
@@ -107,7 +107,7 @@ impl Point {
     }
 
     /// Turns the direction of the curve round.
-    pub fn turn(&mut self) {
+    pub(crate) fn turn(&mut self) {
         let along = self.direction.u.iter_mut().chain(&mut self.motion_along);
         let heights = self.heights.iter_mut().map(|height| &mut height.along_m);
         (along.chain(&mut self.across.row).chain(heights)).for_each(|v| *v = -*v);
@@ -116,7 +116,7 @@ impl Point {
     }
 
     /// The point with so many unknowns: harmonics that it does not have are zero.
-    pub fn resized(mut self, unknowns: usize) -> Self {
+    pub(crate) fn resized(mut self, unknowns: usize) -> Self {
         for of_harmonics in [&mut self.u, &mut self.direction.u, &mut self.across.row] {
             *of_harmonics = resized(of_harmonics, unknowns);
         }
