@@ -52,7 +52,7 @@ try-install: wheel dist
 # their figures and how long they take.
 verify: setup
 	@tools/setup.sh calculix
-	cargo clippy --locked --package dovetail-solver -- -D warnings
+	cargo clippy --locked --package dovetail-solver --no-default-features -- -D warnings
 	cargo build --release --locked
 	cargo test --release --locked --workspace -- --ignored
 	cargo bench --locked --bench kernels -- --test

@@ -20,6 +20,31 @@ pub enum DampingSpec {
     },
 }
 
+/// No damping.
+impl Default for DampingSpec {
+    fn default() -> Self {
+        Self::Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.0,
+        }
+    }
+}
+
+impl DampingSpec {
+    /// Ratio of critical damping on the first linear mode.
+    ///
+    /// ```
+    /// use dovetail_dynamics::damping::DampingSpec;
+    ///
+    /// let two_per_mille = DampingSpec::ratio(0.002);
+    /// assert!(matches!(two_per_mille, DampingSpec::Ratio { linear_mode: 1, .. }));
+    /// ```
+    pub const fn ratio(ratio: f64) -> Self {
+        let linear_mode = 1;
+        Self::Ratio { ratio, linear_mode }
+    }
+}
+
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rayleigh {
@@ -53,6 +78,12 @@ impl Rayleigh {
 
     /// Damping proportional to the stiffness that has a ratio to critical damping at the angular
     /// frequency `omega_rad_s`.
+    ///
+    /// ```
+    /// use dovetail_dynamics::damping::Rayleigh;
+    ///
+    /// assert_eq!(Rayleigh::of_ratio(0.01, 100.0).stiffness_s, 2e-4);
+    /// ```
     pub const fn of_ratio(ratio: f64, omega_rad_s: f64) -> Self {
         Self::of_stiffness(2.0 * ratio / omega_rad_s)
     }

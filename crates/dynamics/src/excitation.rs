@@ -17,7 +17,14 @@ pub struct Excitation {
 
 impl Excitation {
     /// Excitation of constant size in phase with the cosine of harmonic 1.
-    pub(crate) const fn cosine(amplitude: f64) -> Self {
+    ///
+    /// ```
+    /// use dovetail_dynamics::excitation::{Excitation, Growth};
+    ///
+    /// let third = Excitation { harmonic: 3, ..Excitation::cosine(2.0) };
+    /// assert_eq!((third.amplitude, third.growth), (2.0, Growth::Constant));
+    /// ```
+    pub const fn cosine(amplitude: f64) -> Self {
         Self {
             amplitude,
             harmonic: 1,

@@ -1,4 +1,5 @@
-//! Vibration of reduced models whose contacts stick, slip and lift off.
+#![doc = include_str!("../README.md")]
+//! # Modules
 //!
 //! - [`reduced`]: matrices on the relative displacements of contact pairs and on modes.
 //! - [`damping`]: coefficients of damping.
@@ -10,7 +11,13 @@
 //! - [`integration`]: the same motion in time, as a check.
 //!
 //! Nothing here knows meshes, elements or files: a program that has matrices makes a
-//! [`ReducedModel`](reduced::ReducedModel) of them and begins here.
+//! [`ReducedModel`](reduced::ReducedModel) of them and begins here. [`ForcedResponse`] computes its
+//! response in one call.
+//!
+//! # Models that come from elsewhere
+//!
+//! - `dovetail-structure` condenses the matrices of bodies, or their meshes, to a reduced model.
+//! - `dovetail-superelement` reads one from a folder.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unreachable_pub, clippy::missing_errors_doc)]
@@ -19,7 +26,11 @@ pub mod contact;
 pub mod damping;
 pub mod dlft;
 pub mod excitation;
+mod forced_response;
 pub mod integration;
+pub mod prelude;
 pub mod problem;
 pub mod reduced;
 pub mod superelement;
+
+pub use forced_response::{ForcedResponse, ResponseError, Solved};

@@ -6,15 +6,10 @@
 use std::error::Error;
 use std::path::Path;
 
-use dovetail_numerics::nonlinear::NewtonOptions;
-use dovetail_solver::contact::PairLaw;
-use dovetail_solver::damping::{DampingSpec, rayleigh};
-use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::folder;
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
-use dovetail_solver::problem::{LinearReference, Problem};
+use dovetail_solver::prelude::*;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let comparison = comparison()?;
@@ -36,31 +31,24 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Comparison at a frequency near the peak, where pairs slip and some open.
 pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
-    let law = PairLaw::rigid(0.3, 0.0);
-    let force_n = 1.0;
-    let model = Problem::of_one_law(dovetail_superelement::read(&folder)?.model, law, force_n);
-    let ratio = DampingSpec::Ratio {
-        ratio: 0.001,
-        linear_mode: 1,
-    };
-    let stuck = LinearReference::stuck(&model.reduced);
-    let damping = rayleigh(&ratio, &stuck.modes_of_first_harmonic(&model.reduced))?;
-    let newton = NewtonOptions::new(1e-10, 60);
-    let state = static_state(&model, 10, newton);
-    let resolution = Resolution::fixed(7, 256);
-    let settings = SweepSettings::new(vec![699.5], resolution);
-    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
+    let model = folder::read(&path)?.model;
+    let problem = Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0);
+    let solved = ForcedResponse::new(&problem)
+        .damping(DampingSpec::ratio(0.001))
+        .resolution(Resolution::fixed(7, 256))
+        .frequencies_hz([699.5])
+        .solve()?;
     // Six periods from the motion of harmonic balance: a correct motion stays as it is.
     let steps_per_period = 300;
     let until = Until::new(6, 0.0);
     Ok(compare(
-        &model,
-        damping,
-        &response.orbits[0],
+        &problem,
+        solved.damping,
+        &solved.response.orbits[0],
         Start::Orbit { larger_by: 0.0 },
         steps_per_period,
         until,
-        response.slip_threshold_m,
+        solved.response.slip_threshold_m,
     )?)
 }

@@ -4,14 +4,13 @@
 //!     cargo run --release --package dovetail-solver --example mesh_modes
 
 use std::error::Error;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use dovetail_solver::fem::assemble;
-use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactSpec, Material, Prestress, RotationSpec, bind,
-};
-use dovetail_solver::model::{MeshKind, MeshSource};
+use dovetail_solver::mesh;
+use dovetail_solver::model::bind;
+use dovetail_solver::prelude::*;
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::stuck_modes;
 
@@ -34,7 +33,7 @@ pub struct ModesHz {
 pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     // The mesh is in millimetres.
-    let mesh = dovetail_mesh::parse(std::fs::read(&file)?, 1e-3)?;
+    let mesh = mesh::parse(std::fs::read(&file)?, 1e-3)?;
     let model = bind(&assembly(), &mesh, None)?;
     let structure = assemble(&model)?;
     let held = fixed_interface_modes(&structure.bodies[0], count)?;
@@ -47,40 +46,21 @@ pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
 
 /// Bodies and contacts by the groups of the mesh.
 fn assembly() -> Assembly {
-    let body = |name: &str, fixed: &[&str]| BodySpec {
-        name: name.into(),
-        mesh: BodyMesh::Shared,
-        volume: name.into(),
-        matrices: Material {
-            young_pa: 113.8e9,
-            poisson: 0.34,
-            density_kg_m3: 4430.0,
-        }
-        .into(),
-        fixed: fixed.iter().map(ToString::to_string).collect(),
-        fixed_along: Default::default(),
-        fixed_interface_modes: None,
-        strength: None,
-    };
+    let titanium = Material::new(113.8e9, 0.34, 4430.0);
     let contact = |side: &str| {
         let [first, second] = ["blade", "jaw"].map(|body| format!("{body}_flank_{side}"));
         ContactSpec::new(side, first, second, 0.3)
     };
     Assembly {
-        mesh: Some(MeshSource {
-            kind: MeshKind::File {
-                path: "meshes/dovetail.msh".into(),
-            },
-            units: 1e-3.into(),
-        }),
-        bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
-        rotation: Some(RotationSpec {
-            point_m: [0.0; 3],
-            axis: [1.0, 0.0, 0.0],
-            speed_rad_s: 5000.0 * PI / 30.0,
-            bodies: vec!["blade".into(), "jaw".into()],
-            prestress: Prestress::HeldFlanks,
-        }),
+        mesh: Some(MeshSource::file("meshes/dovetail.msh", 1e-3)),
+        bodies: vec![
+            BodySpec::new("blade", titanium),
+            BodySpec::new("jaw", titanium).fixed(["jaw_base"]),
+        ],
+        rotation: Some(
+            RotationSpec::new([1.0, 0.0, 0.0], 5000.0, ["blade", "jaw"])
+                .prestress(Prestress::HeldFlanks),
+        ),
         contacts: vec![contact("left"), contact("right")],
         ..Assembly::default()
     }

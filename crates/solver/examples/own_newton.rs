@@ -9,21 +9,14 @@
 use std::error::Error;
 use std::path::Path;
 
-use dovetail_numerics::dense::Lu;
-use dovetail_numerics::nonlinear::NewtonOptions;
-use dovetail_solver::contact::PairLaw;
-use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
-use dovetail_solver::dlft::StaticState;
 use dovetail_solver::dlft::balance::Balance;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::one_balance::{OneBalanceSettings, one_balance};
 use dovetail_solver::dlft::orbit::observed_amplitudes_m;
 use dovetail_solver::dlft::retention::Mean;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::problem::Problem;
-use faer::Mat;
+use dovetail_solver::folder;
+use dovetail_solver::prelude::*;
+use faer::linalg::solvers::Solve;
 
 /// Frequency below the first mode, at which few pairs slip.
 const FREQUENCY_HZ: f64 = 690.0;
@@ -43,22 +36,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Dovetail of 72 pairs, with its damping and static state.
-fn dovetail() -> Result<(Problem, Rayleigh, StaticState), Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
-    let model = dovetail_superelement::read(&folder)?.model;
-    let problem = Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0);
-    let state = static_state(&problem, 10, NewtonOptions::new(1e-10, 100));
-    let ratio = DampingSpec::Ratio {
-        ratio: 0.001,
-        linear_mode: 1,
-    };
-    let linear = state.linear.modes_of_first_harmonic(&problem.reduced);
-    let damping = rayleigh(&ratio, &linear)?;
-    Ok((problem, damping, state))
+/// Dovetail of 72 pairs.
+fn dovetail() -> Result<Problem, Box<dyn Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
+    let model = folder::read(&path)?.model;
+    Ok(Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0))
 }
 
-fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> Balance {
+/// Response of the library, with its static state and damping.
+fn solved(problem: &Problem) -> Result<Solved, ResponseError> {
+    ForcedResponse::new(problem)
+        .damping(DampingSpec::ratio(0.001))
+        .resolution(Resolution::fixed(HARMONICS, SAMPLES))
+        .frequencies_hz([FREQUENCY_HZ])
+        .solve()
+}
+
+fn balance_of(problem: &Problem, solved: &Solved) -> Balance {
     let settings = OneBalanceSettings {
         frequency_hz: FREQUENCY_HZ,
         harmonics: HARMONICS,
@@ -67,29 +61,31 @@ fn balance_of(problem: &Problem, damping: Rayleigh, state: &StaticState) -> Bala
         eps_hz: FREQUENCY_HZ,
         mean: Mean::Free,
     };
-    one_balance(problem, damping, state, settings)
+    one_balance(problem, solved.damping, &solved.state, settings)
 }
 
 /// Amplitude of the observed point by Newton's method from the static state, and by the library, m.
 pub fn amplitudes_m() -> Result<[f64; 2], Box<dyn Error>> {
-    let (problem, damping, state) = dovetail()?;
-    let balance = balance_of(&problem, damping, &state);
-    let mut u = state.x.clone();
+    let problem = dovetail()?;
+    let solved = solved(&problem)?;
+    let balance = balance_of(&problem, &solved);
+    let mut u = solved.state.x.clone();
     u.resize(balance.unknowns(), 0.0);
     for _ in 0..10 {
         let evaluation = balance.evaluate(&u);
-        let mut step = evaluation.residual;
-        formed(&balance, &u).solve_column_in_place(&mut step);
-        u.iter_mut().zip(&step).for_each(|(u, step)| *u -= step);
+        let residual = &evaluation.residual;
+        let residual = Mat::from_fn(u.len(), 1, |row, _| residual[row]);
+        let step = formed(&balance, &u).partial_piv_lu().solve(&residual);
+        u.iter_mut()
+            .enumerate()
+            .for_each(|(row, u)| *u -= step[(row, 0)]);
     }
     let own = observed_amplitudes_m(&balance, &u, FREQUENCY_HZ);
-    let settings = SweepSettings::new(vec![FREQUENCY_HZ], Resolution::fixed(HARMONICS, SAMPLES));
-    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
-    Ok([own[0], response.orbits[0].observed_amplitude[0]])
+    Ok([own[0], solved.response.orbits[0].observed_amplitude[0]])
 }
 
-/// Jacobian at U, column by column, factored.
-fn formed(balance: &Balance, u: &[f64]) -> Lu {
+/// Jacobian at U, column by column.
+fn formed(balance: &Balance, u: &[f64]) -> Mat<f64> {
     let jacobian = balance.linearise(&balance.evaluate(u));
     let mut matrix = Mat::zeros(u.len(), u.len());
     for column in 0..u.len() {
@@ -98,19 +94,20 @@ fn formed(balance: &Balance, u: &[f64]) -> Lu {
         let product = balance.jacobian_times(&jacobian, &unit);
         (0..u.len()).for_each(|row| matrix[(row, column)] = product[row]);
     }
-    Lu::new(matrix)
+    matrix
 }
 
 /// Bits of the residual and of J v, for numbers v that vary along the unknowns, about the static
 /// state.
 pub fn bits() -> Result<Vec<[u64; 2]>, Box<dyn Error>> {
-    let (problem, damping, state) = dovetail()?;
-    let balance = balance_of(&problem, damping, &state);
+    let problem = dovetail()?;
+    let solved = solved(&problem)?;
+    let balance = balance_of(&problem, &solved);
     // Whole numbers, so that any program makes the same ones.
     let v: Vec<f64> = (0..balance.unknowns())
         .map(|i| ((i * 7919) % 2003) as f64 / 1e9 - 1e-6)
         .collect();
-    let mut u = state.x.clone();
+    let mut u = solved.state.x.clone();
     u.resize(balance.unknowns(), 0.0);
     u.iter_mut().zip(&v).for_each(|(u, v)| *u += v);
     let evaluation = balance.evaluate(&u);

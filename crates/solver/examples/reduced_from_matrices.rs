@@ -10,14 +10,8 @@
 use std::error::Error;
 use std::f64::consts::TAU;
 
-use dovetail_numerics::nonlinear::NewtonOptions;
-use dovetail_solver::contact::PairLaw;
-use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::problem::Problem;
+use dovetail_solver::prelude::*;
 use dovetail_solver::reduced::Quantity;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
@@ -93,19 +87,21 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     let (spring, slider) = (1.0, 0.5);
     let wanted = StuckModes::new(Some(1), Highest::RadS(1.05));
     let reduced = reduce(oscillator(spring, slider), wanted)?.model;
-    let model = Problem::of_one_law(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
-    let damping = Rayleigh::of_mass(0.02);
-    let newton = NewtonOptions::new(1e-10, 60);
-    let state = static_state(&model, 10, newton);
-    let resolution = Resolution::fixed(harmonics, 8192);
-    let mut settings = SweepSettings::new(vec![1.05 / TAU], resolution);
+    let problem = Problem::of_one_law(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
+    let mut response = ForcedResponse::new(&problem)
+        .damping(DampingSpec::Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.02,
+        })
+        .resolution(Resolution::fixed(harmonics, 8192))
+        .frequencies_hz([1.05 / TAU]);
     // The parameter eps of the method represents the stiffness for the harmonics left out. They
     // leave the mass at rest: it is the slider's spring, where K of the pair has both in series.
-    settings.eps = Eps {
+    response.settings().eps = Eps {
         choice: EpsChoice::Pair,
         scale: (spring + slider) / spring,
     };
-    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+    let response = response.solve()?.response;
     let orbit = &response.orbits[0];
     if !orbit.outcome.is_converged() {
         return Err(format!("{} Hz: {:?}", orbit.frequency_hz, orbit.outcome).into());

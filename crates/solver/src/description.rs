@@ -36,6 +36,31 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Scene without damping, with the defaults of a scene file. Fields and the methods of their
+    /// names change them.
+    pub fn new(
+        name: impl Into<String>,
+        subject: impl Into<Subject>,
+        response: ResponseSpec,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            subject: subject.into(),
+            damping: DampingSpec::default(),
+            modal_ratios: Vec::new(),
+            static_state: StaticSpec::default(),
+            response,
+            engine_orders: Vec::new(),
+            mission: Vec::new(),
+        }
+    }
+
+    /// The same scene with this damping.
+    #[must_use]
+    pub fn damping(self, damping: DampingSpec) -> Self {
+        Self { damping, ..self }
+    }
+
     /// Mesh and all that refers to it; `None` for a scene about a reduced model.
     pub fn assembly(&self) -> Option<&Assembly> {
         match &self.subject {
@@ -86,6 +111,18 @@ pub enum Subject {
     Assembly(Box<Assembly>),
     /// Reduced model of bodies that are not described further.
     ReducedModel(ReducedModelSpec),
+}
+
+impl From<Assembly> for Subject {
+    fn from(assembly: Assembly) -> Self {
+        Self::Assembly(Box::new(assembly))
+    }
+}
+
+impl From<ReducedModelSpec> for Subject {
+    fn from(spec: ReducedModelSpec) -> Self {
+        Self::ReducedModel(spec)
+    }
 }
 
 /// Reduced model of a folder, which the caller of a run reads.
@@ -190,6 +227,16 @@ pub struct ResponseSpec {
 
 impl ResponseSpec {
     /// Response over a range with the defaults of a scene: the curve is followed.
+    ///
+    /// ```
+    /// use dovetail_solver::description::{FrequencyRange, ResponseSpec};
+    /// use dovetail_solver::dlft::settings::Resolution;
+    ///
+    /// let range = FrequencyRange::hz(440.0, 460.0);
+    /// let curve = ResponseSpec::new(range, Resolution::fixed(3, 128));
+    /// assert_eq!(curve.points, None);
+    /// assert_eq!(curve.points(200).points, Some(200));
+    /// ```
     pub fn new(range: FrequencyRange, resolution: Resolution) -> Self {
         Self {
             range,
@@ -209,12 +256,28 @@ impl ResponseSpec {
     }
 }
 
+impl ResponseSpec {
+    /// The same response at so many frequencies, evenly spaced.
+    #[must_use]
+    pub fn points(self, points: usize) -> Self {
+        let points = Some(points);
+        Self { points, ..self }
+    }
+}
+
 /// Excitation of so many cycles per revolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EngineOrder(pub usize);
 
 impl EngineOrder {
     /// Frequency at a speed of rotation, Hz.
+    ///
+    /// ```
+    /// use dovetail_solver::description::EngineOrder;
+    ///
+    /// assert_eq!(EngineOrder(4).frequency_hz(3000.0), 200.0);
+    /// assert_eq!(EngineOrder(4).speed_rpm(200.0), 3000.0);
+    /// ```
     pub fn frequency_hz(self, speed_rpm: f64) -> f64 {
         self.0 as f64 * speed_rpm / 60.0
     }
@@ -254,6 +317,18 @@ pub enum FrequencyRange {
         /// Last multiple.
         to: f64,
     },
+}
+
+impl FrequencyRange {
+    /// Range between two frequencies, Hz.
+    pub const fn hz(from_hz: f64, to_hz: f64) -> Self {
+        Self::Hz { from_hz, to_hz }
+    }
+
+    /// Range between two multiples of the first frequency of the linear reference.
+    pub const fn of_first_linear_mode(from: f64, to: f64) -> Self {
+        Self::OfFirstLinearMode { from, to }
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,14 @@
-//! Vibration of bodies that touch with dry friction: contacts stick, slip and lift off.
+#![doc = include_str!("../README.md")]
+//! # Modules
+//!
+//! A [`Scene`](description::Scene) is a whole run as a value: bodies, contacts, loads, and the
+//! response asked for. [`Scene::solve`](description::Scene::solve) computes it, [`run::solve`] with
+//! reports on the way and a store for results.
 //!
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
-//! - [`model`]: from a [`Mesh`](dovetail_mesh::Mesh) and names to indices and contact pairs.
+//! - [`mesh`]: from the bytes of a file to a [`Mesh`](mesh::Mesh).
+//! - [`model`]: from a mesh and names to indices and contact pairs.
 //! - [`fem`]: stiffness, mass and rotation.
 //! - [`structure`]: bodies as matrices, and their joints.
 //! - [`reduction`]: the bodies joined, on relative displacements and stuck modes.
@@ -12,55 +18,45 @@
 //! - [`integration`]: the same motion in time, as a check.
 //! - [`results`]: physical fields.
 //!
-//! [`description`] is a whole run as a value, and [`run`] does it.
+//! # From a reduced model to a response
 //!
-//! The response of a blade in its dovetail, reduced to 72 pairs, near its first mode:
+//! The same blade, reduced to 72 pairs:
 //!
 //! ```
-//! use dovetail_solver::contact::PairLaw;
-//! use dovetail_solver::description::*;
-//! use dovetail_solver::dlft::settings::Resolution;
-//! use dovetail_solver::damping::DampingSpec;
-//! use dovetail_solver::results::quantities::{linear_peak, peak};
-//! use dovetail_solver::run::{Options, Session, solve};
+//! use dovetail_solver::folder;
+//! use dovetail_solver::prelude::*;
 //!
-//! let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
-//! let range = FrequencyRange::OfFirstLinearMode { from: 0.98, to: 1.02 };
-//! let resolution = Resolution::Fixed { harmonics: 1, samples: 64 };
-//! let scene = Scene {
-//!     name: "dovetail".to_owned(),
-//!     subject: Subject::ReducedModel(ReducedModelSpec {
-//!         folder: folder.into(),
-//!         law: PairLaw::rigid(0.3, 0.0),
-//!         force_n: 2.0,
-//!     }),
-//!     damping: DampingSpec::Ratio { ratio: 0.001, linear_mode: 1 },
-//!     modal_ratios: Vec::new(),
-//!     static_state: StaticSpec::default(),
-//!     response: ResponseSpec { points: Some(11), ..ResponseSpec::new(range, resolution) },
-//!     engine_orders: Vec::new(),
-//!     mission: Vec::new(),
-//! };
-//! let model = dovetail_superelement::read(folder.as_ref())?;
-//! // Nobody listens, and nothing is kept.
-//! let run = solve(&scene, model.into(), Options::default(), &Session::new(&mut (), &mut ()))?;
-//! run.verdict()?;
-//! let response = run.response.expect("a static state").response;
-//! let peak = peak(&response, 0).expect("a motion");
-//! let without_slip = linear_peak(&response, 0).expect("a curve");
-//! assert!(peak.amplitude_m < 0.9 * without_slip.amplitude_m);
+//! let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+//! let law = PairLaw::rigid(0.3, 0.0);
+//! let subject = ReducedModelSpec { folder: path.into(), law, force_n: 2.0 };
+//! let range = FrequencyRange::of_first_linear_mode(0.98, 1.02);
+//! let response = ResponseSpec::new(range, Resolution::fixed(1, 64)).points(11);
+//! let scene = Scene::new("dovetail", subject, response).damping(DampingSpec::ratio(0.001));
+//! let run = scene.solve(folder::read(path.as_ref())?)?;
+//! let response = &run.response.as_ref().expect("a static state").response;
+//! let (with, without) = (peak(response, 0), linear_peak(response, 0));
+//! assert!(with.expect("a motion").amplitude_m < 0.9 * without.expect("a curve").amplitude_m);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! A program that has matrices and no files needs only `dovetail-dynamics`.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unreachable_pub, clippy::missing_errors_doc)]
 
 pub mod description;
+pub mod prelude;
 pub mod results;
 pub mod run;
 
 pub use dovetail_dynamics::{
-    contact, damping, dlft, excitation, integration, problem, reduced, superelement,
+    ForcedResponse, ResponseError, Solved, contact, damping, dlft, excitation, integration,
+    problem, reduced, superelement,
 };
+/// Meshes, their elements, and with the feature `files` the readers of mesh files.
+pub use dovetail_mesh as mesh;
 pub use dovetail_numerics::{memory, space, spectrum};
 pub use dovetail_structure::{fem, model, reduction, structure};
+/// Folders of reduced models, read and written.
+#[cfg(feature = "files")]
+pub use dovetail_superelement as folder;

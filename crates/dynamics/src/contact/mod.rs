@@ -57,6 +57,23 @@ impl PairLaw {
         }
     }
 
+    /// The same law through springs, N/m: the normal force grows with the penetration, and the
+    /// friction force with the shear until the pair slips.
+    ///
+    /// ```
+    /// use dovetail_dynamics::contact::PairLaw;
+    ///
+    /// let law = PairLaw::rigid(0.3, 0.0).springs(1e8, 5e7);
+    /// assert_eq!(law.stiffness.map(|springs| springs.tangential_n_m), Some(5e7));
+    /// ```
+    #[must_use]
+    pub const fn springs(self, normal_n_m: f64, tangential_n_m: f64) -> Self {
+        Self {
+            stiffness: Some(PairStiffness::new(normal_n_m, tangential_n_m)),
+            ..self
+        }
+    }
+
     /// Law of a pair with this tributary area, m2, where `self` is that of a pair with 1 m2.
     pub fn of_area(self, area_m2: f64) -> Self {
         Self {

@@ -1,8 +1,17 @@
 //! Settings of the solution of the harmonic balance.
 
+pub use dovetail_numerics::nonlinear::NewtonOptions;
 use strum::{Display, EnumString, VariantNames};
 
 /// Number of harmonics and samples that each frequency is resolved with.
+///
+/// ```
+/// use dovetail_dynamics::dlft::settings::Resolution;
+///
+/// assert_eq!(Resolution::default(), Resolution::Accuracy(0.01));
+/// assert_eq!(Resolution::fixed(3, 128).most_harmonics(), 3);
+/// assert_eq!(Resolution::least_samples(31), 128);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// A given number of harmonics of the motion, and of samples of a period in the alternating
@@ -72,6 +81,13 @@ impl Default for Resolution {
 }
 
 /// Choice of the free parameter of DLFT. Its words are those of scenes and of Python.
+///
+/// ```
+/// use dovetail_dynamics::dlft::settings::EpsChoice;
+///
+/// assert_eq!("spectral_radius".parse(), Ok(EpsChoice::SpectralRadius));
+/// assert!("paper".parse::<EpsChoice>().is_err());
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
 #[strum(serialize_all = "snake_case")]
 pub enum EpsChoice {
@@ -85,6 +101,13 @@ pub enum EpsChoice {
 }
 
 /// Method that solves the balance of a frequency. Its words are those of scenes and of Python.
+///
+/// ```
+/// use dovetail_dynamics::dlft::settings::Solver;
+///
+/// assert_eq!("powell".parse(), Ok(Solver::Powell));
+/// assert_eq!(Solver::default().to_string(), "newton_krylov");
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {

@@ -38,6 +38,20 @@ use system::StaticSystem;
 /// holds are retained. eps is the stiffness of each pair: it influences only the iterations, not the
 /// state. If a step of the path does not converge, or nothing holds the bodies at one of its points
 /// or in the end ([`Outcome::NothingHolds`]), all pairs of the linear reference stick.
+///
+/// ```
+/// use dovetail_dynamics::dlft::PairStatus;
+/// use dovetail_dynamics::dlft::static_state::{CRITERIA, static_state};
+/// use dovetail_dynamics::prelude::*;
+///
+/// // 1 N presses the pair together, and 0.1 N pulls it along: friction holds up to 0.2 N.
+/// let identity = Mat::identity(3, 3);
+/// let model = ReducedModel::of_pairs(identity.clone(), identity).static_load([-1.0, 0.1, 0.0]);
+/// let problem = Problem::of_laws(model, vec![PairLaw::rigid(0.2, 0.0)]);
+/// let state = static_state(&problem, 10, CRITERIA);
+/// assert!(state.outcome.is_converged());
+/// assert_eq!(state.status, [PairStatus::Stuck]);
+/// ```
 pub fn static_state(
     problem: &Problem,
     path: impl Into<LoadPath>,

@@ -62,6 +62,14 @@ impl SweepSettings {
     /// Settings for these frequencies alone, with the defaults of a scene: eps from the dynamic
     /// stiffness, Newton-Krylov to the tolerance of the resolution, pairs marched until they are
     /// periodic.
+    ///
+    /// ```
+    /// use dovetail_dynamics::dlft::settings::Resolution;
+    /// use dovetail_dynamics::dlft::sweep::SweepSettings;
+    ///
+    /// let settings = SweepSettings::new(vec![440.0, 450.0], Resolution::Accuracy(0.01));
+    /// assert_eq!(settings.newton.tolerance, 1e-6);
+    /// ```
     pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
         Self {
             frequencies_hz,

@@ -97,6 +97,43 @@ impl ReducedModel {
         Self::new(stiffness, mass, coupling, Vec::new())
     }
 
+    /// The same model under this steady load. A negative normal force presses a pair together.
+    #[must_use]
+    pub fn static_load(mut self, load: impl Into<Load>) -> Self {
+        self.static_load = load.into().of_modes(self.omega2.len());
+        self
+    }
+
+    /// The same model with one more unit load, which an excitation multiplies.
+    #[must_use]
+    pub fn unit_load(mut self, load: impl Into<Load>) -> Self {
+        self.unit_loads
+            .push(load.into().of_modes(self.omega2.len()));
+        self
+    }
+
+    /// The same model with one more observed displacement, the sum of the displacements times
+    /// these weights.
+    ///
+    /// ```
+    /// use dovetail_dynamics::prelude::*;
+    ///
+    /// // One pair: the displacements along its normal and along two tangents.
+    /// let identity = Mat::identity(3, 3);
+    /// let model = ReducedModel::of_pairs(identity.clone(), identity)
+    ///     .static_load([-1.0, 0.0, 0.0])
+    ///     .unit_load([0.0, 1.0, 0.0])
+    ///     .observe("mass", [0.0, 1.0, 0.0]);
+    /// assert_eq!((model.pairs(), model.observations.len()), (1, 1));
+    /// ```
+    #[must_use]
+    pub fn observe(mut self, name: impl Into<String>, weights: impl Into<Load>) -> Self {
+        let Load { on_x, on_modes } = weights.into().of_modes(self.omega2.len());
+        self.observations
+            .push(ObservedPoint::new(name, on_x, on_modes));
+        self
+    }
+
     /// Number of contact pairs.
     pub fn pairs(&self) -> usize {
         self.stiffness.nrows() / 3
@@ -273,12 +310,32 @@ impl Load {
         Self::new(vec![0.0; n], vec![0.0; m])
     }
 
+    /// This load on so many modes, of which those that it does not have are not loaded.
+    fn of_modes(mut self, modes: usize) -> Self {
+        self.on_modes.resize(modes, 0.0);
+        self
+    }
+
     /// Adds a multiple of another load.
     pub(crate) fn add(&mut self, factor: f64, other: &Self) {
         let into = self.on_x.iter_mut().chain(&mut self.on_modes);
         for (into, f) in into.zip(other.on_x.iter().chain(&other.on_modes)) {
             *into += factor * f;
         }
+    }
+}
+
+/// Forces on X, N, n, and none on the modes.
+impl From<Vec<f64>> for Load {
+    fn from(on_x: Vec<f64>) -> Self {
+        Self::new(on_x, Vec::new())
+    }
+}
+
+/// Forces on X, N, n, and none on the modes.
+impl<const N: usize> From<[f64; N]> for Load {
+    fn from(on_x: [f64; N]) -> Self {
+        on_x.to_vec().into()
     }
 }
 

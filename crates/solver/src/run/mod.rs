@@ -115,6 +115,21 @@ pub fn solve(
     Ok(run)
 }
 
+impl Scene {
+    /// Computes static state and response as [`solve`] does, from meshes or a reduced model. Nothing
+    /// is reported on the way, and nothing is kept.
+    ///
+    /// # Errors
+    /// Errors of [`solve`] and of [`Run::verdict`].
+    pub fn solve(&self, source: impl Into<Source>) -> Result<Run, Error> {
+        let (mut observer, mut store) = ((), ());
+        let session = Session::new(&mut observer, &mut store);
+        let run = solve(self, source.into(), Options::default(), &session)?;
+        run.verdict()?;
+        Ok(run)
+    }
+}
+
 /// Response of a scene over the frequency, about the static state of its run.
 fn along_frequency(
     scene: &Scene,

@@ -14,6 +14,7 @@ use dovetail_dynamics::reduced::{InfluenceCoefficient, Quantity};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
+use dovetail_numerics::space::norm;
 
 /// Bodies of a mesh, with their supports, loads and observations.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,6 +82,37 @@ pub struct BodySpec {
     pub fixed_interface_modes: Option<usize>,
     /// Strength of its material; `None` where it is not known.
     pub strength: Option<Strength>,
+}
+
+impl BodySpec {
+    /// Body of finite elements in the volume group of its name, which moves freely.
+    ///
+    /// ```
+    /// use dovetail_structure::model::{BodySpec, Material};
+    ///
+    /// let jaw = BodySpec::new("jaw", Material::new(210e9, 0.3, 7850.0)).fixed(["jaw_base"]);
+    /// assert_eq!((jaw.volume.as_str(), jaw.fixed.len()), ("jaw", 1));
+    /// ```
+    pub fn new(name: impl Into<String>, matrices: impl Into<MatrixSource>) -> Self {
+        let name = name.into();
+        Self {
+            volume: name.clone(),
+            name,
+            mesh: BodyMesh::Shared,
+            matrices: matrices.into(),
+            fixed: Vec::new(),
+            fixed_along: Default::default(),
+            fixed_interface_modes: None,
+            strength: None,
+        }
+    }
+
+    /// The same body, of which the nodes of these groups do not move.
+    #[must_use]
+    pub fn fixed(mut self, groups: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        self.fixed = groups.into_iter().map(Into::into).collect();
+        self
+    }
 }
 
 /// Strength of a material under stress that oscillates about a mean.
@@ -209,6 +241,17 @@ pub struct Material {
     pub density_kg_m3: f64,
 }
 
+impl Material {
+    /// Material with Young's modulus, Pa, Poisson's ratio, and density, kg/m3.
+    pub const fn new(young_pa: f64, poisson: f64, density_kg_m3: f64) -> Self {
+        Self {
+            young_pa,
+            poisson,
+            density_kg_m3,
+        }
+    }
+}
+
 /// Disc of equal sectors, of which the bodies are one. Sectors are counted by the right hand about
 /// the axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -269,6 +312,36 @@ pub struct RotationSpec {
 }
 
 impl RotationSpec {
+    /// Rotation of these bodies about an axis through the origin, of any length but 0, at a speed in
+    /// revolutions per minute.
+    ///
+    /// ```
+    /// use dovetail_structure::model::{Prestress, RotationSpec};
+    ///
+    /// let rotation = RotationSpec::new([2.0, 0.0, 0.0], 5000.0, ["blade", "disc"]);
+    /// assert_eq!(rotation.axis, [1.0, 0.0, 0.0]);
+    /// assert_eq!(rotation.prestress, Prestress::Contact);
+    /// ```
+    pub fn new(
+        axis: [f64; 3],
+        speed_rpm: f64,
+        bodies: impl IntoIterator<Item = impl Into<String>>,
+    ) -> Self {
+        Self {
+            point_m: [0.0; 3],
+            axis: unit(axis),
+            speed_rad_s: speed_rpm * std::f64::consts::PI / 30.0,
+            bodies: bodies.into_iter().map(Into::into).collect(),
+            prestress: Prestress::default(),
+        }
+    }
+
+    /// The same rotation with another contribution to the stiffness.
+    #[must_use]
+    pub fn prestress(self, prestress: Prestress) -> Self {
+        Self { prestress, ..self }
+    }
+
     /// Angular speed in revolutions per minute.
     pub fn speed_rpm(&self) -> f64 {
         self.speed_rad_s * 30.0 / std::f64::consts::PI
@@ -326,6 +399,15 @@ pub struct ContactSpec {
 
 impl ContactSpec {
     /// Rigid contact of two flanks that touch.
+    ///
+    /// ```
+    /// use dovetail_structure::model::{ContactLaw, ContactSpec};
+    ///
+    /// let left = ContactSpec::new("left", "blade_flank", "disc_flank", 0.3);
+    /// assert_eq!(left.law, ContactLaw::UnilateralCoulomb);
+    /// let bonded = ContactSpec { law: ContactLaw::Bonded, ..left };
+    /// assert_eq!(bonded.second.as_deref(), Some("disc_flank"));
+    /// ```
     pub fn new(
         name: impl Into<String>,
         first: impl Into<String>,
@@ -490,6 +572,30 @@ pub struct ExcitationSpec {
     pub phase_rad: f64,
 }
 
+impl ExcitationSpec {
+    /// Excitation in phase with the cosine of harmonic 1, of an amplitude in the unit of its kind.
+    pub const fn new(kind: ExcitationKind, amplitude: f64) -> Self {
+        Self {
+            kind,
+            amplitude,
+            harmonic: 1,
+            phase_rad: 0.0,
+        }
+    }
+
+    /// Total force on a group along a direction of any length but 0, with this amplitude, N.
+    ///
+    /// ```
+    /// use dovetail_structure::model::ExcitationSpec;
+    ///
+    /// let force = ExcitationSpec::force("tip", [0.0, 1.0, 0.0], 2.0);
+    /// assert_eq!((force.harmonic, force.kind.unit()), (1, "N"));
+    /// ```
+    pub fn force(on: impl Into<String>, direction: [f64; 3], amplitude_n: f64) -> Self {
+        Self::new(ExcitationKind::force(on, unit(direction)), amplitude_n)
+    }
+}
+
 /// Kind of a harmonic excitation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ExcitationKind {
@@ -559,7 +665,7 @@ impl ExcitationKind {
         }
     }
 
-    /// Total force of 1 N.
+    /// Total force of 1 N along a direction of unit length.
     pub fn force(on: impl Into<String>, direction: [f64; 3]) -> Self {
         Self::Load(LoadSpec {
             on: on.into(),
@@ -582,4 +688,45 @@ pub struct ObservationSpec {
     pub direction: [f64; 3],
     /// What is observed.
     pub quantity: Quantity,
+}
+
+impl ObservationSpec {
+    /// Mean displacement of a group along a direction of any length but 0.
+    ///
+    /// ```
+    /// use dovetail_structure::model::ObservationSpec;
+    ///
+    /// let tip = ObservationSpec::displacement("tip", "trailing_edge", [0.0, 3.0, 0.0]);
+    /// assert_eq!(tip.direction, [0.0, 1.0, 0.0]);
+    /// ```
+    pub fn displacement(
+        name: impl Into<String>,
+        points: impl Into<String>,
+        direction: [f64; 3],
+    ) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into(),
+            direction: unit(direction),
+            quantity: Quantity::Displacement,
+        }
+    }
+
+    /// Mean strain of a surface along a direction, as a strain gauge measures it.
+    pub fn strain(name: impl Into<String>, points: impl Into<String>, direction: [f64; 3]) -> Self {
+        let quantity = Quantity::Strain;
+        Self {
+            quantity,
+            ..Self::displacement(name, points, direction)
+        }
+    }
+}
+
+/// Direction of unit length; one of length 0 stays.
+fn unit(direction: [f64; 3]) -> [f64; 3] {
+    let length = norm(direction);
+    if length == 0.0 || length == 1.0 {
+        return direction;
+    }
+    direction.map(|component| component / length)
 }

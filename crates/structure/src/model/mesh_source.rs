@@ -14,6 +14,23 @@ pub struct MeshSource {
     pub units: Units,
 }
 
+impl MeshSource {
+    /// Mesh of a file in these units, or with so many metres in a unit of length.
+    ///
+    /// ```
+    /// use dovetail_structure::model::MeshSource;
+    ///
+    /// let in_millimetres = MeshSource::file("meshes/dovetail.msh", 1e-3);
+    /// assert_eq!(in_millimetres.units.metres(), 1e-3);
+    /// ```
+    pub fn file(path: impl Into<PathBuf>, units: impl Into<Units>) -> Self {
+        Self {
+            kind: MeshKind::File { path: path.into() },
+            units: units.into(),
+        }
+    }
+}
+
 /// Mesh that exists, or one that is to be generated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshKind {

@@ -54,6 +54,13 @@ pub struct StuckModes {
 
 impl StuckModes {
     /// Modes for a response whose harmonics are all excited, up to the frequency `highest`.
+    ///
+    /// ```
+    /// use dovetail_structure::reduction::{Highest, StuckModes};
+    ///
+    /// let automatic = StuckModes::new(None, Highest::OfFirstStuckMode(2.0));
+    /// assert_eq!(automatic.kept, automatic.excited);
+    /// ```
     pub const fn new(count: Option<usize>, highest: Highest) -> Self {
         Self {
             count,

@@ -6,6 +6,15 @@ use serde::Serialize;
 
 /// Way in which the static load is applied: from no load through the points in their order, and
 /// from the last of them to the steady load. Each leg is a straight line.
+///
+/// ```
+/// use dovetail_dynamics::dlft::static_state::LoadPath;
+///
+/// assert_eq!(LoadPath::default(), LoadPath::from(10));
+/// // First 1.2 times the whole steady load, then back to it.
+/// let overload = LoadPath { points: vec![vec![1.2]], ..LoadPath::default() };
+/// assert_eq!(overload.steps, 10);
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadPath {
     /// Number of equal steps of each leg.
