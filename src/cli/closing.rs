@@ -5,39 +5,24 @@ use std::path::Path;
 
 use crate::console::Verbosity;
 use dovetail_export::manifest::{
-    ContactCounts, ResponseSummary, StageSummary, StaticSummary, Summary, TractionRangeSummary,
-    contact_counts,
+    ObservedPeak, ResponseSummary, StageSummary, StaticSummary, Summary, TractionRangeSummary,
 };
 use dovetail_export::report::REPORT;
-use dovetail_export::words::{
-    cycle_counts, error_words, figure, percent, quantity, quantity_beside, short, static_counts,
-    supported_digits,
-};
+use dovetail_export::words::{cycle_counts, figure, percent, quantity, short, static_counts};
 use dovetail_solver::description::EngineOrder;
-use dovetail_solver::dlft::{CycleCounts, Response};
-use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
 use dovetail_solver::run::{Observed, Run};
 
 /// Share of the time below which a stage is not named.
 const LEAST_SHARE: f64 = 0.1;
-/// Number of digits of amplitudes of the linear curve, which is exact.
-const LINEAR_DIGITS: usize = 4;
 /// Smallest width of the first column, and the width of a number in the second and third.
 const WIDTHS: [usize; 2] = [14, 16];
 
 /// Last lines of a run; one line if the verbosity is quiet.
 pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosity) -> String {
     let observed = run.reduced.observations();
-    let peaks: Vec<PeakLines> = match &run.response {
-        Some(found) => {
-            let response = &found.response;
-            let own = observed.iter().enumerate();
-            own.filter_map(|(i, one)| PeakLines::of(one, i, response, &run.reduced.pairs))
-                .collect()
-        }
-        None => Vec::new(),
-    };
+    let response = summary.response.as_ref();
+    let peaks = response.map(|response| response.peaks_of(&observed).collect());
+    let peaks: Vec<NamedPeak<'_>> = peaks.unwrap_or_default();
     let report = folder.join(REPORT);
     match verbosity {
         Verbosity::Quiet => {
@@ -56,87 +41,34 @@ pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosi
     }
 }
 
-/// Peak of an observation.
-struct PeakLines {
-    name: String,
-    /// Unit of its amplitude.
-    unit: &'static str,
-    peak: Peak,
-    /// Estimated relative error of its amplitude; `None` if it is not known.
-    error: Option<f64>,
-    /// Number of digits of its amplitude.
-    digits: usize,
-    linear: Option<Peak>,
-    /// Counts of the states of the pairs at the peak.
-    pairs: Option<CycleCounts>,
-    /// Counts of the states of the pairs of each contact at the peak.
-    contacts: Vec<ContactCounts>,
-    local: Option<LocalPeak>,
-}
+/// Peak of an observation, and what is observed.
+type NamedPeak<'a> = (&'a Observed, &'a ObservedPeak);
 
-impl PeakLines {
-    fn of(
-        observed: &Observed,
-        observation: usize,
-        response: &Response,
-        table: &PairTable,
-    ) -> Option<Self> {
-        let peak = peak(response, observation)?;
-        let orbit = &response.orbits[peak.index];
-        let local = local_peaks(response, observation);
-        let error = orbit.amplitude_error(observation);
-        Some(Self {
-            name: observed.name.clone(),
-            unit: observed.quantity.unit(),
-            // Without pairs nothing is left out, and nothing is said of it.
-            error: error.filter(|_| !orbit.cycles.is_empty()),
-            digits: supported_digits(peak.amplitude_m, error),
-            linear: linear_peak(response, observation),
-            pairs: (!orbit.cycles.is_empty()).then(|| orbit.counts()),
-            contacts: contact_counts(table, orbit),
-            local: local.into_iter().find(|l| l.at.index == peak.index),
-            peak,
-        })
-    }
-
-    /// Ratio of the peak amplitude to the linear one.
-    fn ratio(&self) -> Option<f64> {
-        let linear_m = self.linear.as_ref()?.amplitude_m;
-        (linear_m > 0.0).then(|| self.peak.amplitude_m / linear_m)
-    }
-}
-
-fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
+fn one_line(summary: &Summary, peaks: &[NamedPeak<'_>]) -> String {
     let Some(response) = &summary.response else {
         return match &summary.static_state {
             Some(state) => static_words(state),
             None => "nothing was computed".to_owned(),
         };
     };
-    let one = |p: &PeakLines| {
-        // A linear response is its own linear reference.
-        let linear = p.linear.as_ref().filter(|_| p.pairs.is_some());
-        let linear = linear.map_or(String::new(), |l| {
-            format!(
-                " (linear {} at {} Hz)",
-                quantity(l.amplitude_m, p.unit, 4),
-                figure(l.frequency_hz, 6)
-            )
+    let one = |(observed, peak): &NamedPeak<'_>| {
+        let unit = observed.quantity.unit();
+        let (amplitude, [_, hz]) = peak.amplitude_words(unit).zip(peak.place())?;
+        let linear = peak.linear_words(unit).zip(peak.linear());
+        let linear = linear.map_or(String::new(), |(amplitude, [_, hz])| {
+            format!(" (linear {amplitude} at {} Hz)", figure(hz, 6))
         });
-        let error = p
-            .error
-            .map_or(String::new(), |e| format!(", {},", error_words(e)));
-        format!(
-            "{}: peak {}{error} at {} Hz{linear}; ",
-            p.name,
-            quantity(p.peak.amplitude_m, p.unit, p.digits),
-            figure(p.peak.frequency_hz, 6)
-        )
+        let error = peak.error_words();
+        let error = error.map_or(String::new(), |words| format!(", {words},"));
+        let (name, hz) = (&observed.name, figure(hz, 6));
+        Some(format!(
+            "{name}: peak {amplitude}{error} at {hz} Hz{linear}; "
+        ))
     };
     let run_up = run_up_words(response).map_or(String::new(), |words| format!(" {words}"));
     format!(
         "{}{} of {} frequencies{run_up} converged",
-        peaks.iter().map(one).collect::<String>(),
+        peaks.iter().filter_map(one).collect::<String>(),
         response.converged_points,
         response.points
     )
@@ -144,9 +76,14 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
 
 /// Lines of a run. `nonlinear` is the heading of the response next to the linear one; `None` if all
 /// contacts are bonded, and the response is linear.
-fn lines(summary: &Summary, peaks: &[PeakLines], nonlinear: Option<&str>, report: &Path) -> String {
+fn lines(
+    summary: &Summary,
+    peaks: &[NamedPeak<'_>],
+    nonlinear: Option<&str>,
+    report: &Path,
+) -> String {
     let mut text = String::from("\n");
-    let title = |p: &PeakLines| format!("peak of {}", p.name);
+    let title = |(observed, _): &NamedPeak<'_>| format!("peak of {}", observed.name);
     let titles = peaks.iter().map(|p| title(p).chars().count() + 1);
     let width = titles.fold(WIDTHS[0], usize::max);
     let heading = |text: &str| format!("  {text:<width$}");
@@ -175,49 +112,44 @@ fn lines(summary: &Summary, peaks: &[PeakLines], nonlinear: Option<&str>, report
         };
         text += &format!("{}{headings}\n", heading(""));
     }
-    for p in peaks {
-        let cells = |of: &dyn Fn(&Peak, usize) -> String| {
-            let own = of(&p.peak, p.digits);
-            if nonlinear.is_none() {
-                return own;
+    for named in peaks {
+        let (observed, peak) = named;
+        let Some(own) = peak.place() else { continue };
+        let (linear, unit) = (peak.linear(), observed.quantity.unit());
+        let cells = |own: String, linear: Option<String>| match nonlinear {
+            None => own,
+            Some(_) => {
+                let linear = linear.unwrap_or("–".to_owned());
+                format!("{own:<column$}{linear:<column$}")
             }
-            let linear = p.linear.as_ref();
-            let linear = linear.map_or("–".to_owned(), |linear| of(linear, LINEAR_DIGITS));
-            format!("{own:<column$}{linear:<column$}")
         };
-        let linear_m = p.linear.as_ref().map_or(0.0, |linear| linear.amplitude_m);
-        let largest_m = p.peak.amplitude_m.max(linear_m);
-        let amplitude =
-            |of: &Peak, digits| quantity_beside(of.amplitude_m, largest_m, p.unit, digits);
-        let amplitudes = cells(&amplitude);
-        let frequencies = cells(&|p, _| format!("{} Hz", figure(p.frequency_hz, 6)));
-        let digits = p.digits.min(3);
-        let ratio = match (nonlinear, p.ratio()) {
-            (None, _) => String::new(),
-            (Some(_), None) => "–".to_owned(),
-            (Some(_), Some(ratio)) => figure(ratio, digits),
-        };
-        text += &format!("{}{amplitudes}{ratio}\n", heading(&title(p)));
-        if let Some(error) = p.error {
-            text += &format!("{}{}\n", heading(""), error_words(error));
+        let amplitude = peak.amplitude_words(unit).unwrap_or_default();
+        let amplitudes = cells(amplitude, peak.linear_words(unit));
+        let hz = |[_, hz]: [f64; 2]| format!("{} Hz", figure(hz, 6));
+        let frequencies = cells(hz(own), linear.map(hz));
+        let ratio = nonlinear.map(|_| peak.ratio_words().unwrap_or("–".to_owned()));
+        let ratio = ratio.unwrap_or_default();
+        text += &format!("{}{amplitudes}{ratio}\n", heading(&title(named)));
+        if let Some(words) = peak.error_words() {
+            text += &format!("{}{words}\n", heading(""));
         }
         text += &format!("{}{}\n", heading(""), frequencies.trim_end());
         if let Some(order) = along {
-            let rpm = |p: &Peak, _| format!("{} rpm", figure(order.speed_rpm(p.frequency_hz), 5));
-            text += &format!("{}{}\n", heading(""), cells(&rpm).trim_end());
+            let rpm = |[_, hz]: [f64; 2]| format!("{} rpm", figure(order.speed_rpm(hz), 5));
+            text += &format!(
+                "{}{}\n",
+                heading(""),
+                cells(rpm(own), linear.map(rpm)).trim_end()
+            );
         }
-        let loss = p.local.as_ref().and_then(|local| local.loss_factor);
-        let loss = loss.map(|loss| {
-            format!(
-                "loss factor {} (Q = {})",
-                figure(loss, 3),
-                figure(loss.recip(), 3)
-            )
-        });
-        for line in loss.into_iter().chain(p.pairs.map(cycle_counts)) {
+        for line in peak
+            .loss_words()
+            .into_iter()
+            .chain(peak.counts().map(cycle_counts))
+        {
             text += &format!("{}{line}\n", heading(""));
         }
-        let contacts = p.contacts.iter();
+        let contacts = peak.peak_contacts.iter();
         text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));
     }
     if let Some(response) = &summary.response {
@@ -300,29 +232,24 @@ fn static_words(state: &StaticSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_solver::reduced::Quantity;
     use dovetail_solver::run::Stage;
 
     #[test]
     fn columns_begin_behind_the_longest_name() {
-        let peak = |name: &str| PeakLines {
-            unit: "m",
-            name: name.to_owned(),
-            error: None,
-            digits: 4,
-            peak: Peak {
-                index: 0,
-                frequency_hz: 450.0,
-                amplitude_m: 1.087e-3,
-            },
-            linear: None,
-            pairs: None,
-            contacts: Vec::new(),
-            local: None,
+        let peak = ObservedPeak {
+            peak_amplitude_m: Some(1.087e-3),
+            peak_frequency_hz: Some(450.0),
+            ..ObservedPeak::default()
         };
-        let peaks = [peak("tip_le"), peak("tip_of_trailing_edge")];
+        let observed = ["tip_le", "tip_of_trailing_edge", "tip"].map(|name| Observed {
+            name: name.to_owned(),
+            quantity: Quantity::Displacement,
+        });
+        let peaks = observed.each_ref().map(|observed| (observed, &peak));
         let told = lines(
             &Summary::default(),
-            &peaks,
+            &peaks[..2],
             Some("with friction"),
             Path::new("out/report.html"),
         );
@@ -339,12 +266,12 @@ mod tests {
         );
         let short = lines(
             &Summary::default(),
-            &[peak("tip")],
+            &peaks[2..],
             Some("with friction"),
             Path::new("r"),
         );
         assert!(short.contains("\n  peak of tip   1.087 mm"), "{short}");
-        let linear = lines(&Summary::default(), &[peak("tip")], None, Path::new("r"));
+        let linear = lines(&Summary::default(), &peaks[2..], None, Path::new("r"));
         assert!(linear.contains("\n  peak of tip   1.087 mm\n"), "{linear}");
         assert!(
             !linear.contains("friction") && !linear.contains("ratio"),

@@ -61,34 +61,27 @@ quantities! {
     "stuck_frequency_hz", "first stuck frequency", Run(|s| s.stuck_frequency_hz);
     "linear_frequency_hz", "first linear frequency", Run(|s| s.linear_frequency_hz);
     "blade_frequency_hz", "first frequency with held flanks", Run(|s| s.blade_frequency_hz);
-    "peak_amplitude_m", "peak amplitude", Observed(|r| r.peak_amplitude_m);
-    "peak_frequency_hz", "frequency of the peak", Response(|r| r.peak_frequency_hz);
-    "peak_ratio", "ratio of the peak to the linear peak", Response(|r| r.peak_ratio);
+    "peak_amplitude_m", "peak amplitude", Observed(|r| r.first.peak_amplitude_m);
+    "peak_frequency_hz", "frequency of the peak", Response(|r| r.first.peak_frequency_hz);
+    "peak_ratio", "ratio of the peak to the linear peak", Response(|r| r.first.peak_ratio);
     "static_pressure_pa", "largest static pressure", Static(|s| s.largest_pressure_pa);
     "normal_force_n", "static normal force", Contact(|c| c.normal_force_n);
     "static_slip_m", "largest static slip", Static(|s| s.largest_slip_m);
-    "peak_friction_power_w", "friction power at the peak", Response(|r| r.peak_friction_power_w);
-    "peak_damping_power_w", "damping power at the peak", Response(|r| r.peak_damping_power_w);
+    "peak_friction_power_w", "friction power at the peak", Response(|r| r.first.peak_friction_power_w);
+    "peak_damping_power_w", "damping power at the peak", Response(|r| r.first.peak_damping_power_w);
     "peak_friction_energy_j_m2", "largest friction energy per area in a period of the peak",
-        Response(|r| r.peak_largest_friction_energy_j_m2);
+        Response(|r| r.first.peak_largest_friction_energy_j_m2);
     "peak_slid_m", "largest distance slid in a period of the peak",
-        Response(|r| r.peak_largest_slid_m);
-    "loss_factor", "loss factor", Response(loss_factor);
+        Response(|r| r.first.peak_largest_slid_m);
+    "loss_factor", "loss factor", Response(|r| r.first.peak_loss_factor);
     "opening_pairs", "pairs that open", Count(|r| Some(r.pairs_that_open));
     "opening_area_share", "share of the area that opens", Response(|r| r.area_share_that_opens);
-    "peak_opening_pairs", "pairs that open at the peak", Count(|r| r.peak_opening_pairs);
-    "peak_slipping_pairs", "pairs that slip at the peak", Count(|r| r.peak_slipping_pairs);
+    "peak_opening_pairs", "pairs that open at the peak", Count(|r| r.first.peak_opening_pairs);
+    "peak_slipping_pairs", "pairs that slip at the peak", Count(|r| r.first.peak_slipping_pairs);
 }
 
 /// First frequency of a body with its flanks held, which a run computes only on request.
 pub const BLADE_FREQUENCY: Quantity = ALL[2];
-
-/// Loss factor at the peak.
-fn loss_factor(response: &ResponseSummary) -> Option<f64> {
-    let row = response.peak_row?;
-    let at_peak = response.peaks.iter().find(|peak| peak.row == row);
-    at_peak?.loss_factor
-}
 
 /// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,6 +152,7 @@ impl Quantity {
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use dovetail_export::manifest::ObservedPeak;
     use dovetail_export::words::title;
     use dovetail_solver::dlft::Outcome;
 
@@ -192,8 +186,11 @@ pub mod tests {
         let summary = Summary {
             response: Some(ResponseSummary {
                 observation: Some("tip".into()),
-                peak_amplitude_m: Some(6.4913e-3),
-                peak_ratio: Some(0.3828),
+                first: ObservedPeak {
+                    peak_amplitude_m: Some(6.4913e-3),
+                    peak_ratio: Some(0.3828),
+                    ..ObservedPeak::default()
+                },
                 pairs_that_open: 120,
                 ..ResponseSummary::default()
             }),

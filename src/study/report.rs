@@ -121,7 +121,7 @@ pub fn remarks(results: &[CaseResult]) -> Vec<String> {
                         ": {unconverged} of {points} frequencies did not converge"
                     ));
                 }
-                if response.peak_at_end_of_range {
+                if response.first.peak_at_end_of_range {
                     let end =
                         ": the peak is at an end of its frequencies and may be higher outside";
                     remark(end.to_owned());

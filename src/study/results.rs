@@ -155,7 +155,7 @@ mod tests {
     use super::*;
     use crate::study::analysis::tests::study;
     use crate::study::keys::Mode;
-    use dovetail_export::manifest::StageSummary;
+    use dovetail_export::manifest::{ObservedPeak, StageSummary};
     use dovetail_export::write_json;
 
     #[test]
@@ -206,8 +206,11 @@ mod tests {
         summary.response = Some(ResponseSummary {
             points: 3,
             converged_points: 2,
-            peak_amplitude_m: Some(0.25),
-            peak_at_end_of_range: true,
+            first: ObservedPeak {
+                peak_amplitude_m: Some(0.25),
+                peak_at_end_of_range: true,
+                ..ObservedPeak::default()
+            },
             ..ResponseSummary::default()
         });
         let figures = of_run(&study, &summary).unwrap();

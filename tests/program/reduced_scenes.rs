@@ -619,7 +619,7 @@ fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
     has(&told(differs, 2), "with other settings");
     reduce(PAPER, &beside, &TWO_POINTS);
     let of_both = manifest(&beside);
-    assert!(of_both.response.unwrap().peak_amplitude_m.is_some());
+    assert!(of_both.response.unwrap().first.peak_amplitude_m.is_some());
     assert!(of_both.files.iter().any(|file| file == "stiffness.mtx"));
 }
 

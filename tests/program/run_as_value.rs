@@ -172,10 +172,10 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     assert_eq!(read.stages.len(), own.stages.len());
     let (found, own) = (read.response.unwrap(), own.response.unwrap());
     assert_eq!((found.points, found.converged_points), (5, 5));
-    assert_eq!(found.peak_row, own.peak_row);
+    assert_eq!(found.first.peak_row, own.first.peak_row);
     let (found, own) = (
-        found.peak_amplitude_m.unwrap(),
-        own.peak_amplitude_m.unwrap(),
+        found.first.peak_amplitude_m.unwrap(),
+        own.first.peak_amplitude_m.unwrap(),
     );
     assert!((found / own - 1.0).abs() < 1e-15);
     assert_eq!(read.static_state.unwrap().outcome, Outcome::Converged);

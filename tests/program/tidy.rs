@@ -19,8 +19,8 @@ const LIBRARIES: [(&str, &str); 5] = [
     ("crates/solver/src", "results description run"),
     (
         "crates/export/src",
-        "words warning error file lock journal table colours curves fields unrolled manifest csv vtu \
-         flank folder plots report",
+        "words warning error file lock journal table colours curves fields unrolled manifest vtu flank \
+         csv folder plots report",
     ),
     (
         "crates/cache/src",

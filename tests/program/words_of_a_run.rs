@@ -5,8 +5,12 @@ use std::process::Output;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, program, said};
-use crate::shared_runs::summary;
+use crate::shared_program::{SMALL, ended, has, on_scene, printed, program, said};
+use crate::shared_runs::{number, rows, summary};
+use dovetail_export::words::{
+    cycle_counts, error_words, figure, quantity_beside, supported_digits,
+};
+use dovetail_solver::dlft::CycleCounts;
 use dovetail_testkit::folder::root;
 
 const SCENE: &str = r#"
@@ -135,4 +139,93 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
     }
     let both = ["run", "scene.toml", "--verbose", "--quiet"];
     ended(program(root(), &both), 2);
+}
+
+/// Observations behind that of the paper's scene, the second a strain.
+const MORE: &str = r#"
+[[observe]]
+name = "lead"
+points = "excitation"
+direction = [1, 0, 0]
+[[observe]]
+name = "gauge"
+points = "blade_leading_edge"
+direction = [0, 0, 1]
+quantity = "strain"
+"#;
+
+/// Each observation has its own peak, which console, report and summary.json tell in the same
+/// figures. The table of the response has them from elsewhere.
+#[test]
+fn console_report_and_summary_have_the_same_peak_of_each_observation() {
+    let folder = Folder::new("words-observations");
+    let paper = std::fs::read_to_string(root().join("scenes/paper.toml")).unwrap();
+    let scene = folder.write("scene.toml", paper + MORE);
+    let mesh = root()
+        .join("scenes")
+        .join(SMALL.rsplit('=').next().unwrap());
+    let mesh = format!("mesh.file={}", mesh.display());
+    let set = [&mesh, "response.compare_harmonics=", "response.samples=64"];
+    let mut run = on_scene("run", scene, &folder, &set);
+    let told = printed(&ended(run.arg("--no-fields"), 0));
+    let (summary, report) = (summary(&folder), folder.text("report.html"));
+    let (response, table) = (&summary["response"], rows(&folder.join("response.csv")));
+    let others = response["other_observations"].as_array().unwrap();
+    let peaks: Vec<&Value> = std::iter::once(response).chain(others).collect();
+    assert_eq!(peaks.len(), 3);
+    let named = [
+        ("tip", "m", "m"),
+        ("lead", "m", "m"),
+        ("gauge", "strain", "m/m"),
+    ];
+    let mut card = None;
+    for (peak, (name, suffix, unit)) in peaks.iter().zip(named) {
+        let of = |key: &str| peak[key].as_f64().unwrap();
+        let count = |state: &str| peak[format!("peak_{state}_pairs")].as_u64().unwrap() as usize;
+        let row = &table[peak["peak_row"].as_u64().unwrap() as usize];
+        let column = format!("{name}_amplitude_{suffix}");
+        let amplitudes = table.iter().map(|row| number(row, &column));
+        let (amplitude, error) = (of("peak_amplitude_m"), of("peak_estimated_error"));
+        assert_eq!(amplitude, amplitudes.fold(0.0, f64::max), "{name}");
+        assert_eq!(number(row, &format!("{name}_estimated_error")), error);
+        assert_eq!(number(row, "frequency_hz"), of("peak_frequency_hz"));
+        assert_eq!(number(row, "slipping_pairs"), count("slipping") as f64);
+        let loss = of("peak_loss_factor");
+        let digits = supported_digits(amplitude, Some(error));
+        let linear = of("linear_peak_amplitude_m");
+        let words = [
+            quantity_beside(amplitude, linear, unit, digits),
+            error_words(error),
+            format!("{} Hz", figure(of("peak_frequency_hz"), 6)),
+            quantity_beside(linear, linear, unit, 4),
+            format!("{} Hz", figure(of("linear_peak_frequency_hz"), 6)),
+            figure(of("peak_ratio"), digits.min(3)),
+            format!(
+                "loss factor {} (Q = {})",
+                figure(loss, 3),
+                figure(loss.recip(), 3)
+            ),
+        ];
+        let counts = cycle_counts(CycleCounts {
+            stuck: count("stuck"),
+            slipping: count("slipping"),
+            opening: count("opening"),
+            closing: count("closing"),
+            open: count("open"),
+        });
+        let (_, block) = told.split_once(&format!("peak of {name} ")).expect(name);
+        let block = block.split("peak of ").next().unwrap();
+        let (_, cells) = report.split_once(&format!("<td>{name}</td>")).expect(name);
+        let cells = cells.split("</tr>").next().unwrap();
+        card.get_or_insert(words[0].clone());
+        for words in &words {
+            assert!(block.contains(words), "{name}: {words}: {told}");
+            assert!(cells.contains(words), "{name}: {words}: {cells}");
+        }
+        assert!(block.contains(&counts), "{name}: {counts}: {told}");
+    }
+    has(
+        &report,
+        &format!("<div class=\"figure\">{}</div>", card.unwrap()),
+    );
 }

@@ -4,6 +4,7 @@
 
 mod curve;
 mod mesh;
+mod peak;
 mod response;
 mod static_state;
 mod stress;
@@ -16,9 +17,10 @@ pub use self::mesh::{
     MeshOrigin, MeshSummary, ObservationSummary, mesh_summary, observation_summaries,
     probe_summaries,
 };
+pub use self::peak::{ContactCounts, ObservedPeak};
 pub use self::response::{
-    ContactCounts, FrettingSummary, ResponseSummary, TractionRangeSummary, contact_counts,
-    fretting_summary, response_summary, traction_range,
+    FrettingSummary, ResponseSummary, TractionRangeSummary, fretting_summary, response_summary,
+    traction_range,
 };
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};

@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
+use super::peak::ObservedPeak;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::folds;
-use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, SecondMotion};
+use dovetail_solver::dlft::{Orbit, Outcome, Response, SecondMotion};
 use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    LocalPeak, cycle_fields, energy_balance_error, friction_power_w, largest_estimated_error,
-    largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
-    sweep_fields, with_motion,
+    LocalPeak, energy_balance_error, largest_estimated_error, local_peaks, sweep_fields,
+    with_motion,
 };
-use dovetail_solver::run::{TractionPeak, TractionRange};
+use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
 /// Main figures of a response.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -28,73 +28,32 @@ pub struct ResponseSummary {
     /// Largest estimated relative error of an observed amplitude due to the omitted harmonics;
     /// `None` if no harmonic is omitted or nothing converged.
     pub largest_estimated_error: Option<f64>,
-    /// Estimated relative error of the peak amplitude of the first observation.
-    pub peak_estimated_error: Option<f64>,
-    /// Largest estimated relative error of all observed amplitudes at that peak.
-    pub peak_largest_estimated_error: Option<f64>,
     /// Points that did not converge.
     pub unconverged: Vec<UnconvergedPoint>,
     /// Name of the first observation; `None` without observations.
     pub observation: Option<String>,
-    /// Peak amplitude of the first observation, m.
-    pub peak_amplitude_m: Option<f64>,
-    /// Frequency of that peak, Hz.
-    pub peak_frequency_hz: Option<f64>,
+    /// Peak of the first observation.
+    #[serde(flatten)]
+    pub first: ObservedPeak,
+    /// Peaks of the other observations, in their order.
+    #[serde(default)]
+    pub other_observations: Vec<ObservedPeak>,
     /// Engine order of a run-up.
     #[serde(default)]
     pub engine_order: Option<EngineOrder>,
     /// First and last speed of a run-up.
     #[serde(default)]
     pub speed_rpm: Option<[f64; 2]>,
-    /// Speed at the peak of a run-up.
-    #[serde(default)]
-    pub peak_speed_rpm: Option<f64>,
-    /// Row of response.csv, 0 = first.
-    pub peak_row: Option<usize>,
-    /// True if the largest amplitude is at an end of the range: the curve may rise further outside.
-    pub peak_at_end_of_range: bool,
-    /// Height of the curve through the peak and its neighbours above the peak, relative; `None` at
-    /// an end of the range or beside a frequency without a result.
-    pub peak_rise: Option<f64>,
     /// Ranges in which another motion was found beside that of response.csv, rising.
     pub second_motion: Vec<SecondMotion>,
     /// Folds of the curve, in its order: between two of them the motions are unstable.
     #[serde(default)]
     pub folds: Vec<FoldSummary>,
     /// All local maxima inside the range, rising in frequency.
-    pub peaks: Vec<PeakSummary>,
+    pub peaks: Vec<LocalPeakSummary>,
     /// Range of the peak over starting tractions; `None` where the scene asks for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traction_range: Option<TractionRangeSummary>,
-    /// Exact peak amplitude of the linear reference, m.
-    pub linear_peak_amplitude_m: Option<f64>,
-    /// Frequency of the peak of the linear reference, Hz.
-    pub linear_peak_frequency_hz: Option<f64>,
-    /// Peak amplitude over linear peak amplitude.
-    pub peak_ratio: Option<f64>,
-    /// Counts of the states of the pairs in a period at the peak. The five counts add up to the
-    /// number of pairs.
-    pub peak_stuck_pairs: Option<usize>,
-    /// Number of pairs that slip and stay closed.
-    pub peak_slipping_pairs: Option<usize>,
-    /// Number of pairs that are closed in the static state and open at times.
-    pub peak_opening_pairs: Option<usize>,
-    /// Number of pairs that are open in the static state and close at times.
-    pub peak_closing_pairs: Option<usize>,
-    /// Number of pairs that stay open.
-    pub peak_open_pairs: Option<usize>,
-    /// Counts of the states of the pairs of each contact at the peak.
-    #[serde(default)]
-    pub peak_contacts: Vec<ContactCounts>,
-    /// Mean power of friction at the peak. It is 0 if friction takes no power beyond rounding.
-    pub peak_friction_power_w: Option<f64>,
-    /// Mean power of viscous damping at the peak.
-    pub peak_damping_power_w: Option<f64>,
-    /// Energy that friction dissipates in a period per area at the peak, the largest over the
-    /// pairs; `None` if the area of a pair is unknown.
-    pub peak_largest_friction_energy_j_m2: Option<f64>,
-    /// Distance slid in a period at the peak, the largest over the pairs.
-    pub peak_largest_slid_m: Option<f64>,
     /// Largest figures of fretting over the pairs at the peak; `None` if no fields were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_fretting: Option<FrettingSummary>,
@@ -113,15 +72,14 @@ pub struct ResponseSummary {
 }
 
 impl ResponseSummary {
-    /// Counts of the states of the pairs at the peak; `None` without a peak.
-    pub(crate) fn peak_counts(&self) -> Option<CycleCounts> {
-        Some(CycleCounts {
-            stuck: self.peak_stuck_pairs?,
-            slipping: self.peak_slipping_pairs?,
-            opening: self.peak_opening_pairs?,
-            closing: self.peak_closing_pairs?,
-            open: self.peak_open_pairs?,
-        })
+    /// Peaks of the observations that have one, the first observation first.
+    pub fn peaks_of<'a>(
+        &'a self,
+        observed: &'a [Observed],
+    ) -> impl Iterator<Item = (&'a Observed, &'a ObservedPeak)> {
+        let peaks = std::iter::once(&self.first).chain(&self.other_observations);
+        let all = observed.iter().zip(peaks);
+        all.filter(|(_, peak)| peak.peak_amplitude_m.is_some())
     }
 }
 
@@ -152,30 +110,6 @@ pub fn fretting_summary(pairs: &[Fretting]) -> FrettingSummary {
     }
 }
 
-/// Counts of the states of the pairs of a contact in a period.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ContactCounts {
-    /// Name of the contact.
-    pub name: String,
-    /// Counts of its pairs.
-    #[serde(flatten)]
-    pub counts: CycleCounts,
-}
-
-/// Counts of the states of the pairs of each contact in the period of an orbit.
-pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
-    let contacts = pairs.contacts.iter().enumerate();
-    let of_contact = |(c, name): (usize, &String)| {
-        let own = pairs.rows.iter().zip(&orbit.cycles);
-        let own = own.filter(|(row, _)| row.contact == c);
-        ContactCounts {
-            name: name.clone(),
-            counts: own.map(|(_, cycle)| cycle.status).collect(),
-        }
-    };
-    contacts.map(of_contact).collect()
-}
-
 /// Fold of a curve, where its frequency turns back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoldSummary {
@@ -187,7 +121,7 @@ pub struct FoldSummary {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PeakSummary {
+pub struct LocalPeakSummary {
     pub row: usize,
     pub frequency_hz: f64,
     pub amplitude_m: f64,
@@ -206,9 +140,9 @@ pub struct UnconvergedPoint {
     pub residual: Option<f64>,
 }
 
-fn peak_summary(peak: &LocalPeak) -> PeakSummary {
+fn peak_summary(peak: &LocalPeak) -> LocalPeakSummary {
     let loss_factor = peak.loss_factor.and_then(finite);
-    PeakSummary {
+    LocalPeakSummary {
         row: peak.at.index,
         frequency_hz: peak.at.frequency_hz,
         amplitude_m: peak.at.amplitude_m,
@@ -255,15 +189,12 @@ pub fn response_summary(
     response: &Response,
     along: Option<EngineOrder>,
 ) -> ResponseSummary {
-    let top = peak(response, 0);
-    let at_peak = top.map(|p| &response.orbits[p.index]);
-    let counts = at_peak.map(Orbit::counts);
-    let linear = linear_peak(response, 0);
+    let of_motions = response.orbits.iter().map(|o| o.observed_amplitude.len());
+    let linear = response.linear_curve.iter();
+    let observed = of_motions.chain(linear.map(|point| point.observed_amplitude.len()));
+    let mut peaks =
+        (0..observed.max().unwrap_or(0)).map(|i| ObservedPeak::of(response, i, pairs, along));
     let separates = sweep_fields(response, pairs.rows.len()).separates;
-    let cycles = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
-    let friction_works = at_peak.is_some_and(|orbit| friction_power_w(orbit) > 0.0);
-    let energies = cycles.as_ref().map(|c| &c.friction_energy_j_m2);
-    let largest_energy = energies.and_then(|energies| largest_of_pairs(energies));
     let unconverged = response
         .orbits
         .iter()
@@ -291,42 +222,20 @@ pub fn response_summary(
             .count(),
         accuracy_not_reached_points: inaccurate.count(),
         largest_estimated_error: largest_estimated_error(response),
-        peak_estimated_error: at_peak.and_then(|o| o.observed_error.first().copied()),
-        peak_largest_estimated_error: at_peak.and_then(|o| o.estimated_error),
         unconverged: unconverged.collect(),
         observation: observation.map(str::to_owned),
-        peak_amplitude_m: top.map(|p| p.amplitude_m),
-        peak_frequency_hz: top.map(|p| p.frequency_hz),
+        first: peaks.next().unwrap_or_default(),
+        other_observations: peaks.collect(),
         engine_order: along,
         speed_rpm: along.and_then(|order| {
             let ends = response.orbits.first().zip(response.orbits.last())?;
             let ends: [&Orbit; 2] = ends.into();
             Some(ends.map(|o| order.speed_rpm(o.frequency_hz)))
         }),
-        peak_speed_rpm: along
-            .zip(top)
-            .map(|(order, p)| order.speed_rpm(p.frequency_hz)),
-        peak_row: top.map(|p| p.index),
-        peak_at_end_of_range: peak_is_at_an_end(response, 0),
-        peak_rise: peak_rise(response, 0),
         second_motion: response.second_motions.clone(),
         folds: folds(response).into_iter().map(fold).collect(),
         peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
         traction_range: None,
-        linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
-        linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
-        peak_ratio: peak_ratio(response, 0),
-        peak_stuck_pairs: counts.map(|c| c.stuck),
-        peak_slipping_pairs: counts.map(|c| c.slipping),
-        peak_opening_pairs: counts.map(|c| c.opening),
-        peak_closing_pairs: counts.map(|c| c.closing),
-        peak_open_pairs: counts.map(|c| c.open),
-        peak_contacts: at_peak.map_or_else(Vec::new, |o| contact_counts(pairs, o)),
-        peak_friction_power_w: at_peak.map(friction_power_w).and_then(finite),
-        peak_damping_power_w: at_peak.and_then(|o| finite(o.viscous_power_w)),
-        peak_largest_friction_energy_j_m2: largest_energy
-            .map(|energy| if friction_works { energy } else { 0.0 }),
-        peak_largest_slid_m: cycles.and_then(|c| largest_of_pairs(&c.slid_m)),
         peak_fretting: None,
         pairs_that_open: separates.iter().filter(|separates| **separates).count(),
         area_share_that_opens: opening_share(pairs, &separates),

@@ -3,12 +3,11 @@
 use maud::{Markup, html};
 
 use super::super::Contents;
-use super::super::frame::{card, line};
-use crate::manifest::{ResponseSummary, RunState};
+use super::super::frame::{card, line, table};
+use crate::manifest::{ObservedPeak, ResponseSummary, RunState};
 use crate::warning::{LARGE_ERROR, Weight};
-use crate::words::{
-    bounded, cycle_counts, error_words, figure, percent, quantity, supported_digits,
-};
+use crate::words::{bounded, cycle_counts, figure, percent, quantity};
+use dovetail_solver::run::Observed;
 
 /// Relative change of the peak above which the report points it out.
 const CHANGED: f64 = 1e-3;
@@ -24,28 +23,23 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
     html! {
         section #answer {
             h2 { "Answer" }
-            @if let (Some(amplitude_m), Some(frequency_hz)) = (response.peak_amplitude_m, response.peak_frequency_hz) {
+            @if let Some(amplitude) = response.first.amplitude_words("m") {
                 div.cards {
-                    @let error = contents.at_peak().and_then(|orbit| orbit.amplitude_error(0));
-                    @let digits = supported_digits(amplitude_m, error);
                     (card(
                         &format!("Peak of {}", response.observation.as_deref().unwrap_or("the motion")),
-                        &quantity(amplitude_m, "m", digits),
+                        &amplitude,
                         &html! {
-                            @if let Some(error) = error.filter(|_| contents.has_pairs()) {
-                                (error_words(error)) "; "
-                            }
-                            "at "
-                            @if let Some(speed_rpm) = response.peak_speed_rpm { (figure(speed_rpm, 5)) " rpm, " }
-                            (figure(frequency_hz, 6)) " Hz"
+                            @if let Some(error) = response.first.error_words() { (error) "; " }
+                            "at " (place(response, response.first.peak_frequency_hz))
                         },
                     ))
-                    (against_linear(response, digits))
+                    (against_linear(response))
                     (over_tractions(response))
-                    (losses(response))
-                    (at_a_pair(response))
-                    (joint(response, contents.pairs.rows.len()))
+                    (losses(&response.first))
+                    (at_a_pair(&response.first))
+                    (joint(response))
                 }
+                (observed_peaks(contents, response))
             } @else {
                 p { "No frequency converged, so that there is no peak." }
             }
@@ -64,23 +58,60 @@ fn without_response(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// Comparison of the peak with the linear peak. `digits` is the number of digits of the peak.
-fn against_linear(response: &ResponseSummary, digits: usize) -> Markup {
-    let Some(linear_m) = response.linear_peak_amplitude_m else {
+/// Frequency in words, with its speed before it in a run-up.
+fn place(response: &ResponseSummary, frequency_hz: Option<f64>) -> String {
+    let Some(hz) = frequency_hz else {
+        return String::new();
+    };
+    let rpm = response.engine_order.map(|order| order.speed_rpm(hz));
+    let rpm = rpm.map_or(String::new(), |rpm| format!("{} rpm, ", figure(rpm, 5)));
+    format!("{rpm}{} Hz", figure(hz, 6))
+}
+
+/// Comparison of the peak with the linear peak.
+fn against_linear(response: &ResponseSummary) -> Markup {
+    let peak = &response.first;
+    let Some((linear, [_, at_hz])) = peak.linear_words("m").zip(peak.linear()) else {
         return html! {};
     };
-    let at = response.linear_peak_frequency_hz.unwrap_or(f64::NAN);
-    let ratio = response
-        .peak_ratio
-        .map(|ratio| figure(ratio, digits.min(3)));
     card(
         "Without slip and separation",
-        &quantity(linear_m, "m", 4),
+        &linear,
         &html! {
-            "at " (figure(at, 6)) " Hz"
-            @if let Some(ratio) = ratio { "; the peak is " (ratio) " of this" }
+            "at " (place(response, Some(at_hz)))
+            @if let Some(ratio) = peak.ratio_words() { "; the peak is " (ratio) " of this" }
         },
     )
+}
+
+/// Table of the peaks of all observations, if there are several.
+fn observed_peaks(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
+    if contents.observations.len() < 2 {
+        return html! {};
+    }
+    let linear = |(one, peak): &(&Observed, &ObservedPeak)| {
+        let amplitude = peak.linear_words(one.quantity.unit())?;
+        Some(format!(
+            "{amplitude} at {}",
+            place(response, peak.linear_peak_frequency_hz)
+        ))
+    };
+    html! {
+        h3 { "Peak of each observed point" }
+        (table(
+            "numbers",
+            response.peaks_of(contents.observations),
+            &[
+                ("", &|(one, _)| one.name.clone()),
+                ("peak", &|(one, peak)| peak.amplitude_words(one.quantity.unit()).unwrap_or_default()),
+                ("error", &|(_, peak)| peak.error_words().unwrap_or_default()),
+                ("at", &|(_, peak)| place(response, peak.peak_frequency_hz)),
+                ("linear", &|row| linear(row).unwrap_or_default()),
+                ("ratio", &|(_, peak)| peak.ratio_words().unwrap_or_default()),
+                ("losses", &|(_, peak)| peak.loss_words().unwrap_or_default()),
+            ],
+        ))
+    }
 }
 
 /// Range of the peak over starting tractions.
@@ -103,16 +134,21 @@ fn over_tractions(response: &ResponseSummary) -> Markup {
     )
 }
 
-fn losses(response: &ResponseSummary) -> Markup {
-    let Some(friction_w) = response.peak_friction_power_w else {
+fn losses(peak: &ObservedPeak) -> Markup {
+    let (Some(friction_w), Some(damping_w)) =
+        (peak.peak_friction_power_w, peak.peak_damping_power_w)
+    else {
         return html! {};
     };
-    let damping_w = response.peak_damping_power_w.unwrap_or(f64::NAN);
-    let at_peak = response
-        .peaks
-        .iter()
-        .find(|p| Some(p.row) == response.peak_row);
-    let quality = at_peak.and_then(|p| Some((p.loss_factor?, p.quality_factor?)));
+    let damping = quantity(damping_w, "W", 3);
+    let loss = peak.loss_words();
+    if peak.counts().is_none() {
+        return card(
+            "Damping dissipates at the peak",
+            &damping,
+            &html! { @if let Some(loss) = loss { (loss) } },
+        );
+    }
     let friction = if friction_w > 0.0 {
         quantity(friction_w, "W", 3)
     } else {
@@ -121,22 +157,17 @@ fn losses(response: &ResponseSummary) -> Markup {
     card(
         "Friction dissipates at the peak",
         &friction,
-        &html! {
-            "damping " (quantity(damping_w, "W", 3))
-            @if let Some((loss, quality)) = quality {
-                "; loss factor " (figure(loss, 3)) ", Q = " (figure(quality, 3))
-            }
-        },
+        &html! { "damping " (damping) @if let Some(loss) = loss { "; " (loss) } },
     )
 }
 
 /// Card with the load of the most worn pairs: energy dissipated by friction and slid distance.
-fn at_a_pair(response: &ResponseSummary) -> Markup {
-    let Some(slid_m) = response.peak_largest_slid_m else {
+fn at_a_pair(peak: &ObservedPeak) -> Markup {
+    let Some(slid_m) = peak.peak_largest_slid_m else {
         return html! {};
     };
     let slid = quantity(slid_m, "m", 3);
-    match response.peak_largest_friction_energy_j_m2 {
+    match peak.peak_largest_friction_energy_j_m2 {
         Some(energy_j_m2) if energy_j_m2 > 0.0 => card(
             "Friction takes in a period",
             &quantity(energy_j_m2, "J/m²", 3),
@@ -150,16 +181,17 @@ fn at_a_pair(response: &ResponseSummary) -> Markup {
     }
 }
 
-fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
-    let Some(counts) = response.peak_counts().filter(|_| pairs > 0) else {
+fn joint(response: &ResponseSummary) -> Markup {
+    let Some(counts) = response.first.counts() else {
         return html! {};
     };
     let share = response.area_share_that_opens.filter(|share| *share > 0.0);
     card(
         "The joint at the peak",
         &format!(
-            "{} of {pairs} pairs slip or open",
-            counts.slipping + counts.opening + counts.closing
+            "{} of {} pairs slip or open",
+            counts.slipping + counts.opening + counts.closing,
+            counts.pairs()
         ),
         &html! {
             (cycle_counts(counts))
@@ -172,13 +204,13 @@ fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
 
 fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
     let converged = response.converged_points == response.points;
-    let rise = response.peak_rise;
+    let rise = response.first.peak_rise;
     html! {
         ul.trust {
             (line(converged, &html! {
                 (response.converged_points) " of " (response.points) " frequencies converged."
             }))
-            @if response.peak_at_end_of_range {
+            @if response.first.peak_at_end_of_range {
                 (line(false, &html! {
                     "The largest amplitude is at an end of the range: the curve may go on rising outside."
                 }))
@@ -193,17 +225,20 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             }
             @for two in &response.second_motion {
+                @let (name, unit) = contents.observations.get(two.observation)
+                    .map_or(("", "m"), |one| (one.name.as_str(), one.quantity.unit()));
                 (line(false, &html! {
                     "From " (quantity(two.from_hz, "Hz", 5)) " to " (quantity(two.to_hz, "Hz", 5))
                     " there are several motions: at " (quantity(two.frequency_hz, "Hz", 5)) " one has "
-                    (quantity(two.amplitude_m, "m", 4)) " and another " (quantity(two.other_amplitude_m, "m", 4)) "."
+                    (quantity(two.amplitude_m, unit, 4)) " of " (name) " and another "
+                    (quantity(two.other_amplitude_m, unit, 4)) "."
                 }))
             }
-            @match response.peak_estimated_error {
+            @match response.first.peak_estimated_error {
                 Some(error) => (line(error <= LARGE_ERROR, &html! {
                     "The harmonics left out change the peak by " (bounded(error, "an estimated")) "."
                 })),
-                None if response.peak_amplitude_m.is_some() && contents.has_pairs() => {
+                None if response.first.peak_amplitude_m.is_some() && contents.has_pairs() => {
                     (line(false, &html! { "The error of the harmonics left out is not known." }))
                 }
                 None => {}

@@ -130,14 +130,14 @@ fn harmonics(contents: &Contents<'_>, orbit: &Orbit) -> Markup {
 /// Table of the states of the pairs of each contact in the period of the peak, if there are several
 /// contacts.
 pub(super) fn contacts_at_peak(response: &ResponseSummary) -> Markup {
-    if response.peak_contacts.len() < 2 {
+    if response.first.peak_contacts.len() < 2 {
         return html! {};
     }
     html! {
         h3 { "Pairs of each contact at the peak" }
         (table(
             "numbers",
-            &response.peak_contacts,
+            &response.first.peak_contacts,
             &[
                 ("contact", &|c| c.name.clone()),
                 ("pairs", &|c| c.counts.pairs().to_string()),

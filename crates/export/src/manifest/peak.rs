@@ -1,0 +1,232 @@
+//! Peak of an observation in summary.json. Console and report have it from there.
+
+use serde::{Deserialize, Serialize};
+
+use super::finite;
+use crate::words::{error_words, figure, quantity_beside, supported_digits};
+use dovetail_solver::description::EngineOrder;
+use dovetail_solver::dlft::{CycleCounts, Orbit, Response};
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
+    cycle_fields, friction_power_w, largest_of_pairs, linear_peak, local_peaks, peak,
+    peak_is_at_an_end, peak_ratio, peak_rise,
+};
+
+/// Number of digits of amplitudes of the linear curve, which is exact.
+const LINEAR_DIGITS: usize = 4;
+
+/// Peak of an observation, and what happens there. Amplitudes are in m; those of a strain have no
+/// unit.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ObservedPeak {
+    /// Largest amplitude; `None` if nothing converged.
+    pub peak_amplitude_m: Option<f64>,
+    /// Frequency of that amplitude, Hz.
+    pub peak_frequency_hz: Option<f64>,
+    /// Speed at the peak of a run-up.
+    #[serde(default)]
+    pub peak_speed_rpm: Option<f64>,
+    /// Row of response.csv, 0 = first.
+    pub peak_row: Option<usize>,
+    /// Estimated relative error of the amplitude due to the omitted harmonics; `None` if it is not
+    /// known, and without pairs.
+    pub peak_estimated_error: Option<f64>,
+    /// Largest estimated relative error of all observed amplitudes at that peak.
+    pub peak_largest_estimated_error: Option<f64>,
+    /// True if the largest amplitude is at an end of the range: the curve may rise further outside.
+    pub peak_at_end_of_range: bool,
+    /// Height of the curve through the peak and its neighbours above the peak, relative; `None` at
+    /// an end of the range or beside a frequency without a result.
+    pub peak_rise: Option<f64>,
+    /// Loss factor, if the peak is a local maximum inside of the range.
+    #[serde(default)]
+    pub peak_loss_factor: Option<f64>,
+    /// Exact peak amplitude of the linear reference.
+    pub linear_peak_amplitude_m: Option<f64>,
+    /// Frequency of the peak of the linear reference, Hz.
+    pub linear_peak_frequency_hz: Option<f64>,
+    /// Peak amplitude over linear peak amplitude.
+    pub peak_ratio: Option<f64>,
+    /// Counts of the states of the pairs in a period at the peak. The five counts add up to the
+    /// number of pairs.
+    pub peak_stuck_pairs: Option<usize>,
+    /// Number of pairs that slip and stay closed.
+    pub peak_slipping_pairs: Option<usize>,
+    /// Number of pairs that are closed in the static state and open at times.
+    pub peak_opening_pairs: Option<usize>,
+    /// Number of pairs that are open in the static state and close at times.
+    pub peak_closing_pairs: Option<usize>,
+    /// Number of pairs that stay open.
+    pub peak_open_pairs: Option<usize>,
+    /// Counts of the states of the pairs of each contact at the peak.
+    #[serde(default)]
+    pub peak_contacts: Vec<ContactCounts>,
+    /// Mean power of friction at the peak. It is 0 if friction takes no power beyond rounding.
+    pub peak_friction_power_w: Option<f64>,
+    /// Mean power of viscous damping at the peak.
+    pub peak_damping_power_w: Option<f64>,
+    /// Energy that friction dissipates in a period per area at the peak, the largest over the
+    /// pairs; `None` if the area of a pair is unknown.
+    pub peak_largest_friction_energy_j_m2: Option<f64>,
+    /// Distance slid in a period at the peak, the largest over the pairs.
+    pub peak_largest_slid_m: Option<f64>,
+}
+
+impl ObservedPeak {
+    /// Peak of observation `i` of a response. `along` is the engine order of a run-up.
+    pub(super) fn of(
+        response: &Response,
+        i: usize,
+        pairs: &PairTable,
+        along: Option<EngineOrder>,
+    ) -> Self {
+        let linear = linear_peak(response, i);
+        let without_motion = Self {
+            linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
+            linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
+            ..Self::default()
+        };
+        let Some(top) = peak(response, i) else {
+            return without_motion;
+        };
+        let orbit = &response.orbits[top.index];
+        let counts = orbit.counts();
+        let cycles = cycle_fields(orbit, &pairs.rows);
+        let friction_w = friction_power_w(orbit);
+        let energy = largest_of_pairs(&cycles.friction_energy_j_m2);
+        let local = local_peaks(response, i).into_iter();
+        let loss = local.filter(|local| local.at.index == top.index);
+        Self {
+            peak_amplitude_m: Some(top.amplitude_m),
+            peak_frequency_hz: Some(top.frequency_hz),
+            peak_speed_rpm: along.map(|order| order.speed_rpm(top.frequency_hz)),
+            peak_row: Some(top.index),
+            peak_estimated_error: orbit.observed_error.get(i).copied(),
+            peak_largest_estimated_error: orbit.estimated_error,
+            peak_at_end_of_range: peak_is_at_an_end(response, i),
+            peak_rise: peak_rise(response, i),
+            peak_loss_factor: loss.filter_map(|local| local.loss_factor).find_map(finite),
+            peak_ratio: peak_ratio(response, i),
+            peak_stuck_pairs: Some(counts.stuck),
+            peak_slipping_pairs: Some(counts.slipping),
+            peak_opening_pairs: Some(counts.opening),
+            peak_closing_pairs: Some(counts.closing),
+            peak_open_pairs: Some(counts.open),
+            peak_contacts: contact_counts(pairs, orbit),
+            peak_friction_power_w: finite(friction_w),
+            peak_damping_power_w: finite(orbit.viscous_power_w),
+            peak_largest_friction_energy_j_m2: energy
+                .map(|energy| if friction_w > 0.0 { energy } else { 0.0 }),
+            peak_largest_slid_m: largest_of_pairs(&cycles.slid_m),
+            ..without_motion
+        }
+    }
+
+    /// Amplitude and frequency in Hz; `None` if nothing converged.
+    pub fn place(&self) -> Option<[f64; 2]> {
+        Some([self.peak_amplitude_m?, self.peak_frequency_hz?])
+    }
+
+    /// Amplitude and frequency in Hz of the linear reference; `None` if there are no pairs, whose
+    /// response is its own reference.
+    pub fn linear(&self) -> Option<[f64; 2]> {
+        self.counts()?;
+        Some([
+            self.linear_peak_amplitude_m?,
+            self.linear_peak_frequency_hz?,
+        ])
+    }
+
+    /// Counts of the states of the pairs; `None` without pairs.
+    pub fn counts(&self) -> Option<CycleCounts> {
+        let counts = CycleCounts {
+            stuck: self.peak_stuck_pairs?,
+            slipping: self.peak_slipping_pairs?,
+            opening: self.peak_opening_pairs?,
+            closing: self.peak_closing_pairs?,
+            open: self.peak_open_pairs?,
+        };
+        (counts.pairs() > 0).then_some(counts)
+    }
+
+    /// Number of digits of the amplitude that its estimated error supports.
+    pub fn digits(&self) -> usize {
+        let exact = self.counts().is_none().then_some(0.0);
+        let error = self.peak_estimated_error.or(exact);
+        supported_digits(self.peak_amplitude_m.unwrap_or_default(), error)
+    }
+
+    /// Amplitude in words: `6.4 mm`; `None` if nothing converged.
+    pub fn amplitude_words(&self, unit: &str) -> Option<String> {
+        let [amplitude, _] = self.place()?;
+        Some(quantity_beside(
+            amplitude,
+            self.larger(),
+            unit,
+            self.digits(),
+        ))
+    }
+
+    /// Amplitude of the linear reference in words, with the same prefix: `16.64 mm`; `None` as for
+    /// [`ObservedPeak::linear`].
+    pub fn linear_words(&self, unit: &str) -> Option<String> {
+        let [amplitude, _] = self.linear()?;
+        Some(quantity_beside(
+            amplitude,
+            self.larger(),
+            unit,
+            LINEAR_DIGITS,
+        ))
+    }
+
+    /// Larger one of the two amplitudes.
+    fn larger(&self) -> f64 {
+        let both = [self.place(), self.linear()].into_iter().flatten();
+        both.map(|[amplitude, _]| amplitude).fold(0.0, f64::max)
+    }
+
+    /// Estimated error in words; `None` if it is not known, and without pairs, which leave nothing
+    /// out.
+    pub fn error_words(&self) -> Option<String> {
+        self.counts()?;
+        self.peak_estimated_error.map(error_words)
+    }
+
+    /// Ratio to the linear peak in words: `0.39`; `None` if there is no such peak, and without
+    /// pairs.
+    pub fn ratio_words(&self) -> Option<String> {
+        self.counts()?;
+        Some(figure(self.peak_ratio?, self.digits().min(3)))
+    }
+
+    /// Loss factor in words: `loss factor 0.00518 (Q = 193)`.
+    pub fn loss_words(&self) -> Option<String> {
+        let loss = self.peak_loss_factor.filter(|loss| *loss > 0.0)?;
+        let quality = figure(loss.recip(), 3);
+        Some(format!("loss factor {} (Q = {quality})", figure(loss, 3)))
+    }
+}
+
+/// Counts of the states of the pairs of a contact in a period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactCounts {
+    /// Name of the contact.
+    pub name: String,
+    /// Counts of its pairs.
+    #[serde(flatten)]
+    pub counts: CycleCounts,
+}
+
+/// Counts of the states of the pairs of each contact in the period of an orbit.
+fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let of_contact = |(c, name): (usize, &String)| {
+        let own = pairs.rows.iter().zip(&orbit.cycles);
+        let own = own.filter(|(row, _)| row.contact == c);
+        ContactCounts {
+            name: name.clone(),
+            counts: own.map(|(_, cycle)| cycle.status).collect(),
+        }
+    };
+    contacts.map(of_contact).collect()
+}
