@@ -138,7 +138,7 @@ const NEEDED: [(&str, &str); 8] = [
     ("dynamics", "numerics"),
     ("mesh", "numerics"),
     ("structure", "dynamics mesh numerics"),
-    ("superelement", "dynamics numerics"),
+    ("superelement", "dynamics matrices numerics"),
     ("solver", "dynamics mesh numerics structure"),
     ("export", "mesh solver superelement"),
     ("cache", "export solver superelement"),

@@ -51,6 +51,8 @@ impl fmt::Display for Place {
 #[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]
 pub enum Fault {
+    #[error("{why}")]
+    File { why: String },
     #[error("the file is empty: write it again")]
     Empty,
     #[error(
@@ -178,11 +180,18 @@ pub(crate) struct Failure {
 pub(crate) type Read<T> = Result<T, Failure>;
 
 impl Failure {
+    pub fn without_file(self) -> MatrixError {
+        MatrixError {
+            path: None,
+            place: self.place,
+            fault: self.fault,
+        }
+    }
+
     pub fn of(self, path: &Path) -> MatrixError {
         MatrixError {
             path: Some(path.to_owned()),
-            place: self.place,
-            fault: self.fault,
+            ..self.without_file()
         }
     }
 }

@@ -5,7 +5,7 @@
 //! substructures, Nastran's OUTPUT4, Matlab's .mat and Ansys' Harwell-Boeing files.
 //! [`Matrices::choose`] finds the stiffness or the mass among the matrices of a file. [`parse_rows`] reads tables of rows.
 //! [`on_rows`] brings a matrix with labels onto the rows of another one. [`write_matrix_market`]
-//! writes a matrix.
+//! writes a matrix, [`read_matrix_market`] reads a dense one.
 //!
 //! These rules hold for every format:
 //! - A matrix is whole: of a file that has one of each pair of opposite entries both are made. A
@@ -61,7 +61,7 @@ pub use dovetail_mesh::Row;
 pub use choice::{Quantity, on_rows};
 pub use contents::Matrices;
 pub use error::{Fault, MatrixError, Place};
-pub use matrix_market::write as write_matrix_market;
+pub use matrix_market::{read_matrix_market, write as write_matrix_market};
 
 use detect::Format;
 

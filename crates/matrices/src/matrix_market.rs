@@ -1,51 +1,109 @@
-//! MatrixMarket files: entries with their places (coordinate) or column by column (array).
+//! MatrixMarket files: entries with their places (coordinate) or column by column (array). They are
+//! read line by line: a dense one of some thousand rows has gigabytes of text.
+
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Write as _;
+use std::io::{BufRead, Read as _};
 
 use nalgebra_sparse::CscMatrix;
 
-use crate::NamedMatrix;
 use crate::entries::{Entries, check_size};
-use crate::error::{Fault, Read, WRITE_AGAIN};
-use crate::text::{self, Lines};
+use crate::error::{Failure, Fault, MatrixError, Read, WRITE_AGAIN};
+use crate::{NamedMatrix, text};
 
 const HEADER: &str = "`%%MatrixMarket matrix coordinate real general` or one with array, integer \
                       or symmetric in it";
+
+/// Most bytes of a line.
+const MOST_OF_A_LINE: usize = 1 << 16;
+
+/// Most entries, including zeros, that a dense matrix given entry by entry may have for each byte of
+/// its file: 64 bytes of memory for one of the file.
+const ENTRIES_TO_A_BYTE: u64 = 8;
 
 /// Parts of a matrix that a file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Symmetry {
     General,
-    /// One triangle.
+    /// One triangle, as arrays the lower one.
     Symmetric,
+    /// One triangle without the diagonal.
+    Skew,
+}
+
+impl Symmetry {
+    /// First row of a column of an array.
+    fn first_row(self, column: usize) -> usize {
+        match self {
+            Self::General => 0,
+            Self::Symmetric => column,
+            Self::Skew => column + 1,
+        }
+    }
+}
+
+/// Form of the entries of a file.
+#[derive(Debug, Clone, Copy)]
+struct Form {
+    /// Line of the header.
+    number: usize,
+    /// True if each entry has its row and column; otherwise entries follow column by column.
+    is_placed: bool,
+    /// True if values are given; otherwise the file has only places, of ones.
+    has_values: bool,
+    symmetry: Symmetry,
+}
+
+/// Size that a file announces.
+#[derive(Debug, Clone, Copy)]
+struct Size {
+    rows: u64,
+    columns: u64,
+    /// Number of entries in the file.
+    entries: usize,
 }
 
 /// Returns `true` for the text of a MatrixMarket file.
 pub(crate) fn is_one(bytes: &[u8]) -> bool {
     let text = bytes.trim_ascii_start();
     let word = b"matrixmarket";
+    // Some writers put one percent sign where the format requires two.
     let start = text
         .strip_prefix(b"%")
         .map(|t| t.strip_prefix(b"%").unwrap_or(t));
     start.is_some_and(|t| t.len() >= word.len() && t[..word.len()].eq_ignore_ascii_case(word))
 }
 
-/// Reads a file.
+/// Reads a sparse matrix.
 pub(crate) fn parse(bytes: &[u8]) -> Read<NamedMatrix> {
-    let mut lines = Lines::new(bytes);
-    let (is_placed, symmetry) = header(&mut lines)?;
-    let (number, size) = match content(&mut lines) {
-        Some(line) => line,
-        None => return Err(text::cut_off("the line with the size")),
-    };
-    let mut matrix = if is_placed {
-        placed(&mut lines, number, size, symmetry)?
-    } else {
-        array(&mut lines, number, size, symmetry)?
-    };
-    if symmetry == Symmetry::Symmetric {
-        matrix.mirror();
+    let mut lines = Lines::of(bytes, bytes.len());
+    let form = lines.form()?;
+    if !form.has_values {
+        return Err(not_read(
+            b"pattern",
+            "write the matrix with its values",
+            form.number,
+        ));
     }
+    if form.symmetry == Symmetry::Skew {
+        let remedy = "stiffness and mass are symmetric: write them as general or symmetric";
+        return Err(not_read(b"skew-symmetric", remedy, form.number));
+    }
+    let make = |size: Size| {
+        let (rows, columns) = check_size(size.rows, size.columns, bytes.len())?;
+        let mut entries = Entries::new(rows, columns);
+        if form.is_placed {
+            entries.reserve(size.entries);
+        }
+        Ok(entries)
+    };
+    let matrix = lines.matrix(form, make, |entries, [row, column], value| {
+        if value != 0.0 {
+            entries.push(row, column, value);
+        }
+    })?;
     Ok(NamedMatrix {
         name: None,
         matrix: matrix.into_matrix()?,
@@ -53,189 +111,312 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<NamedMatrix> {
     })
 }
 
-fn header(lines: &mut Lines) -> Read<(bool, Symmetry)> {
-    let blank = |line: &(usize, &[u8])| line.1.trim_ascii().is_empty();
-    let Some((number, line)) = lines.by_ref().find(|line| !blank(line)) else {
-        return Err(text::cut_off("its header"));
-    };
-    let lower = line.to_ascii_lowercase();
-    let mut words = text::fields(&lower).skip(1);
-    let mut word = || words.next().unwrap_or_default();
-    let (object, form, field, symmetry) = (word(), word(), word(), word());
-    let not_read = |what: &[u8], remedy: &'static str| {
-        let what = format!("a MatrixMarket file of the kind `{}`", text::shown(what));
-        Err(Fault::NotRead { what, remedy }.at_line(number))
-    };
-    let wrong = |found: &[u8]| {
-        let remedy = "write it by `scipy.io.mmwrite`";
-        Err(Fault::malformed(text::quoted(found), HEADER, remedy).at_line(number))
-    };
-    let is_placed = match (object, form) {
-        (b"matrix", b"coordinate") => true,
-        (b"matrix", b"array") => false,
-        _ => return wrong(line),
-    };
-    match field {
-        b"real" | b"integer" | b"double" => {}
-        b"complex" => return not_read(field, "write the real part and the damping by themselves"),
-        b"pattern" => return not_read(field, "write the matrix with its values"),
-        _ => return wrong(line),
-    }
-    let symmetry = match symmetry {
-        b"general" => Symmetry::General,
-        b"symmetric" => Symmetry::Symmetric,
-        b"skew-symmetric" | b"hermitian" => {
-            let remedy = "stiffness and mass are symmetric: write them as general or symmetric";
-            return not_read(symmetry, remedy);
-        }
-        _ => return wrong(line),
-    };
-    Ok((is_placed, symmetry))
-}
-
-/// Next line that is neither blank nor a comment.
-fn content<'a>(lines: &mut Lines<'a>) -> Option<(usize, &'a [u8])> {
-    lines
-        .by_ref()
-        .map(|(number, line)| (number, line.trim_ascii()))
-        .find(|(_, line)| !line.is_empty() && line[0] != b'%')
-}
-
-/// Numbers of the line with the size.
-fn size<const N: usize>(number: usize, line: &[u8], expected: &str) -> Read<[u64; N]> {
-    let numbers = text::exactly::<N>(line).and_then(|fields| {
-        let mut numbers = [0; N];
-        for (number, field) in numbers.iter_mut().zip(fields) {
-            *number = text::whole(field)?;
-        }
-        Some(numbers)
-    });
-    let wrong = || Fault::malformed(text::quoted(line), expected, WRITE_AGAIN).at_line(number);
-    numbers.ok_or_else(wrong)
-}
-
-fn square(number: usize, rows: u64, columns: u64, symmetry: Symmetry) -> Read<()> {
-    if symmetry == Symmetry::Symmetric && rows != columns {
-        let found = format!("a symmetric matrix of {rows} x {columns}");
-        let fault = Fault::malformed(found, "as many rows as columns", WRITE_AGAIN);
-        return Err(fault.at_line(number));
-    }
-    Ok(())
-}
-
-/// Checks that as many bytes as are left hold this number of entries.
-fn enough(number: usize, entries: u64, shortest: u64, left: usize) -> Read<usize> {
-    // The last entry may lack the end of its line.
-    match usize::try_from(entries) {
-        Ok(count) if entries.saturating_mul(shortest) <= left as u64 + 1 => Ok(count),
-        _ => {
-            let announced = format!("a number of {entries} entries");
-            Err(Fault::TooLarge {
-                announced,
-                bytes: left,
+/// Reads a dense MatrixMarket matrix of real numbers from a file of this length, line by line. It
+/// may be an array or have places, be of integers or a pattern of ones, general, symmetric or
+/// skew-symmetric. `zeros` makes a matrix of a number of rows and columns, and `add` adds a value to
+/// the entry in a row and column, counted from 0; the other triangle of a symmetric file is added as
+/// well. The size is compared with the length of the file before `zeros` is called.
+///
+/// # Errors
+/// A file that cannot be read or is no such matrix; the path of the error is `None`.
+pub fn read_matrix_market<M>(
+    file: impl BufRead,
+    bytes: usize,
+    zeros: impl FnOnce(usize, usize) -> M,
+    add: impl FnMut(&mut M, [usize; 2], f64),
+) -> Result<M, MatrixError> {
+    let mut lines = Lines::of(file, bytes);
+    let whole = lines.form().and_then(|form| {
+        let make = |Size { rows, columns, .. }: Size| {
+            let most = bytes as u64;
+            let dense = rows.saturating_mul(columns) / ENTRIES_TO_A_BYTE;
+            // A matrix without rows may announce more columns than could ever be gone through.
+            if rows.max(columns) > most || (form.is_placed && dense > most) {
+                let announced = format!("a matrix of {rows} x {columns}");
+                return Err(Fault::TooLarge { announced, bytes });
             }
-            .at_line(number))
+            Ok(zeros(rows as usize, columns as usize))
+        };
+        lines.matrix(form, make, add)
+    });
+    whole.map_err(Failure::without_file)
+}
+
+/// Lines of a file, without the blanks around them.
+struct Lines<R> {
+    file: R,
+    line: Vec<u8>,
+    /// Number of the last line, counted from 1.
+    number: usize,
+    /// Bytes that follow the last line.
+    left: usize,
+}
+
+impl<R: BufRead> Lines<R> {
+    fn of(file: R, bytes: usize) -> Self {
+        Self {
+            file,
+            line: Vec::new(),
+            number: 0,
+            left: bytes,
         }
+    }
+
+    /// Next line that is not empty and begins with none of these bytes.
+    fn next(&mut self, skipped: &[u8]) -> Read<Option<(usize, &[u8])>> {
+        loop {
+            self.line.clear();
+            self.number += 1;
+            let mut line = (&mut self.file).take(MOST_OF_A_LINE as u64);
+            let read = line.read_until(b'\n', &mut self.line).map_err(|error| {
+                let why = error.to_string();
+                Fault::File { why }.at_line(self.number)
+            })?;
+            self.left = self.left.saturating_sub(read);
+            if read == MOST_OF_A_LINE {
+                let expected = format!("a line of fewer than {MOST_OF_A_LINE} bytes");
+                let fault = Fault::malformed("a longer one", expected, WRITE_AGAIN);
+                return Err(fault.at_line(self.number));
+            }
+            if read == 0 {
+                return Ok(None);
+            }
+            let first = self.line.trim_ascii().first();
+            if first.is_some_and(|first| !skipped.contains(first)) {
+                return Ok(Some((self.number, self.line.trim_ascii())));
+            }
+        }
+    }
+
+    /// Next line that is neither empty nor a comment.
+    fn content(&mut self) -> Read<Option<(usize, &[u8])>> {
+        self.next(b"%")
+    }
+
+    fn form(&mut self) -> Read<Form> {
+        let Some((number, line)) = self.next(b"")? else {
+            return Err(text::cut_off("its header"));
+        };
+        let lower = line.to_ascii_lowercase();
+        let mut words = text::fields(&lower).skip(1);
+        let words = [(); 4].map(|()| words.next().unwrap_or_default());
+        let [object, form, field, symmetry] = words;
+        let wrong = || {
+            let remedy = "write it by `scipy.io.mmwrite`";
+            Fault::malformed(text::quoted(line), HEADER, remedy).at_line(number)
+        };
+        if !is_one(line) || object != b"matrix" {
+            return Err(wrong());
+        }
+        let is_placed = match form {
+            b"coordinate" => true,
+            b"array" => false,
+            _ => return Err(wrong()),
+        };
+        let has_values = match field {
+            b"real" | b"integer" | b"double" => true,
+            b"pattern" if is_placed => false,
+            b"complex" => {
+                let remedy = "write the real part and the damping by themselves";
+                return Err(not_read(field, remedy, number));
+            }
+            _ => return Err(wrong()),
+        };
+        let symmetry = match symmetry {
+            b"general" => Symmetry::General,
+            b"symmetric" => Symmetry::Symmetric,
+            b"skew-symmetric" => Symmetry::Skew,
+            b"hermitian" => {
+                let remedy = "write the real matrix as general or symmetric";
+                return Err(not_read(symmetry, remedy, number));
+            }
+            _ => return Err(wrong()),
+        };
+        Ok(Form {
+            number,
+            is_placed,
+            has_values,
+            symmetry,
+        })
+    }
+
+    /// Matrix behind the header. `make` makes one of zeros if its size can be, and `add` adds an
+    /// entry.
+    fn matrix<M>(
+        &mut self,
+        form: Form,
+        make: impl FnOnce(Size) -> Result<M, Fault>,
+        mut add: impl FnMut(&mut M, [usize; 2], f64),
+    ) -> Read<M> {
+        let Some((number, line)) = self.content()? else {
+            return Err(text::cut_off("the line with the size"));
+        };
+        let sizes = form.size(line);
+        let size = sizes.and_then(|sizes| form.fitting(sizes, self.left));
+        let made = size.and_then(|size| Ok((size, make(size)?)));
+        let (size, mut matrix) = made.map_err(|fault| fault.at_line(number))?;
+        let mut next = [form.symmetry.first_row(0), 0];
+        let mut sides = [false; 2];
+        let mut found = 0;
+        while let Some((number, line)) = self.content()? {
+            found += 1;
+            if found > size.entries {
+                let expected = size.entries.to_string();
+                let fault = Fault::malformed("more entries than announced", expected, WRITE_AGAIN);
+                return Err(fault.at_line(number));
+            }
+            let (place, value) = if form.is_placed {
+                form.placed(line, number, size, &mut sides)?
+            } else {
+                let place = next;
+                next[0] += 1;
+                if next[0] as u64 == size.rows {
+                    next[1] += 1;
+                    next[0] = form.symmetry.first_row(next[1]);
+                }
+                (place, text::value(line, number)?)
+            };
+            add(&mut matrix, place, value);
+            let [row, column] = place;
+            if row != column && form.symmetry != Symmetry::General {
+                let is_skew = form.symmetry == Symmetry::Skew;
+                add(
+                    &mut matrix,
+                    [column, row],
+                    if is_skew { -value } else { value },
+                );
+            }
+        }
+        if found < size.entries {
+            let (found, expected) = (format!("{found} entries"), size.entries.to_string());
+            return Err(Fault::malformed(found, expected, WRITE_AGAIN).in_file());
+        }
+        Ok(matrix)
     }
 }
 
-/// Reads entries with their places.
-fn placed(lines: &mut Lines, number: usize, line: &[u8], symmetry: Symmetry) -> Read<Entries> {
-    let expected = "the numbers of rows, columns and entries";
-    let [rows, columns, announced] = size(number, line, expected)?;
-    square(number, rows, columns, symmetry)?;
-    let left = lines.bytes_left();
-    let count = enough(number, announced, 6, left)?;
-    let size = check_size(rows, columns, left).map_err(|fault| fault.at_line(number))?;
-    let mut entries = Entries::new(size.0, size.1);
-    entries.reserve(count);
-    let (mut has_lower, mut has_upper) = (false, false);
-    let mut found = 0;
-    while let Some((number, line)) = content(lines) {
-        let Some([row, column, value]) = text::exactly::<3>(line) else {
-            let expected = "an entry (`row column value`)";
-            return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN).at_line(number));
+fn not_read(what: &[u8], remedy: &'static str, line: usize) -> Failure {
+    let what = format!("a MatrixMarket file of the kind `{}`", text::shown(what));
+    Fault::NotRead { what, remedy }.at_line(line)
+}
+
+impl Form {
+    /// Numbers of rows, of columns and of entries in the line of the size. That of the entries of an
+    /// array follows from the others.
+    fn size(self, line: &[u8]) -> Result<[u64; 3], Fault> {
+        let numbers = if self.is_placed {
+            text::exactly::<3>(line).map(|fields| fields.map(text::whole))
+        } else {
+            text::exactly::<2>(line).map(|[rows, columns]| {
+                let [rows, columns] = [rows, columns].map(text::whole);
+                let entries = rows.zip(columns).map(|(rows, columns)| {
+                    let in_all = rows.saturating_mul(columns);
+                    match self.symmetry {
+                        Symmetry::General => in_all,
+                        Symmetry::Symmetric => (in_all - rows.min(in_all)) / 2 + rows,
+                        Symmetry::Skew => (in_all - rows.min(in_all)) / 2,
+                    }
+                });
+                [rows, columns, entries]
+            })
         };
-        let row = place("row", row, size.0, number)?;
-        let column = place("column", column, size.1, number)?;
+        let expected = if self.is_placed {
+            "the numbers of rows, columns and entries"
+        } else {
+            "the numbers of rows and columns"
+        };
+        let Some([Some(rows), Some(columns), Some(entries)]) = numbers else {
+            return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN));
+        };
+        if self.symmetry != Symmetry::General && rows != columns {
+            let found = format!("a symmetric matrix of {rows} x {columns}");
+            return Err(Fault::malformed(
+                found,
+                "as many rows as columns",
+                WRITE_AGAIN,
+            ));
+        }
+        Ok([rows, columns, entries])
+    }
+
+    /// Checks that the bytes that are left hold the entries: a digit each for row, column and
+    /// value, and a blank or a line end behind each. The last entry may lack its line end.
+    fn fitting(self, [rows, columns, entries]: [u64; 3], left: usize) -> Result<Size, Fault> {
+        let numbers = 2 * u64::from(self.is_placed) + u64::from(self.has_values);
+        match usize::try_from(entries) {
+            Ok(count) if entries.saturating_mul(2 * numbers) <= left as u64 + 1 => Ok(Size {
+                rows,
+                columns,
+                entries: count,
+            }),
+            _ => Err(Fault::TooLarge {
+                announced: match self.is_placed {
+                    true => format!("a number of {entries} entries"),
+                    false => format!("a matrix of {rows} x {columns}"),
+                },
+                bytes: left,
+            }),
+        }
+    }
+
+    /// Reads an entry with its place. `sides` says whether there were entries below and above the
+    /// diagonal.
+    fn placed(
+        self,
+        line: &[u8],
+        number: usize,
+        size: Size,
+        sides: &mut [bool; 2],
+    ) -> Read<([usize; 2], f64)> {
+        let one: &[u8] = b"1";
+        let (fields, expected) = match self.has_values {
+            true => (text::exactly::<3>(line), "an entry (`row column value`)"),
+            false => {
+                let fields = text::exactly::<2>(line);
+                let fields = fields.map(|[row, column]| [row, column, one]);
+                (fields, "an entry (`row column`)")
+            }
+        };
+        let malformed = |found: String, expected: &str, remedy: &'static str| {
+            Fault::malformed(found, expected, remedy).at_line(number)
+        };
+        let Some([row, column, value]) = fields else {
+            return Err(malformed(text::quoted(line), expected, WRITE_AGAIN));
+        };
+        let row = place("row", row, size.rows, number)?;
+        let column = place("column", column, size.columns, number)?;
         let value = text::value(value, number)?;
-        if symmetry == Symmetry::Symmetric {
-            has_lower |= row > column;
-            has_upper |= row < column;
-            if has_lower && has_upper {
-                let found = format!("entry ({}, {}) on the other side", row + 1, column + 1);
+        let at = || format!("entry ({}, {})", row + 1, column + 1);
+        if self.symmetry == Symmetry::Skew && row == column {
+            let expected = "no entry on the diagonal of a skew-symmetric file";
+            return Err(malformed(at(), expected, WRITE_AGAIN));
+        }
+        if self.symmetry != Symmetry::General {
+            sides[0] |= row > column;
+            sides[1] |= row < column;
+            if *sides == [true; 2] {
                 let expected = "entries on one side of the diagonal in a symmetric file";
                 let remedy = "write the lower triangle alone, or call the file general";
-                return Err(Fault::malformed(found, expected, remedy).at_line(number));
+                return Err(malformed(
+                    format!("{} on the other side", at()),
+                    expected,
+                    remedy,
+                ));
             }
         }
-        found += 1;
-        if found > count {
-            break;
-        }
-        entries.push(row, column, value);
+        Ok(([row, column], value))
     }
-    counted(count, found, lines)?;
-    Ok(entries)
 }
 
 /// Index of a row or column, counted from 0.
-fn place(what: &'static str, field: &[u8], most: usize, line: usize) -> Read<usize> {
+fn place(what: &'static str, field: &[u8], most: u64, line: usize) -> Read<usize> {
     match text::whole(field) {
-        Some(found) if found >= 1 && found <= most as u64 => Ok(found as usize - 1),
+        Some(found) if (1..=most).contains(&found) => Ok(found as usize - 1),
         _ => {
-            let found = text::quoted(field);
+            let (found, most) = (text::quoted(field), most as usize);
             Err(Fault::OutOfRange { what, found, most }.at_line(line))
         }
     }
-}
-
-fn counted(announced: usize, found: usize, lines: &Lines) -> Read<()> {
-    let fault = |found: String| Fault::malformed(found, format!("{announced}"), WRITE_AGAIN);
-    if found > announced {
-        return Err(fault("more entries than announced".to_owned()).at_line(lines.number()));
-    }
-    if found < announced {
-        return Err(fault(format!("{found} entries")).in_file());
-    }
-    Ok(())
-}
-
-/// Reads entries column by column, of a symmetric matrix from the diagonal down.
-fn array(lines: &mut Lines, number: usize, line: &[u8], symmetry: Symmetry) -> Read<Entries> {
-    let [rows, columns] = size(number, line, "the numbers of rows and columns")?;
-    square(number, rows, columns, symmetry)?;
-    let left = lines.bytes_left();
-    let size = check_size(rows, columns, left).map_err(|fault| fault.at_line(number))?;
-    let in_all = rows * columns; // both are at most u32::MAX
-    let announced = match symmetry {
-        Symmetry::General => in_all,
-        Symmetry::Symmetric => (in_all + rows) / 2,
-    };
-    let count = enough(number, announced, 2, left)?;
-    let mut entries = Entries::new(size.0, size.1);
-    let (mut row, mut column, mut found) = (0, 0, 0);
-    while let Some((number, line)) = content(lines) {
-        let value = text::value(line, number)?;
-        found += 1;
-        if found > count {
-            break;
-        }
-        if value != 0.0 {
-            entries.push(row, column, value);
-        }
-        row += 1;
-        if row == size.0 {
-            column += 1;
-            row = if symmetry == Symmetry::Symmetric {
-                column
-            } else {
-                0
-            };
-        }
-    }
-    counted(count, found, lines)?;
-    Ok(entries)
 }
 
 /// MatrixMarket file of a matrix, with digits that read back to the same numbers.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]
 pub enum SuperelementError {
-    #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
+    #[error("cannot read {}, a dense matrix of MatrixMarket: {message}", path.display())]
     Read { path: PathBuf, message: String },
     #[error(
         "the folder {} holds a part of a reduced model: model.json is missing, which `dovetail reduce` writes last; run it \

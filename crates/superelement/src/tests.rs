@@ -183,7 +183,7 @@ fn malformed_files_are_named_with_line_and_shape() {
         (
             "squared_frequencies.mtx",
             "4 1\n1\n2\nthree\n4\n",
-            &["squared_frequencies.mtx", "line 5: \"three\""],
+            &["squared_frequencies.mtx", "line 5: found `three`"],
         ),
         (
             "squared_frequencies.mtx",
@@ -198,7 +198,7 @@ fn malformed_files_are_named_with_line_and_shape() {
         (
             "static_load.mtx",
             "6 1\n1\n3\n2\n4\n5\n",
-            &["6 entries", "5"],
+            &["6 x 1 is announced", "10 bytes"],
         ),
         ("stiffness.mtx", &skew, &["symmetric", "(1, 2)"]),
     ];
