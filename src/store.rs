@@ -7,13 +7,12 @@ use std::sync::Arc;
 use crate::files::SharedFiles;
 use crate::reporter::Reporter;
 use dovetail_cache::{Cache, Turn, inputs};
-use dovetail_export::journal::Inputs;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::results::modes::Modes;
 use dovetail_solver::run::{
-    CurveInputs, KeptReduction, Key, PeakInputs, ReductionInputs, ResponseInputs, RunUpInputs,
-    Store,
+    CurveInputs, KeptReduction, Key, PeakInputs, RecordInputs, ReductionInputs, ResponseInputs,
+    RunUpInputs, Store,
 };
 
 /// Store of a run: its cache and its files.
@@ -38,14 +37,11 @@ impl<'r, 'c> RunStore<'r, 'c> {
     }
 
     /// Frequencies of a response with these inputs that were solved before it was interrupted.
-    fn solved_with(
-        &self,
-        inputs: impl FnOnce() -> Inputs,
-    ) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let Some(files) = &self.files else {
+    fn solved_with(&self, inputs: &RecordInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        let Some((files, key)) = self.files.as_ref().zip(inputs::of_records(inputs)) else {
             return ControlFlow::Continue(Vec::new());
         };
-        let earlier = files.locked().solved(inputs());
+        let earlier = files.locked().solved(key);
         self.reporter.unless_failed(earlier)
     }
 }
@@ -88,7 +84,7 @@ impl Store for RunStore<'_, '_> {
     }
 
     fn solved(&mut self, inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let earlier = self.solved_with(|| inputs::of_response(inputs))?;
+        let earlier = self.solved_with(&RecordInputs::Response(*inputs))?;
         if !earlier.is_empty() {
             let before = earlier.len();
             self.reporter.note(&match inputs.points {
@@ -100,7 +96,7 @@ impl Store for RunStore<'_, '_> {
     }
 
     fn solved_along(&mut self, inputs: &RunUpInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let earlier = self.solved_with(|| inputs::of_run_up(inputs))?;
+        let earlier = self.solved_with(&RecordInputs::RunUp(*inputs))?;
         if !earlier.is_empty() {
             let note = format!("{} speeds were solved before", earlier.len());
             self.reporter.note(&note);
@@ -110,7 +106,7 @@ impl Store for RunStore<'_, '_> {
 
     fn peak_key(&mut self, inputs: &PeakInputs<'_>) -> Option<Key> {
         self.files.as_ref()?;
-        Some(inputs::of_peak(inputs))
+        inputs::of_records(&RecordInputs::Peak(*inputs))
     }
 
     fn peak(&mut self, key: &Key) -> ControlFlow<(), Option<Orbit>> {
@@ -130,7 +126,7 @@ impl Store for RunStore<'_, '_> {
 
     fn curve_key(&mut self, inputs: &CurveInputs<'_>) -> Option<Key> {
         self.files.as_ref()?;
-        Some(inputs::of_curve(inputs))
+        inputs::of_records(&RecordInputs::Curve(*inputs))
     }
 
     fn curve_points(&mut self, key: &Key) -> ControlFlow<(), Vec<SolvedFrequency>> {

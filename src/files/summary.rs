@@ -29,7 +29,7 @@ pub(super) fn beginning(scene: &Scene, scene_file: &Path) -> Summary {
         scene: manifest::SceneSummary {
             name: scene.name.clone(),
             file: scene_file.display().to_string(),
-            blake3: Some(scene_files::hash(scene, scene_file)),
+            blake3: scene_files::hash(scene, scene_file),
         },
         reduced_model: match &scene.subject {
             Subject::Assembly(_) => None,

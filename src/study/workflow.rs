@@ -10,9 +10,10 @@ use serde_json::json;
 use super::error::StudyError;
 use super::folder::Plan;
 use super::quantity::BLADE_FREQUENCY;
-use crate::commands::pieces::{mesh_inputs, reduction_inputs};
+use crate::commands::pieces::mesh_inputs;
 use crate::scene;
 use dovetail_export::{write_file, write_json};
+use dovetail_solver::run::PlannedReduction;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
 /// Words for the two kinds of shared inputs.
@@ -83,7 +84,7 @@ impl Plan {
             let scene = scene::load(&self.study.scene, &case.set(&self.study))?;
             Ok([
                 mesh_inputs(&scene).map(|inputs| position(&mut meshes, inputs)),
-                reduction_inputs(&scene).map(|inputs| position(&mut reductions, inputs)),
+                PlannedReduction::of(&scene).map(|inputs| position(&mut reductions, inputs)),
             ])
         });
         needed.collect()

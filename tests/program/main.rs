@@ -56,6 +56,7 @@ mod run_as_value;
 mod run_up;
 mod scene_any_text;
 mod scene_errors;
+mod scene_hash;
 mod scene_set;
 mod several_bodies;
 mod small_displacements;

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::hash::{BuildHasher, RandomState};
-use std::io;
+use std::io::{self, BufWriter, Write};
 use std::sync::OnceLock;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
 
 /// Hash of the file of the program.
 ///
@@ -29,17 +31,19 @@ pub fn executable_hash() -> io::Result<[u8; 32]> {
 pub fn fingerprint() -> Option<[u8; 32]> {
     static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
     *FINGERPRINT.get_or_init(|| {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&executable_hash().ok()?);
-        for library in libraries() {
-            hasher.update(library.as_bytes());
-        }
-        hasher.update(processor().as_bytes());
-        for (name, value) in settings() {
-            hasher.update(format!("\n{name:?}={value:?}").as_bytes());
-        }
-        Some(*hasher.finalize().as_bytes())
+        let program = executable_hash().ok()?;
+        hash_of(&(program, libraries(), processor(), settings()))
     })
+}
+
+/// Hash of a value as it is serialised: numbers count to the bit. `None` for a path that is no
+/// Unicode, which cannot be serialised.
+pub(crate) fn hash_of(value: &impl Serialize) -> Option<[u8; 32]> {
+    let mut hasher = blake3::Hasher::new();
+    // One buffer, so that small numbers do not come to the hasher byte by byte.
+    let buffered = BufWriter::with_capacity(1 << 16, &mut hasher);
+    postcard::to_io(value, buffered).ok()?.flush().ok()?;
+    Some(*hasher.finalize().as_bytes())
 }
 
 /// Key of the program in hashes of its inputs: its fingerprint or, if the executable
@@ -51,12 +55,14 @@ pub fn key() -> [u8; 32] {
 
 fn key_of(fingerprint: Option<[u8; 32]>) -> [u8; 32] {
     fingerprint.unwrap_or_else(|| {
-        let own = (
-            std::process::id(),
-            SystemTime::now(),
-            RandomState::new().hash_one(0),
-        );
-        *blake3::hash(format!("{own:?}").as_bytes()).as_bytes()
+        let time = SystemTime::now().duration_since(UNIX_EPOCH);
+        let (process, random) = (std::process::id(), RandomState::new().hash_one(0));
+        let own = [
+            process.into(),
+            time.unwrap_or_default().as_nanos(),
+            random.into(),
+        ];
+        *blake3::hash(own.map(u128::to_le_bytes).as_flattened()).as_bytes()
     })
 }
 
@@ -65,9 +71,11 @@ fn executable() -> io::Result<File> {
     File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?))
 }
 
-/// Path, size and time of each shared library, in the order of their paths; empty if the system
-/// does not provide them.
-fn libraries() -> Vec<String> {
+/// Path, size and time since 1970 of a shared library.
+type Library = (String, Option<u64>, Option<Duration>);
+
+/// Shared libraries, in the order of their paths; empty if the system does not provide them.
+fn libraries() -> Vec<Library> {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let paths = maps
         .lines()
@@ -78,10 +86,9 @@ fn libraries() -> Vec<String> {
     let about = |path: &str| {
         let about = fs::metadata(path).ok();
         let size = about.as_ref().map(fs::Metadata::len);
-        format!(
-            "{path} {size:?} {:?}\n",
-            about.and_then(|a| a.modified().ok())
-        )
+        let modified = about.and_then(|about| about.modified().ok());
+        let since = modified.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+        (path.to_owned(), size, since)
     };
     paths.into_iter().map(about).collect()
 }
@@ -123,7 +130,8 @@ mod tests {
         std::hint::black_box(whole);
         let found = libraries();
         if cfg!(target_os = "linux") {
-            assert!(found.iter().any(|l| l.contains("libarpack")), "{found:?}");
+            let is_it = |library: &Library| library.0.contains("libarpack");
+            assert!(found.iter().any(is_it), "{found:?}");
             assert!(found.is_sorted() && !processor().is_empty());
         }
         assert!(fingerprint().is_some());

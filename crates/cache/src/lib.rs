@@ -3,14 +3,13 @@
 //!
 //! A key hashes the inputs, as they are serialised, together with the fingerprint of this
 //! program. The inputs of a reduction are those of `run/kept.rs` of the library, the inputs of a
-//! mesh its script and the parameters. A new field of an input is hashed without further work. Where
+//! mesh its script and the parameters. A new field of an input is hashed without further work. If
 //! the result does not depend on it, it costs a miss.
 //!
 //! `kept` has the kinds of entries, with their contents. `entry` is one file, `folder` the place of
 //! all of them and the only one that removes entries. `turn` lets one of several runs make a missing
-//! entry, and the others wait for it. [`inputs`] has the hashes of the inputs of responses, under
-//! which the journal of an output folder keeps frequencies. They list the inputs one by one: a new
-//! input must be added there, because it is not hashed otherwise.
+//! entry, and the others wait for it. [`inputs`] has the hashes under which the journal of an output
+//! folder keeps motions, and that of a scene.
 //!
 //! Errors of the cache never end a run. If an entry cannot be read or written, the run warns and
 //! computes the stage.
@@ -36,7 +35,7 @@ use std::time::{Duration, SystemTime};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use self::fingerprint::fingerprint;
+use self::fingerprint::{fingerprint, hash_of};
 use self::folder::{Folder, Kind};
 pub use self::kept::KeptMesh;
 pub use self::settings::{CacheSettings, EnvironmentError, gibibytes};
@@ -94,13 +93,8 @@ impl Cache {
     /// is kept.
     fn key(&self, kind: Kind, inputs: &impl Serialize) -> Option<Key> {
         self.place.as_ref()?;
-        let mut hasher = blake3::Hasher::new();
-        let whole = (FORMAT, kind.word(), fingerprint()?, inputs);
-        postcard::to_io(&whole, &mut hasher).ok()?;
-        Some(Key {
-            kind,
-            hash: *hasher.finalize().as_bytes(),
-        })
+        let hash = hash_of(&(FORMAT, kind.word(), fingerprint()?, inputs))?;
+        Some(Key { kind, hash })
     }
 
     /// Reads an entry and passes it to `accept`. Returns the result if there is an intact entry

@@ -1,7 +1,9 @@
 //! Rayleigh damping C = a K + b M.
 
+use serde::Serialize;
+
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum DampingSpec {
     /// Both coefficients, given directly.
     Rayleigh {
@@ -46,7 +48,7 @@ impl DampingSpec {
 }
 
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rayleigh {
     /// Coefficient a, s.
     pub stiffness_s: f64,

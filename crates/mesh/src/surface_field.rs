@@ -1,7 +1,9 @@
 //! Complex forces or pressures, or coefficients of friction, at points in space.
 
+use serde::Serialize;
+
 /// Forces, pressures or coefficients of friction at points in space.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SurfaceField {
     /// Positions of the points, m.
     pub points_m: Vec<[f64; 3]>,
@@ -10,7 +12,7 @@ pub struct SurfaceField {
 }
 
 /// Values at points; of complex ones the real part comes first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum FieldValues {
     /// Forces along x, y, z, N.
     Forces(Vec<[[f64; 3]; 2]>),

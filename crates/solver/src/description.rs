@@ -13,7 +13,7 @@ use crate::dlft::sweep::SweepSettings;
 use crate::model::Assembly;
 
 /// Complete description of a run, in SI units, with the names of mesh groups still unresolved.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scene {
     /// Name of the run: the default output folder is `output/<name>`.
     pub name: String,
@@ -83,7 +83,7 @@ impl Scene {
 }
 
 /// Vibration that the parts of an assembly spend a share of their cycles in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MissionPart {
     /// Cycles in it, relative to those of the other parts.
     pub share: f64,
@@ -105,7 +105,7 @@ impl MissionPart {
 }
 
 /// Subject of a scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Subject {
     /// Bodies of a mesh.
     Assembly(Box<Assembly>),
@@ -126,7 +126,7 @@ impl From<ReducedModelSpec> for Subject {
 }
 
 /// Reduced model of a folder, which the caller of a run reads.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReducedModelSpec {
     /// Folder of its files.
     pub folder: PathBuf,
@@ -137,7 +137,7 @@ pub struct ReducedModelSpec {
 }
 
 /// Settings of the static state under rotation.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StaticSpec {
     /// Number of equal steps of each leg of the path.
     pub load_steps: usize,
@@ -189,7 +189,7 @@ impl LoadMultiples {
 }
 
 /// Response over a range of frequencies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResponseSpec {
     /// First and last frequency.
     pub range: FrequencyRange,
@@ -291,7 +291,7 @@ impl EngineOrder {
 }
 
 /// Engine order with the excitation of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExcitedOrder {
     /// Engine order.
     pub order: EngineOrder,
@@ -301,7 +301,7 @@ pub struct ExcitedOrder {
 }
 
 /// First and last frequency of a response.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum FrequencyRange {
     /// Frequencies in hertz.
     Hz {

@@ -105,9 +105,10 @@ const SLIP_THRESHOLD: f64 = 1e-5;
 const SLIP_BY_ROUNDING: f64 = 1e-9;
 
 /// Static state of the pairs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct StaticState {
-    /// Outcome of the solution.
+    /// Outcome of the solution; a vibration is about a converged one.
+    #[serde(skip)]
     pub outcome: Outcome,
     /// Relative displacement, m, n.
     pub x: Vec<f64>,
@@ -115,20 +116,27 @@ pub struct StaticState {
     pub lambda: Vec<f64>,
     /// Status of each pair.
     pub status: Vec<PairStatus>,
-    /// Newton iterations of all load steps.
+    /// Newton iterations of all load steps, which no vibration depends on.
+    #[serde(skip)]
     pub newton_iterations: usize,
     /// Relative residual, |f| / |F|. Where nothing presses the pairs, it is relative to their own
-    /// stiffness times the clearances.
+    /// stiffness times the clearances. No vibration depends on it.
+    #[serde(skip)]
     pub residual: f64,
     /// Forces that retain the motions that friction does not hold, N: their sizes on the pairs, added
     /// up ([`retention`]). `None` where nothing is retained at rest.
     pub retention_n: Option<f64>,
-    /// Linear reference, which small vibrations about this state obey.
+    /// Linear reference, which small vibrations about this state obey. It follows from the problem and
+    /// the status of its pairs.
+    #[serde(skip)]
     pub linear: LinearReference,
-    /// Relative displacement at each point of the load path that was reached, m, n each.
+    /// Relative displacement at each point of the load path that was reached, m, n each. A vibration
+    /// depends on the end of the path.
+    #[serde(skip)]
     pub on_path: Vec<Vec<f64>>,
     /// Number of the point of the load path, from 0, at which the way to the state ended; `None` where
-    /// it came to its end.
+    /// it came to its end, as that of a converged state does.
+    #[serde(skip)]
     pub ended_at: Option<usize>,
 }
 

@@ -1,5 +1,6 @@
 //! Settings of the solution of the harmonic balance.
 
+use serde::Serialize;
 pub use dovetail_numerics::nonlinear::NewtonOptions;
 use strum::{Display, EnumString, VariantNames};
 
@@ -12,7 +13,7 @@ use strum::{Display, EnumString, VariantNames};
 /// assert_eq!(Resolution::fixed(3, 128).most_harmonics(), 3);
 /// assert_eq!(Resolution::least_samples(31), 128);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Resolution {
     /// A given number of harmonics of the motion, and of samples of a period in the alternating
     /// frequency-time step.
@@ -88,7 +89,7 @@ impl Default for Resolution {
 /// assert_eq!("spectral_radius".parse(), Ok(EpsChoice::SpectralRadius));
 /// assert!("paper".parse::<EpsChoice>().is_err());
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize)]
 #[strum(serialize_all = "snake_case")]
 pub enum EpsChoice {
     /// Median of the dynamic stiffness over the harmonics, per pair: one value for N, one for T.
@@ -108,7 +109,7 @@ pub enum EpsChoice {
 /// assert_eq!("powell".parse(), Ok(Solver::Powell));
 /// assert_eq!(Solver::default().to_string(), "newton_krylov");
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize)]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {
     /// Newton's method with GMRES for its linear systems.

@@ -26,15 +26,18 @@ pub use linear_reference::LinearReference;
 use crate::contact::PairLaw;
 use crate::damping::{DampingError, Rayleigh};
 use crate::excitation::{Excitation, Growth, NamedExcitation};
-use crate::reduced::{HarmonicModel, Load, ReducedModel};
+use crate::reduced::{HarmonicModel, Load, ReducedModel, whole};
 use dovetail_numerics::vector::norm;
 use std::sync::Arc;
 
+use serde::Serialize;
+
 /// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations. Clones
 /// share the reduced model.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Problem {
     /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
+    #[serde(serialize_with = "whole")]
     pub reduced: Arc<ReducedModel>,
     /// Contact law of each pair, n / 3.
     pub laws: Vec<PairLaw>,
@@ -229,7 +232,7 @@ fn excited(forces: &[Excitation], reduced: &ReducedModel) -> Vec<HarmonicLoad> {
 
 /// Harmonic load `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times
 /// `HarmonicLoad::factor`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
     pub harmonic: usize,

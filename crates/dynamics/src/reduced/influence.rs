@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 
 use faer::{Mat, c64};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Coefficient A_mn of the aerodynamic influence in one wave.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,16 @@ pub struct InfluenceCoefficient {
 pub struct Influence {
     /// Matrices A of the waves, by their nodal diameters; a wave without one has no influence.
     of_waves: BTreeMap<i64, Mat<c64>>,
+}
+
+/// Writes the matrices column by column.
+impl Serialize for Influence {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.of_waves.iter().map(|(wave, matrix)| {
+            let columns = (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j));
+            (wave, columns.map(|z| [z.re, z.im]).collect::<Vec<_>>())
+        }))
+    }
 }
 
 impl Influence {

@@ -9,8 +9,10 @@ pub(crate) mod all_sectors;
 pub mod influence;
 pub mod waves;
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef, c64};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use strum::{EnumString, VariantNames};
 
 use dovetail_numerics::dense::parallel::cholesky;
@@ -48,7 +50,7 @@ pub struct ReducedModel {
     pub omega2: Vec<f64>,
     /// Stiffness of the bodies alone in each mode, without springs of contacts, for a unit modal mass,
     /// rad2/s2: Rayleigh damping goes with it. Empty where it is `omega2`, as in every model of bodies;
-    /// a [linear reference](crate::problem::LinearReference) with springs has its own.
+    /// a [linear reference](crate::problem::LinearReference) with springs has its own, which is not kept.
     #[serde(skip)]
     pub bodies_omega2: Vec<f64>,
     /// Number of entries of `omega2` that belong to stuck modes; residual vectors follow.
@@ -67,6 +69,15 @@ pub struct ReducedModel {
     /// Waves that the harmonics make round a disc, with the models that they move by. The mean, and
     /// harmonics in phase, move by this one.
     pub waves: Waves,
+}
+
+/// Writes a model with the two fields that it is kept without.
+pub(crate) fn whole<S: Serializer>(
+    model: &Arc<ReducedModel>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let besides = (&model.bodies_omega2, &model.waves.influence);
+    (&**model, besides).serialize(serializer)
 }
 
 impl ReducedModel {

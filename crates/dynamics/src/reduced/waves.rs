@@ -45,9 +45,10 @@ pub const fn nodal_diameter_of(waves: usize, sectors: usize) -> usize {
 pub struct Waves {
     /// `None` where nothing repeats.
     excitation: Option<DiscExcitation>,
-    /// Forces that the air returns to the blades.
+    /// Forces that the air returns to the blades. A model is kept without them, because they need no
+    /// reduction.
     #[serde(skip)]
-    influence: Influence,
+    pub(super) influence: Influence,
     /// Model of both copies for each nodal diameter above 0.
     copies: BTreeMap<usize, ReducedModel>,
 }

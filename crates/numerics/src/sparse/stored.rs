@@ -4,6 +4,8 @@
 //! The modules are for `#[serde(with = "...")]`. A [`Cholesky`] is stored as its values, its order
 //! and the pattern of the matrix. The symbolic analysis, which follows from these two, is repeated.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
@@ -12,6 +14,17 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 use super::factor::Cholesky;
 use super::pattern::CompactPattern;
 use super::symbolic::Symbolic;
+
+/// Writes a value that is shared.
+///
+/// # Errors
+/// The errors of the serializer.
+pub fn shared<T: Serialize, S: Serializer>(
+    value: &Arc<T>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    T::serialize(value, serializer)
+}
 
 /// Numbers that are written as bytes.
 struct Bytes<'a, T>(&'a [T]);

@@ -12,7 +12,7 @@ use super::at::At;
 use super::bodies::{Bound, Source, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
-use super::outcome::{CurveInputs, ResponseInputs};
+use super::records::{CurveInputs, ResponseInputs};
 use super::reduced::{Reduced, stuck_modes};
 use super::reducing::inputs;
 use super::response::{at_one_speed, off_undamped_modes};

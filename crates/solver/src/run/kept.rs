@@ -1,16 +1,17 @@
 //! Reduction as it is stored for later runs, and its inputs.
 //!
-//! [`ReductionInputs`] clears the fields of the model that a reduction does not depend on. A new
-//! field of the model that only the contact solve reads belongs among those that are cleared: where
-//! it is left out, the store is asked in vain for reductions that it has. The law of a pair is
-//! cleared whole: neither the finite elements nor the reduction read it.
+//! [`ReductionInputs`] is the model that is reduced, [`PlannedReduction`] its description. Both clear
+//! the fields that a reduction does not depend on. A new field that only the contact solve reads
+//! belongs among those that are cleared: if it is not cleared, the store is asked in vain for
+//! reductions that it has. The law of a pair is cleared whole: neither the finite elements nor the
+//! reduction read it.
 
 use serde::{Deserialize, Serialize};
 
 use crate::contact::PairLaw;
 use crate::description::PathPoint;
 use crate::fem::Prestressed;
-use crate::model::Model;
+use crate::model::{Assembly, Model};
 use crate::reduced::ReducedModel;
 use crate::reduction::{StuckModes, Truncation};
 
@@ -77,30 +78,52 @@ pub struct ReductionInputs {
     nodal_diameter: usize,
 }
 
+/// Fields that a reduction does not depend on, of a model or of the description of one.
+struct LeftOut<'m> {
+    /// Laws of the contacts, which count where the prestress is that of the static state.
+    laws: Vec<&'m mut PairLaw>,
+    /// Amplitude, phase and harmonic of each excitation.
+    in_time: Vec<(&'m mut f64, &'m mut f64, &'m mut usize)>,
+    /// Engine order round a disc: each wave has a reduction of its own.
+    engine_order: Option<&'m mut usize>,
+}
+
+impl LeftOut<'_> {
+    fn clear(self, statics: Option<&StaticOptions>) {
+        if statics.is_none() {
+            for law in self.laws {
+                *law = PairLaw::rigid(0.0, 0.0);
+            }
+        }
+        for (amplitude, phase_rad, harmonic) in self.in_time {
+            (*amplitude, *phase_rad, *harmonic) = (0.0, 0.0, 0);
+        }
+        if let Some(engine_order) = self.engine_order {
+            *engine_order = 0;
+        }
+    }
+}
+
 impl ReductionInputs {
     /// Inputs of a reduction of `model`, with `statics` where its prestress is that of the static
     /// state with contact.
     pub(super) fn of(model: &Model, wanted: StuckModes, statics: Option<StaticOptions>) -> Self {
         let mut model = model.clone();
-        if statics.is_none() {
-            for pair in &mut model.pairs {
-                pair.law = PairLaw::rigid(0.0, 0.0);
-            }
-        }
-        for excitation in &mut model.excitations {
-            let in_time = &mut excitation.in_time;
-            (in_time.amplitude, in_time.phase_rad) = (0.0, 0.0);
-            in_time.harmonic = 0;
-        }
-        if let Some(cyclic) = &mut model.cyclic {
-            cyclic.engine_order = 0;
-            if let Some(influence) = &mut cyclic.influence {
-                influence.waves.clear();
-                influence.coefficients.clear();
-            }
+        if let Some(influence) = model.cyclic.as_mut().and_then(|c| c.influence.as_mut()) {
+            influence.waves.clear();
+            influence.coefficients.clear();
         }
         model.maps.clear();
         model.friction_maps.clear();
+        let excitations = model.excitations.iter_mut().map(|e| &mut e.in_time);
+        let left_out = LeftOut {
+            laws: model.pairs.iter_mut().map(|pair| &mut pair.law).collect(),
+            in_time: excitations
+                .map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic))
+                .collect(),
+            engine_order: model.cyclic.as_mut().map(|c| &mut c.engine_order),
+        };
+        left_out.clear(statics.as_ref());
         Self {
             model,
             wanted,
@@ -114,6 +137,47 @@ impl ReductionInputs {
         Self {
             nodal_diameter,
             ..self
+        }
+    }
+}
+
+/// Inputs of a reduction as far as a scene describes them, before its names are resolved. Scenes with
+/// equal ones share a reduction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedReduction {
+    assembly: Assembly,
+    wanted: StuckModes,
+    statics: Option<StaticOptions>,
+}
+
+impl PlannedReduction {
+    /// Inputs of a reduction of `assembly`, with `statics` as in [`ReductionInputs::of`].
+    /// Coefficients of the air count as a whole: they name the modes on which it acts.
+    pub(super) fn of_assembly(
+        mut assembly: Assembly,
+        wanted: StuckModes,
+        statics: Option<StaticOptions>,
+    ) -> Self {
+        if statics.is_none() {
+            // They are parts of the laws of the pairs.
+            for contact in &mut assembly.contacts {
+                (contact.friction_at, contact.crown) = (None, None);
+                contact.gap_from_mesh = false;
+            }
+        }
+        let (contacts, excitations) = (&mut assembly.contacts, &mut assembly.excitations);
+        let left_out = LeftOut {
+            laws: contacts.iter_mut().map(|c| &mut c.pair_law).collect(),
+            in_time: (excitations.iter_mut())
+                .map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic))
+                .collect(),
+            engine_order: assembly.cyclic.as_mut().map(|c| &mut c.engine_order),
+        };
+        left_out.clear(statics.as_ref());
+        Self {
+            assembly,
+            wanted,
+            statics,
         }
     }
 }

@@ -27,6 +27,7 @@ mod outcome;
 mod peaks;
 mod prestress;
 mod reactions;
+mod records;
 mod reduced;
 mod reducing;
 mod response;
@@ -45,18 +46,21 @@ pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};
 pub use error::{Error, static_place};
-pub use kept::{KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions};
+pub use kept::{
+    KeptReduction, Key, PlannedReduction, PrestressPass, ReductionInputs, ReductionModes,
+};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
-    Compared, CurveInputs, OfTraction, PeakAt, PeakInputs, ResponseInputs, ResponseResult, Run,
-    RunUp, RunUpInputs, StaticResult, TractionPeak, TractionRange,
+    Compared, OfTraction, PeakAt, ResponseResult, Run, RunUp, StaticResult, TractionPeak,
+    TractionRange,
 };
 pub use peaks::{PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
-pub use reduced::{Observed, Reduced, stuck_modes};
+pub use records::{CurveInputs, PeakInputs, RecordInputs, ResponseInputs, RunUpInputs};
+pub use reduced::{Observed, Reduced};
 pub use response::{at_one_speed, in_phase, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
-pub use statics::{load_path, static_options};
+pub use statics::load_path;
 pub use stress::{PLACES, PeakStress, peak_stress};
 pub use verify::{Verification, Verified, verify};
 pub use wear::{Wear, WearQuestion, wear};

@@ -4,13 +4,9 @@ use super::bodies::Bodies;
 use super::error::Error;
 use super::reduced::Reduced;
 use crate::damping::Rayleigh;
-use crate::description::{EngineOrder, Scene};
-use crate::dlft::branch::{Guess, ValueRange};
+use crate::description::EngineOrder;
 use crate::dlft::starting_traction::StartingTraction;
-use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{CycleCounts, Orbit, Outcome, Response, StaticState};
-use crate::model::Model;
-use crate::problem::Problem;
 use crate::results::recovery::NodalField;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
@@ -201,58 +197,6 @@ impl Run {
         let compared = found.compared.iter().map(|c| &c.response);
         all_converged(std::iter::once(&found.response).chain(compared))
     }
-}
-
-/// Inputs of a response.
-#[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
-pub struct ResponseInputs<'a> {
-    /// Reduced model, laws and excitations.
-    pub problem: &'a Problem,
-    /// Damping of the bodies.
-    pub damping: Rayleigh,
-    /// Static state that the motion is about.
-    pub state: &'a StaticState,
-    /// Frequencies, harmonics and solver.
-    pub settings: &'a SweepSettings,
-    /// Number of frequencies of the grid; `None` where the curve is followed.
-    pub points: Option<usize>,
-}
-
-/// Inputs of a response along an engine order.
-#[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
-pub struct RunUpInputs<'a> {
-    /// Model at the speed of the scene.
-    pub model: &'a Model,
-    /// Scene, whose damping, static state and response count besides the model.
-    pub scene: &'a Scene,
-}
-
-/// Inputs of a curve over a value.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct CurveInputs<'a> {
-    /// Model, static state and settings at the first value.
-    pub response: ResponseInputs<'a>,
-    /// Problem at the last value.
-    pub last: &'a Problem,
-    /// Key of the scene whose values they are.
-    pub key: &'a str,
-    /// Values and frequency.
-    pub range: &'a ValueRange,
-}
-
-/// Inputs of a peak that is looked for.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct PeakInputs<'a> {
-    /// Model, static state and settings.
-    pub response: ResponseInputs<'a>,
-    /// Motion near which the peak is looked for first; `None`: the whole curve is followed.
-    pub near: Option<&'a Guess>,
-    /// Number of the observed displacement.
-    pub observation: usize,
 }
 
 /// Error where something moves by more than its body is long.

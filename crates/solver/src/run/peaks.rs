@@ -8,7 +8,8 @@
 use super::at::At;
 use super::bodies::Source;
 use super::error::Error;
-use super::outcome::{PeakAt, PeakInputs, ResponseInputs};
+use super::outcome::PeakAt;
+use super::records::{PeakInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::of_smooth_curve_hz;
 use super::session::{Event, Session, Stage, unless_ended};

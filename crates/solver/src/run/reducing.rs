@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::bodies::{Bodies, Bound, Meshes, Source, problem};
 use super::error::Error;
-use super::kept::{KeptReduction, Key, ReductionInputs, ReductionModes};
+use super::kept::{KeptReduction, Key, PlannedReduction, ReductionInputs, ReductionModes};
 use super::prestress::{is_of_contact, reduce, settle, stressed};
 use super::reduced::{Reduced, highest_harmonic, stuck_modes};
 use super::session::{Event, Session, Stage};
@@ -15,7 +15,7 @@ use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, Cyclic, Model, bind};
+use crate::model::{Assembly, Cyclic, Model, Prestress, bind};
 use crate::problem::Problem;
 use crate::reduced::Waves;
 use crate::reduction::craig_bampton::fixed_interface_modes;
@@ -141,6 +141,18 @@ fn recovered(
 pub(super) fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> ReductionInputs {
     let statics = is_of_contact(model).then(|| static_options(scene));
     ReductionInputs::of(model, wanted, statics)
+}
+
+impl PlannedReduction {
+    /// Inputs of the reduction of a scene; `None` if nothing is reduced.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let assembly = scene.assembly()?;
+        let rotation = assembly.rotation.as_ref();
+        let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
+        let statics = of_contact.then(|| static_options(scene));
+        let wanted = stuck_modes(scene);
+        Some(Self::of_assembly(assembly.clone(), wanted, statics))
+    }
 }
 
 impl Reduced {

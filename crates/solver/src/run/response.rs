@@ -1,7 +1,7 @@
 //! Response of a reduced model about its static state.
 
 use super::error::Error;
-use super::outcome::ResponseInputs;
+use super::records::ResponseInputs;
 use super::reduced::Reduced;
 use super::session::{Event, Session, Stage, unless_ended};
 use crate::damping::Rayleigh;

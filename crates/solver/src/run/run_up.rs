@@ -8,7 +8,8 @@
 
 use super::at::{At, rad_s, scene_at};
 use super::error::Error;
-use super::outcome::{ResponseResult, Run, RunUp, RunUpInputs};
+use super::outcome::{ResponseResult, Run, RunUp};
+use super::records::RunUpInputs;
 use super::reduced::{Reduced, stuck_modes};
 use super::response::frequencies_hz;
 use super::session::{Event, Observer, Session, Stage, StageEnd, unless_ended};

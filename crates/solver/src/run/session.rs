@@ -14,9 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::bodies::Bound;
 use super::error::Error;
 use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
-use super::outcome::{
-    CurveInputs, PeakAt, PeakInputs, ResponseInputs, Run, RunUpInputs, StaticResult,
-};
+use super::outcome::{PeakAt, Run, StaticResult};
+use super::records::{CurveInputs, PeakInputs, ResponseInputs, RunUpInputs};
 use super::reduced::Reduced;
 use super::worn::WearCourse;
 use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};

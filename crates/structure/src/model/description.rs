@@ -15,9 +15,10 @@ use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
 use dovetail_numerics::space::norm;
+use dovetail_numerics::sparse::stored;
 
 /// Bodies of a mesh, with their supports, loads and observations.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Assembly {
     /// Source of the mesh that bodies without one of their own share.
     pub mesh: Option<MeshSource>,
@@ -64,7 +65,7 @@ impl Assembly {
 }
 
 /// One body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodySpec {
     /// Name in messages and in other items.
     pub name: String,
@@ -116,7 +117,7 @@ impl BodySpec {
 }
 
 /// Strength of a material under stress that oscillates about a mean.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Strength {
     /// Largest amplitude about no mean that the material endures, Pa.
     pub endurance_pa: f64,
@@ -127,7 +128,7 @@ pub struct Strength {
 /// Source of the elements of a body. A body with a mesh of its own refers to the groups of that
 /// mesh by their names. For all others they are called `<body>.<group>`, or by their names alone
 /// where no other body has such a group.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum BodyMesh {
     /// Mesh of the assembly.
     Shared,
@@ -150,18 +151,18 @@ pub enum BodyMesh {
 }
 
 /// Source of the stiffness and mass of a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum MatrixSource {
     /// Finite elements of its mesh, of this material.
     Elements(MaterialSpec),
     /// Files of another program, whose contents [`bind`](super::bind()) takes.
     Files(MatrixFiles),
     /// Matrices of another program.
-    Given(Arc<GivenMatrices>),
+    Given(#[serde(serialize_with = "stored::shared")] Arc<GivenMatrices>),
 }
 
 /// Files with the matrices of a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MatrixFiles {
     /// File of the stiffness.
     pub stiffness: MatrixFile,
@@ -185,7 +186,7 @@ impl MatrixFiles {
 }
 
 /// Matrix in a file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MatrixFile {
     /// Path of the file.
     pub path: PathBuf,
@@ -206,7 +207,7 @@ pub struct NamedFiles {
 }
 
 /// Material of a body, or where it comes from.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum MaterialSpec {
     /// Material given by numbers.
     Given(Material),
@@ -254,7 +255,7 @@ impl Material {
 
 /// Disc of equal sectors, of which the bodies are one. Sectors are counted by the right hand about
 /// the axis.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CyclicSpec {
     /// Number of sectors, 2 or more.
     pub sectors: usize,
@@ -277,7 +278,7 @@ pub struct CyclicSpec {
 
 /// Forces that the air returns to the vibrating blades of a disc
 /// ([`influence`](dovetail_dynamics::reduced::influence)).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InfluenceSpec {
     /// Name of the body whose modes with its flanks held the coefficients refer to; `None`: the only
     /// body.
@@ -287,7 +288,7 @@ pub struct InfluenceSpec {
 }
 
 /// Source of the coefficients of the aerodynamic influence.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum InfluenceSource {
     /// File, whose contents [`bind`](super::bind()) takes.
     File(PathBuf),
@@ -296,7 +297,7 @@ pub enum InfluenceSource {
 }
 
 /// Rotation at constant speed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RotationSpec {
     /// Point of the axis, m.
     pub point_m: [f64; 3],
@@ -368,7 +369,7 @@ pub enum Prestress {
 }
 
 /// Two surfaces in contact.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactSpec {
     /// Name in messages and results.
     pub name: String,
@@ -431,7 +432,7 @@ impl ContactSpec {
 }
 
 /// Sector of a disc, seen from the one that is meshed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString, VariantNames)]
 #[strum(serialize_all = "snake_case")]
 pub enum Sector {
     /// The meshed sector.
@@ -442,7 +443,7 @@ pub enum Sector {
 }
 
 /// Clearance of two flanks by their distance in the mesh.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString, VariantNames)]
 #[strum(serialize_all = "snake_case")]
 pub enum Gap {
     /// None: the flanks touch, whatever their distance in the mesh is.
@@ -475,7 +476,7 @@ impl Side {
 }
 
 /// Law that joins the two sides of a contact.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, EnumString, VariantNames, Serialize)]
 #[strum(serialize_all = "snake_case")]
 pub enum ContactLaw {
     /// Compression only, with dry friction.
@@ -487,7 +488,7 @@ pub enum ContactLaw {
 
 /// Crowned flank. d^2 / (2 radius_m) is added to the clearance, with d the distance in the flank's
 /// tangent plane from the centre, or from the line through it along `axis`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CrownSpec {
     /// Radius of curvature, m; where both flanks are crowned, R1 R2 / (R1 + R2).
     pub radius_m: f64,
@@ -498,7 +499,7 @@ pub struct CrownSpec {
 }
 
 /// Linear spring between the mean displacements of two groups, or from one to ground.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpringSpec {
     /// Name in messages and results.
     pub name: String,
@@ -514,7 +515,7 @@ pub struct SpringSpec {
 }
 
 /// Dashpot between the mean displacements of two groups, or from that of one to ground.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DashpotSpec {
     /// Name in messages and results.
     pub name: String,
@@ -529,7 +530,7 @@ pub struct DashpotSpec {
 }
 
 /// Steady load, applied with that of the rotation in the load steps of the static state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadSpec {
     /// Point or curve group (a force is shared equally by its nodes), or surface group, or set of
     /// nodes that serves as one.
@@ -539,7 +540,7 @@ pub struct LoadSpec {
 }
 
 /// Force, traction or pressure.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum LoadKind {
     /// Total force, N.
     Force {
@@ -560,7 +561,7 @@ pub enum LoadKind {
 
 /// Harmonic excitation of an assembly: `amplitude cos(harmonic omega t - phase_rad)` times the unit
 /// that `kind` defines.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExcitationSpec {
     /// Kind of excitation, and where it acts.
     pub kind: ExcitationKind,
@@ -597,7 +598,7 @@ impl ExcitationSpec {
 }
 
 /// Kind of a harmonic excitation.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum ExcitationKind {
     /// Load of one unit: a force, traction or pressure of length 1.
     Load(LoadSpec),
@@ -619,7 +620,7 @@ pub enum ExcitationKind {
 }
 
 /// Quantity that is prescribed for the motion of a base.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum BaseMotion {
     /// Acceleration, the same at all frequencies.
     Acceleration,
@@ -631,7 +632,7 @@ pub enum BaseMotion {
 pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
 
 /// Source of a field on a surface.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum FieldSource {
     /// File, whose contents [`bind`](super::bind()) takes.
     File(PathBuf),
@@ -677,7 +678,7 @@ impl ExcitationKind {
 }
 
 /// Observed displacement or strain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObservationSpec {
     /// Name in the results.
     pub name: String,

@@ -54,7 +54,7 @@ pub struct FieldMap {
     pub empty_facets: usize,
     /// Number of facets of the surface.
     pub facets: usize,
-    /// Distance of each point from the surface, m.
+    /// Distance of each point from the surface, m. No result depends on it.
     #[serde(skip)]
     distances_m: Vec<f64>,
 }

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use dovetail_mesh::units::Units;
 
 /// Source of a mesh. Paths are absolute or relative to the working directory (the parser has
 /// already joined them to the folder of the scene file).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshSource {
     /// File, or script.
     pub kind: MeshKind,
@@ -32,7 +34,7 @@ impl MeshSource {
 }
 
 /// Mesh that exists, or one that is to be generated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum MeshKind {
     /// Existing file.
     File {

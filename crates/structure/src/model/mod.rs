@@ -376,7 +376,8 @@ pub struct Cyclic {
     pub matches: Vec<FlankMatch>,
     /// Largest distance of two nodes that meet when one face is turned by a pitch, m; 0 if none do.
     pub largest_mismatch_m: f64,
-    /// Smallest distance of two nodes of the low face, m; infinite if none meet.
+    /// Smallest distance of two nodes of the low face, m; infinite if none meet. It follows from the
+    /// nodes.
     #[serde(skip)]
     pub spacing_m: f64,
     /// Point of the axis, m.
@@ -557,7 +558,7 @@ pub struct FlankMatch {
     pub largest_separation_m: f64,
     /// Largest depth by which the bodies overlap at a node, m; 0 if they do not.
     pub largest_overlap_m: f64,
-    /// Mean side length of the slave's facets, m.
+    /// Mean side length of the slave's facets, m. It follows from the nodes.
     #[serde(skip)]
     pub facet_m: f64,
     /// Largest absolute weight of a master node.

@@ -1,10 +1,12 @@
 //! A converged frequency, from which the next one starts.
 
+use serde::Serialize;
+
 use crate::dlft::Orbit;
 use crate::dlft::retention::Mean;
 
 /// Converged frequency, from which the next one starts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
