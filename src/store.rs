@@ -1,5 +1,5 @@
-//! Store of results of earlier runs: reductions from the cache, solved frequencies from the journal
-//! of the folder.
+//! Store of results of earlier runs: reductions from the cache, motions from the journals of the
+//! folder.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -7,12 +7,11 @@ use std::sync::Arc;
 use crate::files::SharedFiles;
 use crate::reporter::Reporter;
 use dovetail_cache::{Cache, Turn, inputs};
-use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::reduction::Recovery;
-use dovetail_solver::results::modes::Modes;
+use dovetail_export::warning::Weight;
+use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::run::{
-    CurveInputs, KeptReduction, Key, PeakInputs, RecordInputs, ReductionInputs, ResponseInputs,
-    RunUpInputs, Store,
+    Entry, Key, Place, RecordInputs, RecordKey, RecordKind, Recorded, ReductionInputs,
+    ResponseInputs, Store,
 };
 
 /// Store of a run: its cache and its files.
@@ -23,6 +22,8 @@ pub struct RunStore<'r, 'c> {
     reporter: &'r Reporter<'c>,
     /// Right to make the missing reduction, until it is kept.
     turn: Option<Turn>,
+    /// True if a frequency could not be kept, which is reported only once.
+    not_kept: bool,
 }
 
 impl<'r, 'c> RunStore<'r, 'c> {
@@ -33,16 +34,8 @@ impl<'r, 'c> RunStore<'r, 'c> {
             files,
             reporter,
             turn: None,
+            not_kept: false,
         }
-    }
-
-    /// Frequencies of a response with these inputs that were solved before it was interrupted.
-    fn solved_with(&self, inputs: &RecordInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let Some((files, key)) = self.files.as_ref().zip(inputs::of_records(inputs)) else {
-            return ControlFlow::Continue(Vec::new());
-        };
-        let earlier = files.locked().solved(key);
-        self.reporter.unless_failed(earlier)
     }
 }
 
@@ -51,96 +44,70 @@ impl Store for RunStore<'_, '_> {
         self.cache.reduction_key(inputs)
     }
 
-    fn reduction(&mut self, key: &Key) -> Option<KeptReduction> {
-        match self.cache.reduction(key, self.reporter) {
-            Ok(found) => Some(found),
-            Err(turn) => {
-                self.turn = turn;
-                None
-            }
+    fn load(&mut self, key: &Key, place: Place<'_>) {
+        if let Some(turn) = self.cache.load(key, place, self.reporter) {
+            self.turn = Some(turn);
         }
     }
 
-    fn keep_reduction(&mut self, key: &Key, reduction: &KeptReduction, recovery: &Recovery) {
-        self.cache.keep_reduction(key, reduction, self.reporter);
-        self.keep_recovery(key, recovery);
-        self.turn = None;
-    }
-
-    fn recovery(&mut self, key: &Key) -> Option<Recovery> {
-        self.cache.recovery(key, self.reporter)
-    }
-
-    fn keep_recovery(&mut self, key: &Key, recovery: &Recovery) {
-        self.cache.keep_recovery(key, recovery, self.reporter);
-    }
-
-    fn held_modes(&mut self, key: &Key) -> Option<Vec<Modes>> {
-        self.cache.held_modes(key, self.reporter)
-    }
-
-    fn keep_held_modes(&mut self, key: &Key, modes: &[Modes]) {
-        self.cache.keep_held_modes(key, modes, self.reporter);
-    }
-
-    fn solved(&mut self, inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let earlier = self.solved_with(&RecordInputs::Response(*inputs))?;
-        if !earlier.is_empty() {
-            let before = earlier.len();
-            self.reporter.note(&match inputs.points {
-                Some(points) => format!("{before} of {points} frequencies were solved before"),
-                None => format!("{before} points of the curve were solved before"),
-            });
+    fn keep(&mut self, key: &Key, entry: Entry<'_>) {
+        self.cache.keep(key, entry, self.reporter);
+        if matches!(entry, Entry::Reduction(..)) {
+            self.turn = None;
         }
-        ControlFlow::Continue(earlier)
     }
 
-    fn solved_along(&mut self, inputs: &RunUpInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let earlier = self.solved_with(&RecordInputs::RunUp(*inputs))?;
-        if !earlier.is_empty() {
-            let note = format!("{} speeds were solved before", earlier.len());
+    fn records(&mut self, inputs: &RecordInputs<'_>) -> ControlFlow<(), Recorded> {
+        let files = self.files.as_ref();
+        let Some((files, hash)) =
+            files.and_then(|files| Some((files, inputs::of_records(inputs)?)))
+        else {
+            return ControlFlow::Continue(Recorded::default());
+        };
+        let key = inputs.key(hash);
+        let earlier = files.locked().records(&key);
+        let earlier = self.reporter.unless_failed(earlier)?;
+        if let Some(note) = note(inputs, earlier.len()) {
             self.reporter.note(&note);
         }
-        ControlFlow::Continue(earlier)
+        ControlFlow::Continue(Recorded {
+            key: Some(key),
+            earlier,
+        })
     }
 
-    fn peak_key(&mut self, inputs: &PeakInputs<'_>) -> Option<Key> {
-        self.files.as_ref()?;
-        inputs::of_records(&RecordInputs::Peak(*inputs))
-    }
-
-    fn peak(&mut self, key: &Key) -> ControlFlow<(), Option<Orbit>> {
-        let Some(files) = &self.files else {
-            return ControlFlow::Continue(None);
-        };
-        self.reporter.unless_failed(files.locked().kept_peak(key))
-    }
-
-    fn keep_peak(&mut self, key: &Key, peak: &Orbit) -> ControlFlow<()> {
+    fn append(&mut self, key: &RecordKey, motion: &SolvedFrequency) -> ControlFlow<()> {
         let Some(files) = &self.files else {
             return ControlFlow::Continue(());
         };
-        self.reporter
-            .unless_failed(files.locked().keep_peak(key, peak))
+        let kept = files.locked().append(key, motion);
+        match (key.kind, kept) {
+            // Its result does not depend on it.
+            (RecordKind::Response | RecordKind::RunUp, Err(error)) => {
+                if !std::mem::replace(&mut self.not_kept, true) {
+                    let text =
+                        format!("what is solved is not kept if the run is broken off: {error}");
+                    self.reporter.warning(Weight::Remark, text);
+                }
+                ControlFlow::Continue(())
+            }
+            (_, kept) => self.reporter.unless_failed(kept),
+        }
     }
+}
 
-    fn curve_key(&mut self, inputs: &CurveInputs<'_>) -> Option<Key> {
-        self.files.as_ref()?;
-        inputs::of_records(&RecordInputs::Curve(*inputs))
-    }
-
-    fn curve_points(&mut self, key: &Key) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        let Some(files) = &self.files else {
-            return ControlFlow::Continue(Vec::new());
-        };
-        self.reporter.unless_failed(files.locked().kept_points(key))
-    }
-
-    fn keep_curve_point(&mut self, key: &Key, point: &SolvedFrequency) -> ControlFlow<()> {
-        let Some(files) = &self.files else {
-            return ControlFlow::Continue(());
-        };
-        let kept = files.locked().keep_point(key, point);
-        self.reporter.unless_failed(kept)
-    }
+/// Words for motions of a response that were solved for before; `None` where there are none. Those of
+/// a search are told when it begins.
+fn note(inputs: &RecordInputs<'_>, before: usize) -> Option<String> {
+    let points = match inputs {
+        RecordInputs::Response(ResponseInputs { points, .. }) => *points,
+        RecordInputs::RunUp(_) => None,
+        _ => return None,
+    };
+    let of = match (points, inputs) {
+        (Some(points), _) => format!("of {points} frequencies"),
+        (None, RecordInputs::RunUp(_)) => "speeds".to_owned(),
+        (None, _) => "points of the curve".to_owned(),
+    };
+    (before > 0).then(|| format!("{before} {of} were solved before"))
 }

@@ -54,7 +54,7 @@ use dovetail_export::words::counted;
 use dovetail_export::{ExportError, csv, report, vtu};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{EngineOrder, Scene};
-use dovetail_solver::dlft::{Orbit, SolvedFrequency};
+use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec, MeshKind, Strength};
 use dovetail_solver::reduced::ReducedModel;
@@ -63,8 +63,8 @@ use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
     Bodies, Campbell, Crossing, CrossingPeak, CurveQuestion, Event, ModalAnalysis, NodalDiameters,
-    PeakAt, PeakStress, Reduced, ResponseResult, Run, StaticResult, Verification, Verified,
-    WearCourse,
+    PeakAt, PeakStress, RecordKey, RecordKind, Reduced, ResponseResult, Run, StaticResult,
+    Verification, Verified, WearCourse,
 };
 use dovetail_solver::superelement::Superelement;
 
@@ -383,55 +383,37 @@ impl Files {
         Ok(self.search.insert((journal, motions)).0.count())
     }
 
-    /// Peak with these inputs that was found before the search was interrupted.
+    /// Motions under this key that were kept before the run was interrupted.
     ///
     /// # Errors
-    /// A journal that cannot be read.
-    pub fn kept_peak(&mut self, inputs: &Inputs) -> Result<Option<Orbit>, RunError> {
-        let Some((journal, _)) = &mut self.search else {
-            return Ok(None);
-        };
-        let found = journal.solved(inputs)?.pop();
-        Ok(found.map(|found| found.orbit))
-    }
-
-    /// Records a peak.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn keep_peak(&mut self, inputs: &Inputs, peak: &Orbit) -> Result<(), RunError> {
-        let Some((journal, _)) = &mut self.search else {
-            return Ok(());
-        };
-        journal.append(inputs, &SolvedFrequency::alone(peak.clone()))?;
-        Ok(journal.sync()?)
-    }
-
-    /// Points of a curve with these inputs that were solved before it was interrupted.
-    ///
-    /// # Errors
-    /// A journal that cannot be read.
-    pub fn kept_points(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, RunError> {
-        match &mut self.search {
-            Some((journal, _)) => Ok(journal.solved(inputs)?),
-            None => Ok(Vec::new()),
+    /// A journal of other inputs, or one that cannot be read; a file that cannot be written.
+    pub fn records(&mut self, key: &RecordKey) -> Result<Vec<SolvedFrequency>, RunError> {
+        match (key.kind, &mut self.search) {
+            (RecordKind::Response | RecordKind::RunUp, _) => self.solved(&key.hash),
+            (RecordKind::Peak | RecordKind::Curve, Some((journal, _))) => {
+                Ok(journal.solved(&key.hash)?)
+            }
+            (RecordKind::Peak | RecordKind::Curve, None) => Ok(Vec::new()),
         }
     }
 
-    /// Records a point of a curve.
+    /// Keeps a motion.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn keep_point(&mut self, inputs: &Inputs, point: &SolvedFrequency) -> Result<(), RunError> {
-        let Some((journal, _)) = &mut self.search else {
-            return Ok(());
-        };
-        journal.append(inputs, point)?;
-        journal.sync()?;
-        if let Some(curve) = &mut self.curve_under_way {
-            curve.add(point);
+    pub fn append(&mut self, key: &RecordKey, motion: &SolvedFrequency) -> Result<(), RunError> {
+        match (key.kind, &mut self.search) {
+            (RecordKind::Response | RecordKind::RunUp, _) => self.frequency(&key.hash, motion),
+            (RecordKind::Peak | RecordKind::Curve, Some((journal, _))) => {
+                journal.append(&key.hash, motion)?;
+                journal.sync()?;
+                if let Some(curve) = &mut self.curve_under_way {
+                    curve.add(motion);
+                }
+                Ok(())
+            }
+            (RecordKind::Peak | RecordKind::Curve, None) => Ok(()),
         }
-        Ok(())
     }
 
     /// Writes curve.csv, and draws the amplitude of the motions at one frequency over a key.
@@ -826,7 +808,6 @@ impl Files {
                 frequencies_hz,
                 compared_harmonics,
             } => self.response_begins(reduced, frequencies_hz, *compared_harmonics),
-            Event::Frequency(solved) => self.frequency(solved),
             Event::Response(run) => match &run.response {
                 Some(found) => self.response(&run.reduced, found),
                 None => Ok(()),
@@ -870,7 +851,6 @@ impl Files {
         let is_own = compared_harmonics.is_none();
         let bodies = reduced.bodies.as_ref().filter(|_| is_own && self.fields);
         self.solving.push(Solving {
-            inputs: Inputs::default(),
             table: table_of(compared_harmonics),
             observed: reduced.observations(),
             pairs: reduced.pairs.clone(),
@@ -885,31 +865,25 @@ impl Files {
 
     /// Frequencies of the last response begun, with these inputs, that were solved before it was
     /// interrupted.
-    ///
-    /// # Errors
-    /// A journal of other inputs, or one that cannot be read; a file that cannot be written.
-    pub fn solved(&mut self, inputs: Inputs) -> Result<Vec<SolvedFrequency>, RunError> {
+    fn solved(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, RunError> {
         let is_own = self.solving.len() == 1;
         if is_own && self.beginning == Beginning::Anew {
             self.journal.clear()?;
         }
-        let earlier = self.journal.solved(&inputs)?;
+        let earlier = self.journal.solved(inputs)?;
         if is_own && earlier.is_empty() && !self.journal.is_empty() {
             let path = self.out.path().join(JOURNAL);
             return Err(ExportError::OtherInputs { path }.into());
-        }
-        if let Some(solving) = self.solving.last_mut() {
-            solving.inputs = inputs;
         }
         self.write_summary(RunState::Running, None)?;
         Ok(earlier)
     }
 
-    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+    fn frequency(&mut self, inputs: &Inputs, solved: &SolvedFrequency) -> Result<(), RunError> {
         let Some(solving) = self.solving.last_mut() else {
             return Ok(());
         };
-        self.journal.append(&solving.inputs, solved)?;
+        self.journal.append(inputs, solved)?;
         solving.add(&self.out, solved)?;
         let (last, took) = solving.written;
         if last.elapsed() > INTERVAL.max(SHARE * took) {

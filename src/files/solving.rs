@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use crate::error::RunError;
 use dovetail_export::flank::FlankSeries;
 use dovetail_export::folder::OutputFolder;
-use dovetail_export::journal::Inputs;
 use dovetail_export::words::counted;
 use dovetail_solver::dlft::branch::so_far;
 use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
@@ -19,7 +18,6 @@ const LISTED: usize = 200;
 /// Response under way.
 #[derive(Debug)]
 pub(super) struct Solving {
-    pub inputs: Inputs,
     /// Name of its table.
     pub table: String,
     pub observed: Vec<Observed>,

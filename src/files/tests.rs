@@ -5,9 +5,9 @@ use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
     FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
 };
-use dovetail_solver::dlft::Outcome;
 use dovetail_solver::dlft::branch::ValueRange;
 use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::{Orbit, Outcome};
 
 fn scene() -> Scene {
     let range = FrequencyRange::Hz {
@@ -57,16 +57,20 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
         observation: None,
     };
     assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
+    let key = RecordKey {
+        kind: RecordKind::Curve,
+        hash: [7; 32],
+    };
     let motion = Orbit::without_motion(1.0, Outcome::Converged);
     let point = SolvedFrequency::alone(motion);
-    files.keep_point(&[7; 32], &point).unwrap();
+    files.append(&key, &point).unwrap();
     assert_eq!(files.begin_curve(&question, true).unwrap(), 1);
     files.summary.program_blake3 = None;
     let refused = files.begin_curve(&question, true).unwrap_err();
     assert!(refused.to_string().contains("cannot read"), "{refused}");
     // A search that begins anew has nothing to tell apart.
     assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
-    files.keep_point(&[7; 32], &point).unwrap();
+    files.append(&key, &point).unwrap();
     let told = files.interrupted("Ctrl-C").unwrap();
     assert!(told.contains("after 1 motion. "), "{told}");
     assert!(told.contains("--resume cannot go on"), "{told}");

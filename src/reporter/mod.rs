@@ -50,8 +50,6 @@ struct Inner<'c> {
     ended: Vec<StageSummary>,
     /// Error by which the reporter ends the run.
     failure: Option<RunError>,
-    /// True if a frequency could not be kept, which is reported only once.
-    not_kept: bool,
 }
 
 struct Began {
@@ -87,7 +85,6 @@ impl<'c> Reporter<'c> {
                 under_way: Vec::new(),
                 ended: Vec::new(),
                 failure: None,
-                not_kept: false,
             }),
         }
     }
@@ -310,16 +307,6 @@ impl Inner<'_> {
             }
             Event::ResponseBegins { .. } | Event::Worn(_) | Event::Peak { .. } => {
                 self.write(event)?;
-            }
-            Event::Frequency(_) => {
-                if let Err(error) = self.write(event)
-                    && !std::mem::replace(&mut self.not_kept, true)
-                {
-                    let text =
-                        format!("what is solved is not kept if the run is broken off: {error}");
-                    let weight = Weight::Remark;
-                    self.warning(&Warning { weight, text });
-                }
             }
             Event::Response(run) => {
                 if let Some(note) = excited::all_stuck_note(run) {

@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::folder::Kind;
 use crate::{Cache, Key, Log, Turn};
-use dovetail_solver::reduction::Recovery;
-use dovetail_solver::results::modes::Modes;
-use dovetail_solver::run::{self, KeptReduction, ReductionInputs};
+use dovetail_solver::run::{self, Entry, Place, ReductionInputs};
 
 /// Mesh that gmsh made in an earlier run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,42 +52,42 @@ impl Cache {
         self.key(Kind::ReducedModel, inputs).map(|key| key.hash)
     }
 
-    /// Reduction of an earlier run, also if another run has just made it.
-    ///
-    /// # Errors
-    /// Without a reduction: the right to make it until it is dropped, if there is such a right.
-    pub fn reduction(&self, key: &run::Key, log: &dyn Log) -> Result<KeptReduction, Option<Turn>> {
-        let key = self.key(Kind::ReducedModel, key);
-        self.get_or_turn(key.as_ref(), Ok, log)
+    /// Fills a place with what an earlier run kept under the key of a reduction, if it is there. A
+    /// reduction counts also if another run has just made it; without one returns the right to make
+    /// it until it is dropped, if there is such a right.
+    pub fn load(&self, key: &run::Key, place: Place<'_>, log: &dyn Log) -> Option<Turn> {
+        match place {
+            Place::Reduction(place) => {
+                let key = self.key(Kind::ReducedModel, key);
+                match self.get_or_turn(key.as_ref(), Ok, log) {
+                    Ok(found) => *place = Some(found),
+                    Err(turn) => return turn,
+                }
+            }
+            Place::Recovery(place) => {
+                *place = self.get(self.key(Kind::Recovery, key).as_ref(), Ok, log);
+            }
+            Place::HeldModes(place) => {
+                *place = self.get(self.key(Kind::HeldModes, key).as_ref(), Ok, log);
+            }
+        }
+        None
     }
 
-    /// Keeps a reduction.
-    pub fn keep_reduction(&self, key: &run::Key, reduction: &KeptReduction, log: &dyn Log) {
-        let key = self.key(Kind::ReducedModel, key);
-        self.put(key.as_ref(), reduction, log);
-    }
-
-    /// Recovery of a reduction of an earlier run.
-    pub fn recovery(&self, key: &run::Key, log: &dyn Log) -> Option<Recovery> {
-        let key = self.key(Kind::Recovery, key);
-        self.get(key.as_ref(), Ok, log)
-    }
-
-    /// Keeps the recovery of a reduction.
-    pub fn keep_recovery(&self, key: &run::Key, recovery: &Recovery, log: &dyn Log) {
-        let key = self.key(Kind::Recovery, key);
-        self.put(key.as_ref(), recovery, log);
-    }
-
-    /// Modes of each body with its contacts held, of an earlier run.
-    pub fn held_modes(&self, key: &run::Key, log: &dyn Log) -> Option<Vec<Modes>> {
-        let key = self.key(Kind::HeldModes, key);
-        self.get(key.as_ref(), Ok, log)
-    }
-
-    /// Keeps the modes of each body with its contacts held.
-    pub fn keep_held_modes(&self, key: &run::Key, modes: &[Modes], log: &dyn Log) {
-        let key = self.key(Kind::HeldModes, key);
-        self.put(key.as_ref(), &modes, log);
+    /// Keeps an entry under the key of a reduction.
+    pub fn keep(&self, key: &run::Key, entry: Entry<'_>, log: &dyn Log) {
+        match entry {
+            Entry::Reduction(reduction, recovery) => {
+                let own = self.key(Kind::ReducedModel, key);
+                self.put(own.as_ref(), reduction, log);
+                self.keep(key, Entry::Recovery(recovery), log);
+            }
+            Entry::Recovery(recovery) => {
+                self.put(self.key(Kind::Recovery, key).as_ref(), recovery, log);
+            }
+            Entry::HeldModes(modes) => {
+                self.put(self.key(Kind::HeldModes, key).as_ref(), &modes, log);
+            }
+        }
     }
 }

@@ -5,18 +5,17 @@
 //! as at the first value, its reduction serves, and where they rest alike, its static state.
 
 use std::collections::{HashSet, VecDeque};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::at::At;
 use super::bodies::{Bound, Source, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
-use super::records::{CurveInputs, ResponseInputs};
+use super::records::{CurveInputs, RecordInputs, ResponseInputs};
 use super::reduced::{Reduced, stuck_modes};
 use super::reducing::inputs;
 use super::response::{at_one_speed, off_undamped_modes};
-use super::session::{Session, Stage, lock, unless_ended};
+use super::session::{Session, Stage, lock};
 use crate::description::{Scene, Subject};
 use crate::dlft::Told;
 use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
@@ -118,7 +117,7 @@ fn followed(
 ) -> Result<Option<ValueCurve>, Error> {
     let (range, at) = (&question.range, &models.first.at);
     let settings = &at.settings;
-    let key = session.store().curve_key(&CurveInputs {
+    let recorded = session.records(&RecordInputs::Curve(CurveInputs {
         response: ResponseInputs {
             problem: &at.reduced.problem,
             damping: at.damping,
@@ -129,40 +128,25 @@ fn followed(
         last: &last.problem,
         key: question.key,
         range,
-    });
-    let earlier = match &key {
-        Some(key) => unless_ended(session.store().curve_points(key))?,
-        None => Vec::new(),
-    };
+    }))?;
     let steps = session.steps(range.values.len(), "values");
     let asked: HashSet<u64> = range.abscissae().iter().map(|v| v.to_bits()).collect();
     let passed = Mutex::new(HashSet::new());
-    let ended = AtomicBool::new(false);
     let tell = |told: Told<'_>| match told {
         Told::Solved(solved) => {
-            if let Some(key) = &key
-                && unless_ended(session.store().keep_curve_point(key, solved)).is_err()
-            {
-                ended.store(true, Ordering::Relaxed);
-            }
+            // A store that ends the run takes effect at the next point.
+            let _ = session.append(recorded.key, solved);
             let bits = solved.abscissa().to_bits();
             if asked.contains(&bits) && lock(&passed).insert(bits) {
                 steps.step();
             }
         }
-        Told::Next(stop) => {
-            session.stops(stop);
-            if ended.load(Ordering::Relaxed) {
-                stop.stop();
-            }
-        }
+        Told::Next(stop) => session.stops(stop),
         Told::Tries(_) => {}
     };
     let model_of = |value: f64| models.at(value);
-    let curve = follow_over(range, &model_of, settings, &earlier, &tell);
-    if ended.load(Ordering::Relaxed) {
-        return Err(Error::Stopped);
-    }
+    let curve = follow_over(range, &model_of, settings, &recorded.earlier, &tell);
+    session.goes_on()?;
     Ok(curve)
 }
 

@@ -13,7 +13,8 @@ use crate::description::PathPoint;
 use crate::fem::Prestressed;
 use crate::model::{Assembly, Model};
 use crate::reduced::ReducedModel;
-use crate::reduction::{StuckModes, Truncation};
+use crate::reduction::{Recovery, StuckModes, Truncation};
+use dovetail_numerics::eigen::Modes;
 
 /// Settings of a static state besides the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -182,5 +183,27 @@ impl PlannedReduction {
     }
 }
 
-/// Hash of the inputs of a reduction.
+/// Key of a reduction and of what belongs to its model: the hash of its inputs.
 pub type Key = [u8; 32];
+
+/// Place for one kind of what is kept under the key of a reduction.
+#[derive(Debug)]
+pub enum Place<'p> {
+    /// The reduction itself.
+    Reduction(&'p mut Option<KeptReduction>),
+    /// Recovery of the bodies' motion.
+    Recovery(&'p mut Option<Recovery>),
+    /// Modes of each body with its contacts held.
+    HeldModes(&'p mut Option<Vec<Modes>>),
+}
+
+/// What is to be kept under the key of a reduction.
+#[derive(Debug, Clone, Copy)]
+pub enum Entry<'e> {
+    /// The reduction itself, with the recovery of the bodies' motion.
+    Reduction(&'e KeptReduction, &'e Recovery),
+    /// A recovery by itself.
+    Recovery(&'e Recovery),
+    /// Modes of each body with its contacts held.
+    HeldModes(&'e [Modes]),
+}

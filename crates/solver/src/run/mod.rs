@@ -47,7 +47,8 @@ pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};
 pub use error::{Error, static_place};
 pub use kept::{
-    KeptReduction, Key, PlannedReduction, PrestressPass, ReductionInputs, ReductionModes,
+    Entry, KeptReduction, Key, Place, PlannedReduction, PrestressPass, ReductionInputs,
+    ReductionModes,
 };
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
@@ -56,7 +57,10 @@ pub use outcome::{
 };
 pub use peaks::{PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
-pub use records::{CurveInputs, PeakInputs, RecordInputs, ResponseInputs, RunUpInputs};
+pub use records::{
+    CurveInputs, PeakInputs, RecordInputs, RecordKey, RecordKind, Recorded, ResponseInputs,
+    RunUpInputs,
+};
 pub use reduced::{Observed, Reduced};
 pub use response::{at_one_speed, in_phase, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};

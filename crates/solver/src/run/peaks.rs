@@ -9,10 +9,10 @@ use super::at::At;
 use super::bodies::Source;
 use super::error::Error;
 use super::outcome::PeakAt;
-use super::records::{PeakInputs, ResponseInputs};
+use super::records::{PeakInputs, RecordInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::of_smooth_curve_hz;
-use super::session::{Event, Session, Stage, unless_ended};
+use super::session::{Event, Session, Stage};
 use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
@@ -183,7 +183,7 @@ impl At {
         session: &Session<'_>,
         find: impl FnOnce() -> Result<Orbit, Error>,
     ) -> Result<Orbit, Error> {
-        let key = session.store().peak_key(&PeakInputs {
+        let recorded = session.records(&RecordInputs::Peak(PeakInputs {
             response: ResponseInputs {
                 problem: &self.reduced.problem,
                 damping: self.damping,
@@ -193,16 +193,13 @@ impl At {
             },
             near,
             observation,
-        });
-        let kept = key.map(|key| unless_ended(session.store().peak(&key)));
-        if let Some(kept) = kept.transpose()?.flatten() {
-            return Ok(kept);
+        }))?;
+        if let Some(kept) = recorded.earlier.into_iter().last() {
+            return Ok(kept.orbit);
         }
         let found = find()?;
         session.goes_on()?;
-        if let Some(key) = key {
-            unless_ended(session.store().keep_peak(&key, &found))?;
-        }
+        session.append(recorded.key, &SolvedFrequency::alone(found.clone()))?;
         Ok(found)
     }
 

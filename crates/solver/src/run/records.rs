@@ -8,9 +8,9 @@ use serde::{Serialize, Serializer};
 
 use crate::damping::Rayleigh;
 use crate::description::Scene;
-use crate::dlft::StaticState;
 use crate::dlft::branch::{Guess, ValueRange};
 use crate::dlft::sweep::SweepSettings;
+use crate::dlft::{SolvedFrequency, StaticState};
 use crate::model::Model;
 use crate::problem::Problem;
 
@@ -26,6 +26,50 @@ pub enum RecordInputs<'a> {
     Peak(PeakInputs<'a>),
     /// Points of a curve over a value.
     Curve(CurveInputs<'a>),
+}
+
+/// Kind of motions that are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordKind {
+    /// Frequencies of a response.
+    Response,
+    /// Frequencies of a response along an engine order.
+    RunUp,
+    /// One motion that is looked for.
+    Peak,
+    /// Points of a curve over a value.
+    Curve,
+}
+
+/// Key of motions that are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordKey {
+    /// Kind of the motions.
+    pub kind: RecordKind,
+    /// Hash of their inputs.
+    pub hash: [u8; 32],
+}
+
+impl RecordInputs<'_> {
+    /// Key of the motions of these inputs, which have this hash.
+    pub fn key(&self, hash: [u8; 32]) -> RecordKey {
+        let kind = match self {
+            Self::Response(_) => RecordKind::Response,
+            Self::RunUp(_) => RecordKind::RunUp,
+            Self::Peak(_) => RecordKind::Peak,
+            Self::Curve(_) => RecordKind::Curve,
+        };
+        RecordKey { kind, hash }
+    }
+}
+
+/// Motions that an earlier run solved for before it was interrupted.
+#[derive(Debug, Default)]
+pub struct Recorded {
+    /// Key under which further ones are kept; `None` where nothing is kept.
+    pub key: Option<RecordKey>,
+    /// The motions, in the order in which they were kept.
+    pub earlier: Vec<SolvedFrequency>,
 }
 
 /// Inputs of a response.

@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use super::bodies::{Bodies, Bound, Meshes, Source, problem};
 use super::error::Error;
-use super::kept::{KeptReduction, Key, PlannedReduction, ReductionInputs, ReductionModes};
+use super::kept::{
+    Entry, KeptReduction, Key, Place, PlannedReduction, ReductionInputs, ReductionModes,
+};
 use super::prestress::{is_of_contact, reduce, settle, stressed};
 use super::reduced::{Reduced, highest_harmonic, stuck_modes};
 use super::session::{Event, Session, Stage};
@@ -119,7 +121,8 @@ fn recovered(
         return Ok(());
     }
     let begin = Instant::now();
-    let kept = key.and_then(|key| session.store().recovery(&key));
+    let mut kept = None;
+    session.load(key, Place::Recovery(&mut kept));
     let recovery = match kept {
         Some(recovery) => {
             session.kept_stage(Stage::Recovery, begin.elapsed());
@@ -127,9 +130,7 @@ fn recovered(
         }
         None => {
             let recovery = make()?;
-            if let Some(key) = &key {
-                session.store().keep_recovery(key, &recovery);
-            }
+            session.keep(key, Entry::Recovery(&recovery));
             recovery
         }
     };
@@ -192,7 +193,8 @@ impl Bodies {
         let key = session.store().key(&inputs(model, wanted, scene));
         let (structure, recovery) = (OnceLock::new(), OnceLock::new());
         let begin = Instant::now();
-        let kept = key.and_then(|key| session.store().reduction(&key));
+        let mut kept = None;
+        session.load(key, Place::Reduction(&mut kept));
         let kept = match kept {
             Some(kept) => {
                 session.kept_stage(Stage::FiniteElements, Duration::ZERO);
@@ -201,10 +203,10 @@ impl Bodies {
             }
             None => {
                 let settled = settle(model, wanted, scene, session)?;
-                if let Some(key) = &key {
+                if key.is_some() {
                     let _stage = session.stage(Stage::Keeping);
-                    let mut store = session.store();
-                    store.keep_reduction(key, &settled.reduction, &settled.recovery);
+                    let entry = Entry::Reduction(&settled.reduction, &settled.recovery);
+                    session.keep(key, entry);
                 }
                 if let Some(settled) = settled.structure {
                     structure.get_or_init(|| settled);
@@ -283,7 +285,8 @@ impl Bodies {
     ) -> Result<KeptReduction, Error> {
         session.goes_on()?;
         let key = self.key_of_waves(scene, nodal_diameter, session);
-        let kept = key.and_then(|key| session.store().reduction(&key));
+        let mut kept = None;
+        session.load(key, Place::Reduction(&mut kept));
         // What the store keeps is not held in memory, too.
         let mut recovery = OnceLock::new();
         let kept = match kept {
@@ -299,12 +302,10 @@ impl Bodies {
                     // That of the sectors in phase serves all waves.
                     prestressed: Prestressed::new(),
                 };
-                if let Some(key) = &key {
+                if key.is_some() {
                     let _stage = session.stage(Stage::Keeping);
-                    let mut store = session.store();
-                    store.keep_reduction(key, &kept, &reduction.recovery);
-                }
-                if key.is_none() {
+                    session.keep(key, Entry::Reduction(&kept, &reduction.recovery));
+                } else {
                     recovery = OnceLock::from(reduction.recovery);
                 }
                 kept
@@ -376,7 +377,9 @@ impl Bodies {
     /// The errors of the finite elements and of the eigenvalues.
     pub fn held_modes(&self, session: &Session<'_>) -> Result<Vec<Modes>, Error> {
         let begin = Instant::now();
-        if let Some(kept) = self.key.and_then(|key| session.store().held_modes(&key)) {
+        let mut kept = None;
+        session.load(self.key, Place::HeldModes(&mut kept));
+        if let Some(kept) = kept {
             session.kept_stage(Stage::HeldModes, begin.elapsed());
             return Ok(kept);
         }
@@ -386,9 +389,7 @@ impl Bodies {
         let modes = bodies
             .map(|body| Ok(fixed_interface_modes(body, LISTED_MODES)?))
             .collect::<Result<Vec<Modes>, Error>>()?;
-        if let Some(key) = &self.key {
-            session.store().keep_held_modes(key, &modes);
-        }
+        session.keep(self.key, Entry::HeldModes(&modes));
         Ok(modes)
     }
 }

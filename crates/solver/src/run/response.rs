@@ -1,9 +1,9 @@
 //! Response of a reduced model about its static state.
 
 use super::error::Error;
-use super::records::ResponseInputs;
+use super::records::{RecordInputs, ResponseInputs};
 use super::reduced::Reduced;
-use super::session::{Event, Session, Stage, unless_ended};
+use super::session::{Event, Session, Stage};
 use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, ResponseSpec, Scene};
 use crate::dlft::accuracy::samples_for;
@@ -232,14 +232,13 @@ impl Responses<'_, '_> {
             frequencies_hz: self.frequencies_hz,
             compared_harmonics,
         })?;
-        let solved = session.store().solved(&ResponseInputs {
+        let recorded = session.records(&RecordInputs::Response(ResponseInputs {
             problem,
             damping,
             state,
             settings: &settings,
             points: spec.points,
-        });
-        let earlier = unless_ended(solved)?;
+        }))?;
         let follows = follows(spec, self.frequencies_hz);
         let steps = if follows {
             session.steps(100, "% of the range")
@@ -251,6 +250,7 @@ impl Responses<'_, '_> {
             Told::Solved(solved) => {
                 let mut solved = solved.clone();
                 sides.judge_orbit(&mut solved.orbit);
+                let _ = session.append(recorded.key, &solved);
                 let _ = session.tell(&Event::Frequency(&solved));
                 if follows {
                     (0..reached.more_percent(&solved)).for_each(|_| steps.step());
@@ -264,7 +264,7 @@ impl Responses<'_, '_> {
             Told::Next(stop) => session.stops(stop),
         };
         let solve = if follows { follow } else { sweep };
-        let response = solve(problem, damping, state, &settings, &earlier, &tell);
+        let response = solve(problem, damping, state, &settings, &recorded.earlier, &tell);
         session.goes_on()?;
         Ok(response)
     }

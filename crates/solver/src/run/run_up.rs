@@ -9,10 +9,10 @@
 use super::at::{At, rad_s, scene_at};
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, RunUp};
-use super::records::RunUpInputs;
+use super::records::{RecordInputs, RunUpInputs};
 use super::reduced::{Reduced, stuck_modes};
 use super::response::frequencies_hz;
-use super::session::{Event, Observer, Session, Stage, StageEnd, unless_ended};
+use super::session::{Event, Observer, Session, Stage, StageEnd};
 use crate::damping::Rayleigh;
 use crate::description::{EngineOrder, Scene};
 use crate::dlft::orbit::{linear_orbit, linear_point};
@@ -127,11 +127,10 @@ impl Ascent<'_, '_> {
     fn response(&mut self, frequencies_hz: &[f64]) -> Result<Response, Error> {
         let (run, session) = (self.run, self.session);
         let bodies = run.reduced.bodies.as_ref().ok_or(Error::NoMesh)?;
-        let solved = session.store().solved_along(&RunUpInputs {
+        let recorded = session.records(&RecordInputs::RunUp(RunUpInputs {
             model: bodies.model(),
             scene: self.scene,
-        });
-        let earlier = unless_ended(solved)?;
+        }))?;
         let sides = ShorterSides::of(&run.reduced.pairs);
         let steps = session.steps(frequencies_hz.len(), "speeds");
         let mut last = Last::default();
@@ -141,12 +140,13 @@ impl Ascent<'_, '_> {
             let is_known = |s: &&SolvedFrequency| {
                 s.place() == (point, false) && s.orbit.frequency_hz == frequency_hz
             };
-            let mut solved = match earlier.iter().find(is_known) {
+            let mut solved = match recorded.earlier.iter().find(is_known) {
                 Some(known) => known.clone(),
                 None => self.point(point, frequency_hz, &last)?,
             };
             session.goes_on()?;
             sides.judge_orbit(&mut solved.orbit);
+            session.append(recorded.key, &solved)?;
             session.tell(&Event::Frequency(&solved))?;
             steps.step();
             if !solved.orbit.x.is_empty() {

@@ -13,16 +13,14 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Bound;
 use super::error::Error;
-use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
+use super::kept::{Entry, Key, Place, PrestressPass, ReductionInputs};
 use super::outcome::{PeakAt, Run, StaticResult};
-use super::records::{CurveInputs, PeakInputs, ResponseInputs, RunUpInputs};
+use super::records::{RecordInputs, RecordKey, Recorded};
 use super::reduced::Reduced;
 use super::worn::WearCourse;
-use crate::dlft::{Attempt, Orbit, SolvedFrequency, Stop};
+use crate::dlft::{Attempt, SolvedFrequency, Stop};
 use crate::model::Assembly;
-use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
-use dovetail_numerics::eigen::Modes;
 
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -245,76 +243,24 @@ pub trait Store: Send {
     fn key(&mut self, _inputs: &ReductionInputs) -> Option<Key> {
         None
     }
-    /// Reduction that was kept. Where there is none the run makes it, and stores it with
-    /// [`Store::keep_reduction`].
-    fn reduction(&mut self, _key: &Key) -> Option<KeptReduction> {
-        None
-    }
-    /// Stores a reduction with its recovery.
-    fn keep_reduction(&mut self, _key: &Key, _reduction: &KeptReduction, _recovery: &Recovery) {}
-    /// Recovery of a reduction that was kept.
-    fn recovery(&mut self, _key: &Key) -> Option<Recovery> {
-        None
-    }
-    /// Stores a recovery alone.
-    fn keep_recovery(&mut self, _key: &Key, _recovery: &Recovery) {}
-    /// Modes of each body with its contacts held.
-    fn held_modes(&mut self, _key: &Key) -> Option<Vec<Modes>> {
-        None
-    }
-    /// Stores the modes of each body with its contacts held.
-    fn keep_held_modes(&mut self, _key: &Key, _modes: &[Modes]) {}
-    /// Frequencies of a response that an earlier run solved before it was interrupted.
+    /// Fills a place with what is kept under a key, if it is there. A run makes what is not there, and
+    /// keeps it.
+    fn load(&mut self, _key: &Key, _place: Place<'_>) {}
+    /// Keeps an entry under a key.
+    fn keep(&mut self, _key: &Key, _entry: Entry<'_>) {}
+    /// Motions with these inputs that an earlier run solved for before it was interrupted.
     /// [`ControlFlow::Break`] ends the run.
-    fn solved(&mut self, _inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        ControlFlow::Continue(Vec::new())
+    fn records(&mut self, _inputs: &RecordInputs<'_>) -> ControlFlow<(), Recorded> {
+        ControlFlow::Continue(Recorded::default())
     }
-    /// Frequencies of a response along an engine order that an earlier run solved before it was
-    /// interrupted. [`ControlFlow::Break`] ends the run.
-    fn solved_along(&mut self, _inputs: &RunUpInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        ControlFlow::Continue(Vec::new())
-    }
-    /// Key of a peak that is looked for; `None` where nothing is kept.
-    fn peak_key(&mut self, _inputs: &PeakInputs<'_>) -> Option<Key> {
-        None
-    }
-    /// Peak that an earlier run found before it was interrupted. [`ControlFlow::Break`] ends the
-    /// run.
-    fn peak(&mut self, _key: &Key) -> ControlFlow<(), Option<Orbit>> {
-        ControlFlow::Continue(None)
-    }
-    /// Stores a peak. [`ControlFlow::Break`] ends the run.
-    fn keep_peak(&mut self, _key: &Key, _peak: &Orbit) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-    /// Key of a curve over a value; `None` where nothing is kept.
-    fn curve_key(&mut self, _inputs: &CurveInputs<'_>) -> Option<Key> {
-        None
-    }
-    /// Points of a curve that an earlier run solved before it was interrupted.
-    /// [`ControlFlow::Break`] ends the run.
-    fn curve_points(&mut self, _key: &Key) -> ControlFlow<(), Vec<SolvedFrequency>> {
-        ControlFlow::Continue(Vec::new())
-    }
-    /// Stores a point of a curve, unless it is stored. [`ControlFlow::Break`] ends the run.
-    fn keep_curve_point(&mut self, _key: &Key, _point: &SolvedFrequency) -> ControlFlow<()> {
+    /// Keeps a motion, unless it is kept. [`ControlFlow::Break`] ends the run.
+    fn append(&mut self, _key: &RecordKey, _motion: &SolvedFrequency) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
 /// Store that keeps nothing.
 impl Store for () {}
-
-/// Answer of a store.
-///
-/// # Errors
-/// [`Error::Stopped`] where the store ends the run.
-pub(super) fn unless_ended<T>(answer: ControlFlow<(), T>) -> Result<T, Error> {
-    match answer {
-        ControlFlow::Continue(answer) => Ok(answer),
-        ControlFlow::Break(()) => Err(Error::Stopped),
-    }
-}
 
 /// Observer and store of a run.
 pub struct Session<'o> {
@@ -353,7 +299,7 @@ impl<'o> Session<'o> {
     /// Checks that the run continues.
     ///
     /// # Errors
-    /// [`Error::Stopped`] where the observer has ended it.
+    /// [`Error::Stopped`] where the observer or the store has ended it.
     pub(super) fn goes_on(&self) -> Result<(), Error> {
         if self.stopped.load(Ordering::Relaxed) {
             return Err(Error::Stopped);
@@ -366,6 +312,47 @@ impl<'o> Session<'o> {
         if self.goes_on().is_err() {
             stop.stop();
         }
+    }
+
+    /// Fills a place with what the store has under a key, if there is one.
+    pub(super) fn load(&self, key: Option<Key>, place: Place<'_>) {
+        if let Some(key) = key {
+            self.store().load(&key, place);
+        }
+    }
+
+    /// Has the store keep an entry under a key, if there is one.
+    pub(super) fn keep(&self, key: Option<Key>, entry: Entry<'_>) {
+        if let Some(key) = key {
+            self.store().keep(&key, entry);
+        }
+    }
+
+    /// Motions with these inputs that the store has.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] where the store ends the run.
+    pub(super) fn records(&self, inputs: &RecordInputs<'_>) -> Result<Recorded, Error> {
+        match self.store().records(inputs) {
+            ControlFlow::Continue(recorded) => Ok(recorded),
+            ControlFlow::Break(()) => Err(Error::Stopped),
+        }
+    }
+
+    /// Has the store keep a motion under a key, if there is one. A store that ends the run does so as an
+    /// observer does.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] where the run is ended.
+    pub(super) fn append(
+        &self,
+        key: Option<RecordKey>,
+        motion: &SolvedFrequency,
+    ) -> Result<(), Error> {
+        if key.is_some_and(|key| self.store().append(&key, motion).is_break()) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        self.goes_on()
     }
 
     /// Store, locked for this thread.
