@@ -285,7 +285,7 @@ fn with_files(
             }?;
             let verdict = run.verdict().map_err(RunError::from);
             files.locked().take_down(work.reporter.taken());
-            files.locked().report(scene, &run, &verdict)?;
+            files.locked().report(&run, &verdict)?;
             finish(&verdict)?;
             drop(work);
             console.end();

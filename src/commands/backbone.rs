@@ -108,7 +108,7 @@ impl Work<'_> {
                 mode: found.mode,
                 rows: &rows,
             };
-            files.locked().backbone(self.scene, &written)?;
+            files.locked().backbone(&written)?;
         }
         let missing = asked.amplitudes_m.len() - rows.len();
         let verdict = match missing {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::Work;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
-use crate::files::CurveFiles;
+use crate::files::{CurveFiles, Sought};
 use dovetail_export::warning::{LARGE_ERROR, Weight};
 use dovetail_export::words::{
     counted, figure, percent, quantity, rounded, short, supported_digits, title,
@@ -50,10 +50,7 @@ impl Work<'_> {
             },
             observation: asked.observation.as_deref(),
         };
-        self.begins(
-            |files| files.begin_curve(&question, asked.resume),
-            "motions were solved",
-        )?;
+        self.begins(Sought::curve(&question), asked.resume)?;
         let wrong = Mutex::new(None);
         let scene_at = |value: f64| {
             scene_with(&[asked.over.set(value)]).map_err(|error| {
@@ -75,7 +72,7 @@ impl Work<'_> {
         };
         let drawn = CurveFiles::of(&asked.over.key, asked.frequency_hz, &found);
         if let Some(files) = &self.files {
-            files.locked().curve(self.scene, &drawn)?;
+            files.locked().curve(&drawn)?;
         }
         self.warn_of_curve(asked, &found);
         let asked_for = &question.range.values;

@@ -36,7 +36,7 @@ use self::meshing::MadeIn;
 pub use self::peaks::PeakQuestion;
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::error::RunError;
-use crate::files::{Files, SharedFiles, makes_mesh};
+use crate::files::{SharedFiles, Sought, makes_mesh};
 use crate::reporter::Reporter;
 use crate::scene::check::pair_law::reduced_model_lines;
 use crate::store::RunStore;
@@ -91,16 +91,12 @@ impl Work<'_> {
     }
 
     /// Begins a search that can be resumed, in files if there are any, and notes how many motions of an
-    /// interrupted one are known. `words` say what was done to them: `peaks were found`.
-    fn begins(
-        &self,
-        begin: impl FnOnce(&mut Files) -> Result<usize, RunError>,
-        words: &str,
-    ) -> Result<(), RunError> {
+    /// interrupted one are known.
+    fn begins(&self, sought: Sought, resume: bool) -> Result<(), RunError> {
         if let Some(files) = &self.files {
-            let before = begin(&mut files.locked())?;
-            if before > 0 {
-                self.reporter.note(&format!("{before} {words} before"));
+            let note = files.locked().begin_search(sought, resume)?;
+            if let Some(note) = note {
+                self.reporter.note(&note);
             }
         }
         Ok(())
@@ -288,9 +284,7 @@ impl Work<'_> {
         };
         let law = {
             let _stage = self.reporter.stage(Stage::ReducedModelFiles);
-            files
-                .locked()
-                .reduced_model(self.scene, &condensed.reduced)?
+            files.locked().reduced_model(&condensed.reduced)?
         };
         match law.map(|law| lines_of_scene(&condensed, law, &self.folder)) {
             Some(lines) => self.reporter.note(&lines),

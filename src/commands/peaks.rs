@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::Work;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
-use crate::files::PeakLine;
+use crate::files::{PeakLine, Sought};
 use dovetail_export::csv::PeakRow;
 use dovetail_export::warning::{LARGE_ERROR, Weight};
 use dovetail_export::words::{figure, percent, quantity, rounded, short, supported_digits, title};
@@ -50,10 +50,7 @@ impl Work<'_> {
             let also: Vec<String> = other.iter().map(|other| other.first()).collect();
             range.check_is_read(&also, scene_with)?;
         }
-        self.begins(
-            |files| files.begin_peaks(&question.keys(), question.resume),
-            "peaks were found",
-        )?;
+        self.begins(Sought::peaks(&question.keys()), question.resume)?;
         let source = self.source()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],
@@ -89,7 +86,7 @@ impl Work<'_> {
         }
         if let Some(files) = &self.files {
             let drawn: Vec<PeakLine<'_>> = lines.iter().map(|l| drawn(question, l)).collect();
-            files.locked().peaks(self.scene, &question.keys(), &drawn)?;
+            files.locked().peaks(&question.keys(), &drawn)?;
         }
         let missing = lines.iter().map(|(_, peaks)| peaks.missing.len()).sum();
         let asked = lines.len() * values.len();

@@ -2,6 +2,7 @@
 
 use super::Work;
 use crate::error::RunError;
+use crate::files::Sought;
 use dovetail_export::warning::{LARGE_ERROR, Weight};
 use dovetail_export::words::{figure, percent, quantity, rounded, short};
 use dovetail_solver::description::MissionPart;
@@ -48,10 +49,7 @@ impl Work<'_> {
     pub fn wear(&self, asked: &AskedWear) -> Result<(String, Result<(), RunError>), RunError> {
         // Before anything is meshed.
         run::at_one_speed(self.scene, "contacts wear at one speed")?;
-        self.begins(
-            |files| files.begin_wear(asked.resume),
-            "vibrations were found",
-        )?;
+        self.begins(Sought::Vibrations, asked.resume)?;
         let mission = asked.mission(&self.scene.mission);
         let source = self.source()?;
         let question = WearQuestion {

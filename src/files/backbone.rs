@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use super::Files;
+use super::conditions::in_motion_over;
 use crate::error::RunError;
 use dovetail_export::ExportError;
-use dovetail_export::csv::BackboneRow;
+use dovetail_export::csv::{BackboneRow, write_backbone};
 use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
 
 /// Backbone of a mode for the files.
@@ -18,9 +20,22 @@ pub struct BackboneFiles<'a> {
     pub rows: &'a [BackboneRow<'a>],
 }
 
+impl Files {
+    /// Writes backbone.csv and draws frequency, damping and peak of a mode.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn backbone(&self, backbone: &BackboneFiles<'_>) -> Result<(), RunError> {
+        write_backbone(&self.folder.out.file("backbone.csv")?, backbone.rows)?;
+        // A backbone has the peaks of all forces.
+        let conditions = in_motion_over(&self.scene, &["excitation.*.force_n"]);
+        draw(backbone, &conditions, |name| self.picture(name))
+    }
+}
+
 /// Draws frequency and damping over the amplitude, the response near the peak and, of a single force,
 /// the amplitude of the peak over it. `conditions` hold for all responses; `file` gives the place of a picture.
-pub fn draw(
+fn draw(
     backbone: &BackboneFiles<'_>,
     conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,

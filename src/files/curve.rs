@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::Files;
+use super::conditions::in_motion_over;
 use super::solving::without_fields;
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::csv::{CurveRow, write_curve};
+use dovetail_export::manifest::curve_summary;
 use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
 use dovetail_export::words::{rounded, short, title};
 use dovetail_solver::dlft::SolvedFrequency;
@@ -106,9 +109,23 @@ impl CurveUnderWay {
     }
 }
 
+impl Files {
+    /// Writes curve.csv, and draws the amplitude of the motions at one frequency over a key.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn curve(&mut self, curve: &CurveFiles<'_>) -> Result<(), RunError> {
+        write_curve(&self.folder.out.file("curve.csv")?, curve.key, &curve.rows)?;
+        self.figures.summary.curve =
+            Some(curve_summary(curve.key, curve.frequency_hz, curve.found));
+        let conditions = in_motion_over(&self.scene, &[curve.key]);
+        draw(curve, &conditions, |name| self.picture(name))
+    }
+}
+
 /// Draws the amplitude over the values of the key, unstable motions dashed, and the linear reference.
 /// `conditions` hold for all responses; `file` gives the place of a picture.
-pub fn draw(
+fn draw(
     curve: &CurveFiles<'_>,
     conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,

@@ -1,24 +1,21 @@
-//! Pictures, and fields for ParaView, of the static state and of the response.
+//! Pictures of a response, and fields for ParaView at its peak.
 
+use super::conditions::in_motion;
 use super::{Files, FurtherPlot};
 use crate::error::RunError;
 use dovetail_export::curves::{Curves, Sweep};
 use dovetail_export::fields::{self, Separation};
 use dovetail_export::plots::{
-    Haigh, Heading, Scale, write_curves, write_field_map, write_haigh, write_no_field,
-    write_separation_map,
+    Haigh, Heading, Scale, write_curves, write_field_map, write_haigh, write_separation_map,
 };
 use dovetail_export::words::capital;
 use dovetail_export::{csv, flank, manifest, vtu};
-use dovetail_solver::fem::stress;
 use dovetail_solver::problem::Problem;
 use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
-use dovetail_solver::results::resultants::Resultant;
 use dovetail_solver::run::{
-    Bodies, Observed, PeakMotion, Reduced, ResponseResult, StaticResult, peak_forces, peak_stress,
-    static_forces,
+    Bodies, Observed, PeakMotion, ResponseResult, peak_forces, peak_stress,
 };
 use dovetail_solver::spectrum::{cosine, sine};
 
@@ -30,13 +27,14 @@ impl Files {
         observed: &[Observed],
         sweep: &Sweep<'_>,
     ) -> Result<(), RunError> {
-        let further = |kind| self.further_plots.contains(&kind);
+        let further = |kind| self.asked.further_plots.contains(&kind);
+        let conditions = &in_motion(&self.scene);
         let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
-            let path = self.out.file(&format!("plots/{file}.svg"))?;
+            let path = self.picture(&file)?;
             let quantity = capital(&curves.quantity);
             let heading = Heading {
-                title: &format!("{quantity}, scene {}", self.summary.scene.name),
-                conditions: &self.in_motion,
+                title: &format!("{quantity}, scene {}", self.figures.summary.scene.name),
+                conditions,
             };
             Ok(write_curves(&path, heading, scale, curves)?)
         };
@@ -69,7 +67,7 @@ impl Files {
     ) -> Result<(), RunError> {
         let (model, response) = (bodies.model(), &found.response);
         let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
-        let free = at_peak.filter(|_| self.fields);
+        let free = at_peak.filter(|_| self.asked.fields);
         let free = free.and_then(|orbit| bodies.free_motion_m(orbit));
         if let Some(orbit) = at_peak {
             let peak = PeakMotion {
@@ -80,9 +78,9 @@ impl Files {
             };
             self.write_forces("forces.csv", bodies, peak_forces(bodies, peak)?)?;
         }
-        let (out, conditions) = (&self.out, self.in_motion.as_str());
+        let (out, conditions) = (&self.folder.out, &in_motion(&self.scene)[..]);
         if !model.pairs.is_empty() {
-            let path = out.file("plots/separation.svg")?;
+            let path = self.picture("separation")?;
             let separation = Separation::of(response, model.pairs.len());
             write_separation_map(&path, model, conditions, &separation)?;
             if let Some(orbit) = at_peak {
@@ -93,7 +91,7 @@ impl Files {
                         title: &format!("{title}, {:.3} Hz", orbit.frequency_hz),
                         conditions,
                     };
-                    let path = out.file(&format!("plots/peak_{file}.svg"))?;
+                    let path = self.picture(&format!("peak_{file}"))?;
                     write_field_map(&path, model, heading, &field)?;
                 }
             }
@@ -104,31 +102,33 @@ impl Files {
         let motion = bodies.on_nodes_m(&free);
         drop(free);
         let stuck_modes = problem.reduced.of_harmonic(1).model.stuck_modes;
-        let strengths = self.strengths.clone();
+        let strengths = self.scene.assembly().map_or_else(Vec::new, |assembly| {
+            assembly.bodies.iter().map(|body| body.strength).collect()
+        });
         let stress = peak_stress(bodies, (orbit, &motion), stuck_modes, strengths);
         if !model.pairs.is_empty() {
             let of_bodies = stress.as_ref().map(|stress| stress.bodies.as_slice());
             let fretting = fretting(model, orbit, of_bodies);
             let path = out.file("flank_peak.vtu")?;
             flank::write_flank_peak(&path, model, orbit, response, &fretting)?;
-            if let Some(response) = &mut self.summary.response {
+            if let Some(response) = &mut self.figures.summary.response {
                 response.peak_fretting = Some(manifest::fretting_summary(&fretting));
             }
         }
-        let disc = model.cyclic.as_ref().filter(|_| self.whole_disc);
+        let disc = model.cyclic.as_ref().filter(|_| self.asked.whole_disc);
         let path = out.file("peak.vtu")?;
         vtu::write_motion(&path, (model, None), &motion, stress.as_ref())?;
         if disc.is_some() {
             let path = out.file("peak_disc.vtu")?;
             vtu::write_motion(&path, (model, disc), &motion, stress.as_ref())?;
         }
-        if let Some(frames) = self.frames {
+        if let Some(frames) = self.asked.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);
             out.list(vtu::frame_files(frames))?;
             vtu::write_frames(folder, (model, disc), &motion, hz, frames)?;
         }
         if let Some(stress) = &stress {
-            if self.stress_points {
+            if self.asked.stress_points {
                 let fields = stress_fields(&motion);
                 vtu::write_stress_points(&out.file("peak_points.vtu")?, model, &fields)?;
             }
@@ -138,98 +138,12 @@ impl Files {
                 title: &format!("Haigh diagram, {:.3} Hz", orbit.frequency_hz),
                 conditions,
             };
-            let path = out.file("plots/haigh.svg")?;
+            let path = self.picture("haigh")?;
             write_haigh(&path, heading, &Haigh::of(model, stress))?;
-            self.summary.stress = Some(summary);
+            self.figures.summary.stress = Some(summary);
         }
-        self.motion = Some(motion);
-        self.stress = stress;
-        Ok(())
-    }
-
-    /// Writes a table of forces and moments, if there are any, and keeps them.
-    fn write_forces(
-        &mut self,
-        file: &str,
-        bodies: &Bodies,
-        forces: Vec<Resultant>,
-    ) -> Result<(), RunError> {
-        if !forces.is_empty() {
-            let names = bodies.model().bodies.iter();
-            let names: Vec<&str> = names.map(|body| body.name.as_str()).collect();
-            csv::write_forces(&self.out.file(file)?, &names, &forces)?;
-        }
-        self.forces = forces;
-        Ok(())
-    }
-
-    /// Writes the table of the static state, its map on the flanks and, if fields are written,
-    /// those on the flanks and on the bodies.
-    pub(super) fn write_static_state(
-        &mut self,
-        reduced: &Reduced,
-        statics: &StaticResult,
-    ) -> Result<(), RunError> {
-        let state = &statics.state;
-        csv::write_static(&self.out.file("static.csv")?, &reduced.pairs, state)?;
-        let Some(bodies) = &reduced.bodies else {
-            return Ok(());
-        };
-        let model = bodies.model();
-        if state.outcome.is_converged() {
-            self.write_forces("static_forces.csv", bodies, static_forces(bodies, state)?)?;
-        }
-        let out = &self.out;
-        let opens = !model.pairs.is_empty();
-        if opens {
-            let path = out.file("plots/static_pressure.svg")?;
-            let heading = |title| Heading {
-                title,
-                conditions: &self.at_rest,
-            };
-            match fields::at_rest(state, &model.pairs) {
-                Some([pressure, _]) => {
-                    write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
-                }
-                None => {
-                    let outcome = state.outcome;
-                    let title = format!("Static pressure: {outcome}, no result");
-                    write_no_field(&path, heading(&title))?;
-                }
-            }
-        }
-        let Some(displacements) = statics.displacements_m.as_ref().filter(|_| self.fields) else {
-            return Ok(());
-        };
-        if opens {
-            flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
-        }
-        let fields: Vec<_> = model
-            .bodies
-            .iter()
-            .zip(displacements)
-            .map(|(body, displacement)| {
-                let at_elements = stress::stress(body, displacement);
-                let von_mises: Vec<f64> = stress::nodal_stress(body, displacement)
-                    .into_iter()
-                    .map(stress::von_mises)
-                    .collect();
-                (displacement, at_elements, von_mises)
-            })
-            .collect();
-        let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
-        csv::write_static_observations(&out.file("static_observed.csv")?, model, &displacements)?;
-        let fields = fields.iter();
-        let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
-            displacement_m: displacement,
-            stress_pa: stress,
-            von_mises_pa: von_mises,
-        });
-        vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
-        if self.stress_points {
-            let fields = [("stress_pa".to_owned(), displacements)];
-            vtu::write_stress_points(&out.file("static_points.vtu")?, model, &fields)?;
-        }
+        self.figures.motion = Some(motion);
+        self.figures.stress = stress;
         Ok(())
     }
 }

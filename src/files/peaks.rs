@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use super::Files;
+use super::conditions::in_motion_over;
 use crate::error::RunError;
 use dovetail_export::ExportError;
-use dovetail_export::csv::PeakRow;
+use dovetail_export::csv::{PeakRow, write_peaks};
 use dovetail_export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
 use dovetail_export::words::{capital, rounded, short, title};
 use dovetail_solver::results::pairs::PairTable;
@@ -13,6 +15,9 @@ use dovetail_solver::run::PeakAt;
 
 /// Digits of the values along the lower edge of a map.
 const MAP_DIGITS: usize = 3;
+
+/// Name of the table of the peaks.
+pub(super) const PEAKS: &str = "peaks.csv";
 
 /// Peaks over the values of a key.
 #[derive(Debug)]
@@ -30,7 +35,7 @@ pub struct PeakLine<'a> {
 }
 
 /// Peaks of a search under way, for a table that an interrupted search leaves.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct PeaksFound {
     /// Keys of the values, the key of each line first if there are two.
     pub keys: Vec<String>,
@@ -48,6 +53,15 @@ struct Found {
 }
 
 impl PeaksFound {
+    /// No peaks yet over the values of these keys, the key of each line first.
+    pub fn over(keys: &[&str]) -> Self {
+        Self {
+            keys: keys.iter().map(|key| (*key).to_owned()).collect(),
+            also: None,
+            found: Vec::new(),
+        }
+    }
+
     /// Adds a peak. If there is one at the same value, the higher one stays.
     pub fn add(&mut self, pairs: &PairTable, observation: usize, peak: &PeakAt) {
         let found = Found {
@@ -89,6 +103,21 @@ impl PeaksFound {
     }
 }
 
+impl Files {
+    /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the
+    /// key of the value of each line, if there is one, and the key of the values along it. Where
+    /// there are several lines, the amplitudes are drawn as a map, too.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn peaks(&self, keys: &[&str], lines: &[PeakLine<'_>]) -> Result<(), RunError> {
+        let rows: Vec<PeakRow<'_>> = lines.iter().flat_map(|line| line.rows.clone()).collect();
+        write_peaks(&self.folder.out.file(PEAKS)?, keys, &rows)?;
+        let conditions = in_motion_over(&self.scene, keys);
+        draw(keys, (lines, &conditions), |name| self.picture(name))
+    }
+}
+
 /// Ends of the error bar of an amplitude, m; `None` if no error is known, or none can be seen.
 fn error_bar(row: &PeakRow<'_>) -> Option<[f64; 2]> {
     const SEEN: f64 = 5e-3;
@@ -120,7 +149,7 @@ const DRAWN: [Drawn; 3] = [
 /// Draws amplitude, frequency and loss factor over the values of the last key, and a map of the
 /// amplitudes over both if there are two. Values without a peak are marked, and errors are bars.
 /// `conditions` hold for all peaks; `file` gives the place of a picture.
-pub fn draw(
+fn draw(
     keys: &[&str],
     (lines, conditions): (&[PeakLine<'_>], &str),
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::{Files, told};
+use super::Files;
+use super::ending::told;
 use crate::error::RunError;
 use dovetail_export::folder::mark_failed;
 

@@ -1,14 +1,17 @@
 //! Figures of summary.json, collected during a run.
 
 use std::path::Path;
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 use crate::{metrics, scene_files, version};
 use dovetail_cache::fingerprint::fingerprint;
 use dovetail_export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
+use dovetail_export::warning::{Warning, by_weight};
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::results::modes::hertz;
-use dovetail_solver::run::{Bodies, Bound, Reduced, StaticResult};
+use dovetail_solver::results::modes::{NaturalFrequency, hertz};
+use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::results::resultants::Resultant;
+use dovetail_solver::run::{Bodies, Bound, PeakStress, Reduced, StaticResult};
 
 /// Time and stages of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,68 +25,105 @@ pub struct Taken {
     pub processor_seconds: Option<f64>,
 }
 
-/// Summary at the beginning: the scene and its files, the program, the time.
-pub(super) fn beginning(scene: &Scene, scene_file: &Path) -> Summary {
-    Summary {
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        scene: manifest::SceneSummary {
-            name: scene.name.clone(),
-            file: scene_file.display().to_string(),
-            blake3: scene_files::hash(scene, scene_file),
-        },
-        reduced_model: match &scene.subject {
-            Subject::Assembly(_) => None,
-            Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
-        },
-        commit: version::commit().map(str::to_owned),
-        program_blake3: fingerprint().map(|hash| blake3::Hash::from_bytes(hash).to_string()),
-        begun: metrics::universal_time(SystemTime::now()),
-        ..Summary::default()
-    }
+/// Figures of a run so far, for summary.json and the report.
+#[derive(Debug)]
+pub(super) struct Figures {
+    /// If the run fails, these are all.
+    pub summary: Summary,
+    pub begun: Instant,
+    /// Origin of the mesh.
+    pub origin: MeshOrigin,
+    pub warnings: Vec<Warning>,
+    /// Rows of modes.csv.
+    pub modes: Vec<NaturalFrequency>,
+    /// The 2H+1 nodal fields of each body at the peak, if fields are written.
+    pub motion: Option<Vec<Vec<NodalField>>>,
+    /// Stress of each body at the peak, if fields are written.
+    pub stress: Option<PeakStress>,
+    /// Forces of contacts, supports and springs: those in the static state until the peak is known.
+    pub forces: Vec<Resultant>,
 }
 
-/// Summary with the figures of the bodies added.
-pub(super) fn of_bound(earlier: &Summary, origin: &MeshOrigin, bound: &Bound) -> Summary {
-    let model = &bound.model;
-    Summary {
-        mesh: Some(manifest::mesh_summary(model, &bound.properties, origin)),
-        pairs: model.pairs.len(),
-        bonded_pairs: model.bonded_pairs(),
-        excitation_fields: model.maps.clone(),
-        observations: manifest::observation_summaries(model),
-        ..earlier.clone()
+impl Figures {
+    /// Figures at the beginning: the scene and its files, the program, the time.
+    pub fn beginning(scene: &Scene, scene_file: &Path) -> Self {
+        let summary = Summary {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            scene: manifest::SceneSummary {
+                name: scene.name.clone(),
+                file: scene_file.display().to_string(),
+                blake3: scene_files::hash(scene, scene_file),
+            },
+            reduced_model: match &scene.subject {
+                Subject::Assembly(_) => None,
+                Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
+            },
+            commit: version::commit().map(str::to_owned),
+            program_blake3: fingerprint().map(|hash| blake3::Hash::from_bytes(hash).to_string()),
+            begun: metrics::universal_time(SystemTime::now()),
+            ..Summary::default()
+        };
+        Self {
+            summary,
+            begun: Instant::now(),
+            origin: MeshOrigin::default(),
+            warnings: Vec::new(),
+            modes: Vec::new(),
+            motion: None,
+            stress: None,
+            forces: Vec::new(),
+        }
     }
-}
 
-/// Summary with the figures of the reduced model added.
-pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
-    let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
-    Summary {
-        stuck_modes: Some(reduced.stuck_omega2().len()),
-        truncation: modes.map(|modes| TruncationSummary {
+    /// Summary with the warnings.
+    pub fn with_warnings(&self) -> Summary {
+        Summary {
+            warnings: by_weight(&self.warnings).into_iter().cloned().collect(),
+            ..self.summary.clone()
+        }
+    }
+
+    /// Adds the figures of the bodies.
+    pub fn of_bound(&mut self, bound: &Bound) {
+        let (model, summary) = (&bound.model, &mut self.summary);
+        let mesh = manifest::mesh_summary(model, &bound.properties, &self.origin);
+        summary.mesh = Some(mesh);
+        summary.pairs = model.pairs.len();
+        summary.bonded_pairs = model.bonded_pairs();
+        summary.excitation_fields.clone_from(&model.maps);
+        summary.observations = manifest::observation_summaries(model);
+    }
+
+    /// Adds the figures of the reduced model.
+    pub fn of_reduced(&mut self, reduced: &Reduced) {
+        let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
+        let summary = &mut self.summary;
+        summary.stuck_modes = Some(reduced.stuck_omega2().len());
+        summary.truncation = modes.map(|modes| TruncationSummary {
             amplitude: modes.truncation.amplitude,
             frequencies: modes.truncation.frequencies.clone(),
             modes_reach: None,
-        }),
-        pairs: reduced.pairs.rows.len(),
-        prestress_passes: modes.map_or_else(Vec::new, |modes| modes.prestress_passes.clone()),
-        held_flanks_error: modes.and_then(|modes| modes.held_flanks_error),
-        stuck_frequency_hz: reduced.stuck_omega2().first().copied().map(hertz),
-        observations: match reduced.bodies.as_ref().map(Bodies::model) {
+        });
+        summary.pairs = reduced.pairs.rows.len();
+        summary.prestress_passes =
+            modes.map_or_else(Vec::new, |modes| modes.prestress_passes.clone());
+        summary.held_flanks_error = modes.and_then(|modes| modes.held_flanks_error);
+        summary.stuck_frequency_hz = reduced.stuck_omega2().first().copied().map(hertz);
+        summary.observations = match reduced.bodies.as_ref().map(Bodies::model) {
             Some(model) => manifest::observation_summaries(model),
             None => manifest::probe_summaries(reduced.observations()),
-        },
-        ..earlier.clone()
+        };
     }
-}
 
-/// Adds the figures of the static state.
-pub(super) fn of_statics(summary: &mut Summary, reduced: &Reduced, statics: &StaticResult) {
-    let (pairs, state) = (&reduced.pairs, &statics.state);
-    summary.static_state = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
-    if statics.usable().is_ok() {
-        let first = reduced.linear_omega2(state).first().copied();
-        summary.linear_frequency_hz = first.map(hertz);
+    /// Adds the figures of the static state.
+    pub fn of_statics(&mut self, reduced: &Reduced, statics: &StaticResult) {
+        let (pairs, state) = (&reduced.pairs, &statics.state);
+        let figures = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
+        self.summary.static_state = figures;
+        if statics.usable().is_ok() {
+            let first = reduced.linear_omega2(state).first().copied();
+            self.summary.linear_frequency_hz = first.map(hertz);
+        }
     }
 }
 

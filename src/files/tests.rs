@@ -1,6 +1,7 @@
 //! Searches of a program that cannot read its own file.
 
 use super::*;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
     FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
@@ -8,6 +9,7 @@ use dovetail_solver::description::{
 use dovetail_solver::dlft::branch::ValueRange;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome};
+use dovetail_solver::run::CurveQuestion;
 
 fn scene() -> Scene {
     let range = FrequencyRange::Hz {
@@ -56,7 +58,8 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
         },
         observation: None,
     };
-    assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
+    let begin = |files: &mut Files, resume| files.begin_search(Sought::curve(&question), resume);
+    assert_eq!(begin(&mut files, false).unwrap(), None);
     let key = RecordKey {
         kind: RecordKind::Curve,
         hash: [7; 32],
@@ -64,12 +67,13 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
     let motion = Orbit::without_motion(1.0, Outcome::Converged);
     let point = SolvedFrequency::alone(motion);
     files.append(&key, &point).unwrap();
-    assert_eq!(files.begin_curve(&question, true).unwrap(), 1);
-    files.summary.program_blake3 = None;
-    let refused = files.begin_curve(&question, true).unwrap_err();
+    let before = begin(&mut files, true).unwrap();
+    assert_eq!(before.as_deref(), Some("1 motions were solved before"));
+    files.figures.summary.program_blake3 = None;
+    let refused = begin(&mut files, true).unwrap_err();
     assert!(refused.to_string().contains("cannot read"), "{refused}");
     // A search that begins anew has nothing to tell apart.
-    assert_eq!(files.begin_curve(&question, false).unwrap(), 0);
+    assert_eq!(begin(&mut files, false).unwrap(), None);
     files.append(&key, &point).unwrap();
     let told = files.interrupted("Ctrl-C").unwrap();
     assert!(told.contains("after 1 motion. "), "{told}");

@@ -2,18 +2,54 @@
 
 use std::path::PathBuf;
 
+use super::Files;
+use super::conditions::in_motion;
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::fields::Field;
+use dovetail_export::flank::WornFlanks;
 use dovetail_export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
 use dovetail_export::words::{rounded, short};
+use dovetail_export::{csv, manifest};
 use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
 
 /// File name of the collection of the worn flanks over the cycles.
-pub const WORN: &str = "wear.pvd";
+const WORN: &str = "wear.pvd";
+
+impl Files {
+    /// Writes what the contacts have become, and draws amplitude, frequency and depth over the cycles.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn wear(&mut self, course: &WearCourse<'_>) -> Result<(), RunError> {
+        if let Some(last) = course.blocks.last() {
+            let path = self.folder.out.file("wear_pairs.csv")?;
+            csv::write_wear_pairs(&path, &course.reduced.pairs, course.area_m2, last)?;
+        }
+        draw(course, &in_motion(&self.scene), |name| self.picture(name))
+    }
+
+    /// Writes wear.csv so far and, if fields are written, the flanks after the last block.
+    pub(super) fn worn(&mut self, course: &WearCourse<'_>) -> Result<(), RunError> {
+        csv::write_wear(&self.folder.out.file("wear.csv")?, course)?;
+        self.figures.summary.wear = manifest::wear_summary(course);
+        let bodies = course.reduced.bodies.as_ref().filter(|_| self.asked.fields);
+        let (Some(bodies), Some(last)) = (bodies, course.blocks.last()) else {
+            return Ok(());
+        };
+        let flanks = self
+            .worn
+            .get_or_insert_with(|| WornFlanks::new(bodies.model()));
+        self.folder
+            .out
+            .list([WornFlanks::file(course.blocks.len() - 1)])?;
+        flanks.write(self.folder.out.path(), last)?;
+        Ok(flanks.write_collection(&self.folder.out.file(WORN)?)?)
+    }
+}
 
 /// Name of the vibration of a part of the mission, counted from 0: nothing where it is the only one.
-pub fn of_part(course: &WearCourse<'_>, part: usize) -> String {
+fn of_part(course: &WearCourse<'_>, part: usize) -> String {
     match course.mission {
         [_] => String::new(),
         _ => format!("part {}", part + 1),
@@ -22,7 +58,7 @@ pub fn of_part(course: &WearCourse<'_>, part: usize) -> String {
 
 /// Draws amplitude, frequency and depth over the cycles, and the depths on the flanks at the end.
 /// `file` gives the place of a picture.
-pub fn draw(
+fn draw(
     course: &WearCourse<'_>,
     conditions: &str,
     file: impl Fn(&str) -> Result<PathBuf, ExportError>,

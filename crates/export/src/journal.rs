@@ -158,6 +158,17 @@ impl Journal {
         }
     }
 
+    /// Removes the file if it has no frequency from which to continue.
+    ///
+    /// # Errors
+    /// Those of [`Journal::remove`].
+    pub fn remove_if_empty(&self) -> Result<(), ExportError> {
+        match self.is_empty() {
+            true => self.remove(),
+            false => Ok(()),
+        }
+    }
+
     /// Reads all records, drops everything after the last intact one, and stays at the end.
     fn read(&mut self, mut each: impl FnMut(&Inputs, SolvedFrequency)) -> Result<(), ExportError> {
         let known = &mut self.known;
