@@ -1,7 +1,7 @@
 //! Settings of the solution of the harmonic balance.
 
-use serde::Serialize;
 pub use dovetail_numerics::nonlinear::NewtonOptions;
+use serde::Serialize;
 use strum::{Display, EnumString, VariantNames};
 
 /// Number of harmonics and samples that each frequency is resolved with.
@@ -89,7 +89,9 @@ impl Default for Resolution {
 /// assert_eq!("spectral_radius".parse(), Ok(EpsChoice::SpectralRadius));
 /// assert!("paper".parse::<EpsChoice>().is_err());
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize,
+)]
 #[strum(serialize_all = "snake_case")]
 pub enum EpsChoice {
     /// Median of the dynamic stiffness over the harmonics, per pair: one value for N, one for T.
@@ -109,7 +111,9 @@ pub enum EpsChoice {
 /// assert_eq!("powell".parse(), Ok(Solver::Powell));
 /// assert_eq!(Solver::default().to_string(), "newton_krylov");
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize,
+)]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {
     /// Newton's method with GMRES for its linear systems.

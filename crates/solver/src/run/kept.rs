@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 use crate::contact::PairLaw;
 use crate::description::PathPoint;
 use crate::fem::Prestressed;
-use crate::model::{Assembly, Model};
+use crate::model::{Assembly, Gap, Model};
 use crate::reduced::ReducedModel;
 use crate::reduction::{Recovery, StuckModes, Truncation};
 use dovetail_numerics::eigen::Modes;
 
 /// Settings of a static state besides the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StaticOptions {
+pub(super) struct StaticOptions {
     pub(super) load_steps: usize,
     pub(super) path: Vec<PathPoint>,
     pub(super) tolerance: f64,
@@ -163,7 +163,7 @@ impl PlannedReduction {
             // They are parts of the laws of the pairs.
             for contact in &mut assembly.contacts {
                 (contact.friction_at, contact.crown) = (None, None);
-                contact.gap_from_mesh = false;
+                contact.gap = Gap::Closed;
             }
         }
         let (contacts, excitations) = (&mut assembly.contacts, &mut assembly.excitations);

@@ -169,7 +169,7 @@ pub(super) fn highest_harmonic(scene: &Scene) -> usize {
 }
 
 /// Stuck modes that the response of a scene requires.
-pub fn stuck_modes(scene: &Scene) -> StuckModes {
+pub(super) fn stuck_modes(scene: &Scene) -> StuckModes {
     let harmonic = highest_harmonic(scene) as f64;
     let highest = match scene.response.range {
         FrequencyRange::Hz { to_hz, .. } => Highest::RadS(std::f64::consts::TAU * to_hz),

@@ -39,7 +39,7 @@ fn multiples(point: &PathPoint, reduced: &ReducedModel) -> Vec<f64> {
 }
 
 /// Settings of the static state of a scene.
-pub fn static_options(scene: &Scene) -> StaticOptions {
+pub(super) fn static_options(scene: &Scene) -> StaticOptions {
     StaticOptions {
         load_steps: scene.static_state.load_steps,
         path: scene.static_state.path.clone(),
