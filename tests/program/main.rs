@@ -49,6 +49,7 @@ mod pair_counts;
 mod paper_findings;
 mod peaks;
 mod prestress;
+mod public_items;
 mod reduced_scenes;
 mod reference;
 mod report;

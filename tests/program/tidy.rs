@@ -13,10 +13,11 @@ use dovetail_testkit::folder::root;
 const LIBRARIES: [(&str, &str); 5] = [
     (
         "crates/dynamics/src",
-        "contact damping reduced excitation superelement problem dlft integration",
+        "contact damping reduced excitation superelement problem dlft integration forced_response \
+         prelude",
     ),
     ("crates/structure/src", "structure reduction model fem"),
-    ("crates/solver/src", "results description run"),
+    ("crates/solver/src", "results description run prelude"),
     (
         "crates/export/src",
         "words warning error file lock journal table colours curves fields unrolled manifest vtu flank \
