@@ -140,7 +140,7 @@ const NEEDED: [(&str, &str); 8] = [
     ("mesh", "numerics"),
     ("structure", "dynamics mesh numerics"),
     ("superelement", "dynamics matrices numerics"),
-    ("solver", "dynamics mesh numerics structure"),
+    ("solver", "dynamics mesh numerics structure superelement"),
     ("export", "mesh solver superelement"),
     ("cache", "export solver superelement"),
 ];
