@@ -164,6 +164,13 @@ fn arrays_of_too_many_values_and_those_that_number_are_no_groups() {
 
 /// The pieces of two files are one grid; an array that one of them lacks is left aside.
 #[test]
+fn an_attribute_that_is_given_twice_is_an_error() {
+    let twice = SMALL.replacen("NumberOfPoints=", "NumberOfPoints=\"1\" NumberOfPoints=", 1);
+    let error = parse(twice.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("NumberOfPoints twice"), "{error}");
+}
+
+#[test]
 fn pieces_follow_one_another() {
     let (head, rest) = SMALL.split_once("<Piece ").unwrap();
     let (piece, tail) = rest.split_once("</Piece>").unwrap();

@@ -165,13 +165,22 @@ fn appended(bytes: &[u8]) -> Result<(&[u8], bool), MeshError> {
     Ok((&content[begin + 1..], base64))
 }
 
+/// Value of an attribute, which a tag has at most once. The reader's own check for attributes that
+/// repeat compares each with all others, in quadratic time.
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, MeshError> {
-    let found = tag.try_get_attribute(name);
-    let Some(found) = found.map_err(|e| broken(e.to_string()))? else {
-        return Ok(None);
-    };
-    let value = found.unescape_value().map_err(|e| broken(e.to_string()))?;
-    Ok(Some(value.into_owned()))
+    let mut value = None;
+    for attribute in tag.attributes().with_checks(false) {
+        let attribute = attribute.map_err(|e| broken(e.to_string()))?;
+        if attribute.key.as_ref() != name.as_bytes() {
+            continue;
+        }
+        if value.is_some() {
+            return Err(broken(format!("a tag has the attribute {name} twice")));
+        }
+        let text = attribute.unescape_value();
+        value = Some(text.map_err(|e| broken(e.to_string()))?.into_owned());
+    }
+    Ok(value)
 }
 
 /// Number in an attribute, which must not be negative.
