@@ -15,31 +15,13 @@ use dovetail_superelement::input;
 /// files of a reduced model. A ready mesh that does not exist is left out, as it is needed only if
 /// gmsh is missing.
 pub fn files(scene: &Scene) -> Vec<PathBuf> {
-    let assembly = match &scene.subject {
-        Subject::ReducedModel(spec) => return dovetail_superelement::files(&spec.folder),
-        Subject::Assembly(assembly) => assembly,
-    };
     let mut files = Vec::new();
-    match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
-        None => {}
-        Some(MeshKind::File { path }) => files.extend(mesh_files::files(path)),
-        Some(MeshKind::Geometry {
-            script, fallback, ..
-        }) => {
-            files.push(script.clone());
-            files.extend(fallback.clone().filter(|file| file.is_file()));
-        }
-    }
-    for body in &assembly.bodies {
-        if let BodyMesh::File { path, .. } = &body.mesh {
-            files.extend(mesh_files::files(path));
-        }
-        if let MatrixSource::Files(named) = &body.matrices {
-            files.extend(named.paths().map(Path::to_path_buf));
-        }
-    }
-    files.extend(assembly.field_files().map(Path::to_path_buf));
-    files.extend(assembly.influence_file().map(Path::to_path_buf));
+    for_each_path(&mut scene.clone(), &mut |named, path| match named {
+        Named::Model => files.extend(dovetail_superelement::files(path)),
+        Named::Mesh => files.extend(mesh_files::files(path)),
+        Named::ReadyMesh if !path.is_file() => {}
+        Named::ReadyMesh | Named::Other => files.push(path.clone()),
+    });
     files
 }
 
@@ -62,40 +44,52 @@ pub fn hash(scene: &Scene, scene_file: &Path) -> Option<String> {
     let contents: Vec<String> = contents.collect();
     let folder = scene_file.parent().unwrap_or(Path::new(""));
     let mut scene = scene.clone();
-    change_paths(&mut scene, &|path| {
+    for_each_path(&mut scene, &mut |_, path| {
         let relative = path.strip_prefix(folder).unwrap_or(path);
-        // A path that is no Unicode cannot be serialised.
+        // Only Unicode can be serialised.
         *path = relative.to_string_lossy().into_owned().into();
     });
     let hash = inputs::of_scene(&scene, &contents)?;
     Some(blake3::Hash::from_bytes(hash).to_string())
 }
 
-/// Changes each path of a scene.
-fn change_paths(scene: &mut Scene, change: &dyn Fn(&mut PathBuf)) {
+/// Kind of file that a path of a scene names.
+enum Named {
+    /// Folder of a reduced model.
+    Model,
+    Mesh,
+    /// Mesh that replaces the mesh of a script.
+    ReadyMesh,
+    Other,
+}
+
+/// Goes through the paths of a scene, each with its kind of file.
+fn for_each_path(scene: &mut Scene, each: &mut dyn FnMut(Named, &mut PathBuf)) {
     let assembly = match &mut scene.subject {
-        Subject::ReducedModel(spec) => return change(&mut spec.folder),
+        Subject::ReducedModel(spec) => return each(Named::Model, &mut spec.folder),
         Subject::Assembly(assembly) => assembly,
     };
     match assembly.mesh.as_mut().map(|mesh| &mut mesh.kind) {
         None => {}
-        Some(MeshKind::File { path }) => change(path),
+        Some(MeshKind::File { path }) => each(Named::Mesh, path),
         Some(MeshKind::Geometry {
             script, fallback, ..
         }) => {
-            change(script);
-            fallback.iter_mut().for_each(change);
+            each(Named::Other, script);
+            fallback
+                .iter_mut()
+                .for_each(|file| each(Named::ReadyMesh, file));
         }
     }
     for body in &mut assembly.bodies {
         if let BodyMesh::File { path, .. } = &mut body.mesh {
-            change(path);
+            each(Named::Mesh, path);
         }
         if let MatrixSource::Files(named) = &mut body.matrices {
-            let load = named.load.iter_mut();
-            let files = [&mut named.stiffness, &mut named.mass].into_iter();
-            files.chain(load).for_each(|file| change(&mut file.path));
-            named.rows.iter_mut().for_each(change);
+            let both = [&mut named.stiffness.path, &mut named.mass.path].into_iter();
+            let load = named.load.iter_mut().map(|file| &mut file.path);
+            let paths = both.chain(&mut named.rows).chain(load);
+            paths.for_each(|path| each(Named::Other, path));
         }
     }
     let excitations = assembly.excitations.iter_mut();
@@ -104,14 +98,13 @@ fn change_paths(scene: &mut Scene, change: &dyn Fn(&mut PathBuf)) {
         _ => None,
     });
     let contacts = assembly.contacts.iter_mut();
-    let friction = contacts.filter_map(|contact| contact.friction_at.as_mut());
-    for field in fields.chain(friction) {
+    for field in fields.chain(contacts.filter_map(|contact| contact.friction_at.as_mut())) {
         if let FieldSource::File(path) = field {
-            change(path);
+            each(Named::Other, path);
         }
     }
     let influence = assembly.cyclic.as_mut().and_then(|c| c.influence.as_mut());
     if let Some(InfluenceSource::File(path)) = influence.map(|i| &mut i.coefficients) {
-        change(path);
+        each(Named::Other, path);
     }
 }

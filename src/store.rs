@@ -10,8 +10,7 @@ use dovetail_cache::{Cache, Turn, inputs};
 use dovetail_export::warning::Weight;
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::run::{
-    Entry, Key, Place, RecordInputs, RecordKey, RecordKind, Recorded, ReductionInputs,
-    ResponseInputs, Store,
+    Entry, Key, Place, RecordInputs, RecordKey, Recorded, ReductionInputs, Store,
 };
 
 /// Store of a run: its cache and its files.
@@ -81,9 +80,9 @@ impl Store for RunStore<'_, '_> {
             return ControlFlow::Continue(());
         };
         let kept = files.locked().append(key, motion);
-        match (key.kind, kept) {
+        match (key, kept) {
             // Its result does not depend on it.
-            (RecordKind::Response | RecordKind::RunUp, Err(error)) => {
+            (RecordKey::Response(_), Err(error)) => {
                 if !std::mem::replace(&mut self.not_kept, true) {
                     let text =
                         format!("what is solved is not kept if the run is broken off: {error}");
@@ -96,18 +95,16 @@ impl Store for RunStore<'_, '_> {
     }
 }
 
-/// Words for motions of a response that were solved for before; `None` where there are none. Those of
-/// a search are told when it begins.
+/// Note of the motions of a response that were solved for before; `None` without such motions. The
+/// beginning of a search has a note of its own.
 fn note(inputs: &RecordInputs<'_>, before: usize) -> Option<String> {
-    let points = match inputs {
-        RecordInputs::Response(ResponseInputs { points, .. }) => *points,
-        RecordInputs::RunUp(_) => None,
-        _ => return None,
-    };
-    let of = match (points, inputs) {
-        (Some(points), _) => format!("of {points} frequencies"),
-        (None, RecordInputs::RunUp(_)) => "speeds".to_owned(),
-        (None, _) => "points of the curve".to_owned(),
+    let of = match inputs {
+        RecordInputs::Response(response) => match response.points {
+            Some(points) => format!("of {points} frequencies"),
+            None => "points of the curve".to_owned(),
+        },
+        RecordInputs::RunUp { .. } => "speeds".to_owned(),
+        RecordInputs::Peak { .. } | RecordInputs::Curve { .. } => return None,
     };
     (before > 0).then(|| format!("{before} {of} were solved before"))
 }

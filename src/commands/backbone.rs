@@ -3,7 +3,6 @@
 use super::Work;
 use super::key_range::between_by_ratio;
 use crate::error::RunError;
-use crate::files::BackboneFiles;
 use dovetail_export::csv::BackboneRow;
 use dovetail_export::warning::Weight;
 use dovetail_export::words::{figure, percent, quantity, rounded, short};
@@ -103,12 +102,7 @@ impl Work<'_> {
             })
             .collect();
         if let Some(files) = &self.files {
-            let written = BackboneFiles {
-                observation: &found.reduced.observations()[found.observation].name,
-                mode: found.mode,
-                rows: &rows,
-            };
-            files.locked().backbone(&written)?;
+            files.locked().backbone(&found, &rows)?;
         }
         let missing = asked.amplitudes_m.len() - rows.len();
         let verdict = match missing {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::Work;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
-use crate::files::{CurveFiles, Sought};
+use crate::files::{CurveUnderWay, Sought};
 use dovetail_export::warning::{LARGE_ERROR, Weight};
 use dovetail_export::words::{
     counted, figure, percent, quantity, rounded, short, supported_digits, title,
@@ -50,7 +50,7 @@ impl Work<'_> {
             },
             observation: asked.observation.as_deref(),
         };
-        self.begins(Sought::curve(&question), asked.resume)?;
+        self.begins(Sought::Curve(CurveUnderWay::of(&question)), asked.resume)?;
         let wrong = Mutex::new(None);
         let scene_at = |value: f64| {
             scene_with(&[asked.over.set(value)]).map_err(|error| {
@@ -70,9 +70,9 @@ impl Work<'_> {
             (Err(_), Ok(Some(error))) => return Err(error),
             (Err(error), _) => return Err(error.into()),
         };
-        let drawn = CurveFiles::of(&asked.over.key, asked.frequency_hz, &found);
         if let Some(files) = &self.files {
-            files.locked().curve(&drawn)?;
+            let (key, frequency_hz) = (&asked.over.key, asked.frequency_hz);
+            files.locked().curve(key, frequency_hz, &found)?;
         }
         self.warn_of_curve(asked, &found);
         let asked_for = &question.range.values;
@@ -118,17 +118,8 @@ impl Work<'_> {
             self.reporter.warning(Weight::Doubt, text);
         }
         let motions = response.orbits.iter().filter(|o| o.outcome.has_motion());
-        let missed = motions
-            .clone()
-            .filter(|o| !o.outcome.is_converged())
-            .count();
-        if missed > 0 {
-            let text = format!(
-                "{missed} of {} motions miss the accuracy asked for",
-                response.orbits.len()
-            );
-            self.reporter.warning(Weight::Wrong, text);
-        }
+        let of = format!("{} motions", response.orbits.len());
+        self.warn_of_missed(&of, motions.clone());
         let errors = motions.filter_map(|orbit| orbit.amplitude_error(found.observation));
         let large: Vec<f64> = errors.filter(|e| *e > LARGE_ERROR).collect();
         if let Some(worst) = large.iter().copied().reduce(f64::max) {

@@ -2,7 +2,7 @@
 //! earlier one.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::unjoined;
@@ -21,6 +21,7 @@ use dovetail_export::warning::Weight;
 use dovetail_export::{create_folder, write_file};
 use dovetail_mesh::units::Units;
 use dovetail_mesh::{Mesh, MeshError, quality};
+use dovetail_solver::description::Scene;
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, GivenMatrices, MatrixFiles, MatrixSource, MeshKind, MeshSource,
@@ -300,14 +301,31 @@ fn ready(
     })
 }
 
+/// Script and parameters, sorted by name, of the mesh of a scene, by which scenes share it; `None` if no
+/// mesh is made, or if it cannot be kept for later runs.
+pub fn mesh_inputs(scene: &Scene) -> Option<(PathBuf, Vec<(String, f64)>)> {
+    let MeshKind::Geometry {
+        script, parameters, ..
+    } = &scene.assembly()?.mesh.as_ref()?.kind
+    else {
+        return None;
+    };
+    inputs::inputs(script)?;
+    Some((script.clone(), sorted(parameters)))
+}
+
+fn sorted(parameters: &[(String, f64)]) -> Vec<(String, f64)> {
+    let mut parameters = parameters.to_vec();
+    parameters.sort_by(|a, b| a.0.cmp(&b.0));
+    parameters
+}
+
 /// Key of the mesh of a script; `None` if nothing is kept, or if the mesh has unknown dependencies.
 fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<Key> {
     // gmsh takes some tenths of a second to say its version: only where there is a cache.
     cache.is_on().then_some(())?;
     let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
-    let mut parameters = parameters.to_vec();
-    parameters.sort_by(|a, b| a.0.cmp(&b.0));
-    cache.mesh_key(&(inputs::inputs(script)?, parameters, version))
+    cache.mesh_key(&(inputs::inputs(script)?, sorted(parameters), version))
 }
 
 fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, reporter: &Reporter<'_>) {

@@ -17,7 +17,6 @@ mod curve;
 mod key_range;
 mod meshing;
 mod peaks;
-pub mod pieces;
 mod unjoined;
 mod verify;
 mod wear;
@@ -33,6 +32,7 @@ pub use self::campbell::{SpeedRange, SpeedRangeError, table_of_nodal_diameters};
 pub use self::curve::AskedCurve;
 pub use self::key_range::{KeyRange, KeyRangeError};
 use self::meshing::MadeIn;
+pub use self::meshing::mesh_inputs;
 pub use self::peaks::PeakQuestion;
 pub use self::wear::{AskedWear, TOLERANCE, TOLERANCES};
 use crate::error::RunError;
@@ -42,9 +42,11 @@ use crate::scene::check::pair_law::reduced_model_lines;
 use crate::store::RunStore;
 use dovetail_cache::Cache;
 use dovetail_export::lock::FolderLock;
-use dovetail_export::warning::Weight;
+use dovetail_export::warning::{LARGE_ERROR, Weight};
+use dovetail_export::words::percent;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::dlft::Orbit;
 use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Gap, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
@@ -100,6 +102,32 @@ impl Work<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Warns of motions that miss the accuracy, which are some `of` a number.
+    fn warn_of_missed<'o>(&self, of: &str, motions: impl Iterator<Item = &'o Orbit>) {
+        let missed = motions.filter(|o| !o.outcome.is_converged()).count();
+        if missed > 0 {
+            let text = format!("{missed} of {of} miss the accuracy asked for");
+            self.reporter.warning(Weight::Wrong, text);
+        }
+    }
+
+    /// Warns of large estimated errors of amplitudes. `name` is the name of these.
+    fn warn_of_errors<'o>(
+        &self,
+        name: &str,
+        motions: impl Iterator<Item = &'o Orbit>,
+        observation: usize,
+    ) {
+        let errors = motions.filter_map(|orbit| orbit.amplitude_error(observation));
+        if let Some(error) = errors.reduce(f64::max).filter(|e| *e > LARGE_ERROR) {
+            let text = format!(
+                "{name} are estimated to err by up to {}: ask for more response.harmonics, or for response.accuracy",
+                percent(error, 2)
+            );
+            self.reporter.warning(Weight::Doubt, text);
+        }
     }
 
     /// Checks that the scene is about a disc of equal sectors.

@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use super::Work;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
-use crate::files::{PeakLine, Sought};
+use crate::files::{PeakLine, PeaksFound, Sought};
 use dovetail_export::csv::PeakRow;
-use dovetail_export::warning::{LARGE_ERROR, Weight};
-use dovetail_export::words::{figure, percent, quantity, rounded, short, supported_digits, title};
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{figure, quantity, rounded, short, supported_digits, title};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::loss_factor;
@@ -50,7 +50,8 @@ impl Work<'_> {
             let also: Vec<String> = other.iter().map(|other| other.first()).collect();
             range.check_is_read(&also, scene_with)?;
         }
-        self.begins(Sought::peaks(&question.keys()), question.resume)?;
+        let sought = Sought::Peaks(PeaksFound::over(&question.keys()));
+        self.begins(sought, question.resume)?;
         let source = self.source()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],
@@ -155,22 +156,8 @@ impl Work<'_> {
             self.reporter.warning(Weight::Wrong, text);
         }
         let orbits = peaks.rows.iter().map(|row| &row.orbit);
-        let missed = orbits.clone().filter(|o| !o.outcome.is_converged()).count();
-        if missed > 0 {
-            let text = format!(
-                "{missed} of {} peaks{at} miss the accuracy asked for",
-                peaks.rows.len()
-            );
-            self.reporter.warning(Weight::Wrong, text);
-        }
-        let errors = orbits.filter_map(|orbit| orbit.amplitude_error(peaks.observation));
-        if let Some(error) = errors.reduce(f64::max).filter(|e| *e > LARGE_ERROR) {
-            let text = format!(
-                "peaks{at} are estimated to err by up to {}: ask for more response.harmonics, or for response.accuracy",
-                percent(error, 2)
-            );
-            self.reporter.warning(Weight::Doubt, text);
-        }
+        self.warn_of_missed(&format!("{} peaks{at}", peaks.rows.len()), orbits.clone());
+        self.warn_of_errors(&format!("peaks{at}"), orbits, peaks.observation);
     }
 }
 

@@ -3,8 +3,8 @@
 use super::Work;
 use crate::error::RunError;
 use crate::files::Sought;
-use dovetail_export::warning::{LARGE_ERROR, Weight};
-use dovetail_export::words::{figure, percent, quantity, rounded, short};
+use dovetail_export::warning::Weight;
+use dovetail_export::words::{figure, quantity, rounded, short};
 use dovetail_solver::description::MissionPart;
 use dovetail_solver::run::{self, Wear, WearQuestion};
 
@@ -81,22 +81,8 @@ impl Work<'_> {
             self.reporter.warning(Weight::Wrong, why.to_string());
         }
         let motions = found.blocks.iter().flat_map(|block| &block.motions);
-        let missed = motions
-            .clone()
-            .filter(|o| !o.outcome.is_converged())
-            .count();
-        if missed > 0 {
-            let text = format!("{missed} of the vibrations miss the accuracy asked for");
-            self.reporter.warning(Weight::Wrong, text);
-        }
-        let errors = motions.filter_map(|orbit| orbit.amplitude_error(found.observation));
-        if let Some(error) = errors.reduce(f64::max).filter(|e| *e > LARGE_ERROR) {
-            let text = format!(
-                "amplitudes are estimated to err by up to {}: ask for more response.harmonics, or for response.accuracy",
-                percent(error, 2)
-            );
-            self.reporter.warning(Weight::Doubt, text);
-        }
+        self.warn_of_missed("the vibrations", motions.clone());
+        self.warn_of_errors("amplitudes", motions, found.observation);
         if found
             .blocks
             .last()

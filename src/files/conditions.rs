@@ -4,14 +4,9 @@ use dovetail_export::words::{counted, short, short_quantity};
 use dovetail_solver::description::{EngineOrder, Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
-/// Excitation, speed and friction: `1 N at 6000 rpm, friction 0.3`. A run-up has its engine order in
-/// the place of the speed.
-pub(super) fn in_motion(scene: &Scene) -> String {
-    in_motion_over(scene, &[])
-}
-
-/// Excitation, speed and friction without those that these keys vary.
-pub(super) fn in_motion_over(scene: &Scene, keys: &[&str]) -> String {
+/// Excitation, speed and friction without those that these keys vary: `1 N at 6000 rpm, friction 0.3`.
+/// A run-up has its engine order in the place of the speed.
+pub(super) fn in_motion(scene: &Scene, keys: &[&str]) -> String {
     let is_varied = |section: &str, end: &str| {
         let varies = |key: &&str| {
             let of_section = key.starts_with(section) || key.starts_with("reduced_model.");

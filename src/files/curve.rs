@@ -1,16 +1,16 @@
 //! Picture of the motions at one frequency over a key.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
-use super::Files;
-use super::conditions::in_motion_over;
+use super::conditions::in_motion;
 use super::solving::without_fields;
+use super::{Files, axis};
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::csv::{CurveRow, write_curve};
+use dovetail_export::folder::OutputFolder;
 use dovetail_export::manifest::curve_summary;
-use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
+use dovetail_export::plots::Series;
 use dovetail_export::words::{rounded, short, title};
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::dlft::branch::{ValueRange, sections, so_far};
@@ -18,33 +18,8 @@ use dovetail_solver::results::far_slip::ShorterSides;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run::{Curve, CurveQuestion, Error, Reduced};
 
-/// Curve over a key for the files.
-#[derive(Debug)]
-pub struct CurveFiles<'a> {
-    /// Key whose values it is followed over.
-    pub key: &'a str,
-    /// Frequency of the motions, Hz.
-    pub frequency_hz: f64,
-    /// Name of the observed displacement.
-    pub observation: String,
-    /// The curve.
-    pub found: &'a Curve,
-    /// Motions, in the order of the branches.
-    pub rows: Vec<CurveRow<'a>>,
-}
-
-impl<'a> CurveFiles<'a> {
-    /// Files of a curve.
-    pub fn of(key: &'a str, frequency_hz: f64, found: &'a Curve) -> Self {
-        Self {
-            key,
-            frequency_hz,
-            observation: found.reduced.observations()[found.observation].name.clone(),
-            rows: CurveRow::of(&found.curve, &found.reduced.pairs, found.observation),
-            found,
-        }
-    }
-}
+/// Name of the table of a curve.
+pub(super) const CURVE: &str = "curve.csv";
 
 /// Curve under way, for the table that an interrupted one leaves.
 #[derive(Debug)]
@@ -87,15 +62,11 @@ impl CurveUnderWay {
         self.solved.insert(solved.orbit.point, solved);
     }
 
-    /// Writes the table of the motions so far, at the path that `file` gives. Returns `false` without
-    /// motions.
+    /// Writes the table of the motions so far. Returns `false` without motions.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write(
-        &self,
-        file: impl FnOnce() -> Result<PathBuf, ExportError>,
-    ) -> Result<bool, ExportError> {
+    pub fn write(&self, out: &OutputFolder) -> Result<bool, ExportError> {
         let Some((pairs, observation)) = self.model.as_ref().filter(|_| !self.solved.is_empty())
         else {
             return Ok(false);
@@ -104,97 +75,66 @@ impl CurveUnderWay {
         ShorterSides::of(pairs).judge_response(&mut response);
         let curve = self.range.curve(response);
         let rows = CurveRow::of(&curve, pairs, *observation);
-        write_curve(&file()?, &self.key, &rows)?;
+        write_curve(&out.file(CURVE)?, &self.key, &rows)?;
         Ok(true)
     }
 }
 
 impl Files {
-    /// Writes curve.csv, and draws the amplitude of the motions at one frequency over a key.
+    /// Writes curve.csv, and draws the amplitude of the motions at one frequency over the values of a
+    /// key, unstable ones dashed, and the linear reference.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn curve(&mut self, curve: &CurveFiles<'_>) -> Result<(), RunError> {
-        write_curve(&self.folder.out.file("curve.csv")?, curve.key, &curve.rows)?;
-        self.figures.summary.curve =
-            Some(curve_summary(curve.key, curve.frequency_hz, curve.found));
-        let conditions = in_motion_over(&self.scene, &[curve.key]);
-        draw(curve, &conditions, |name| self.picture(name))
+    pub fn curve(&mut self, key: &str, frequency_hz: f64, found: &Curve) -> Result<(), RunError> {
+        let rows = &CurveRow::of(&found.curve, &found.reduced.pairs, found.observation)[..];
+        write_curve(&self.folder.out.file(CURVE)?, key, rows)?;
+        self.figures.summary.curve = Some(curve_summary(key, frequency_hz, found));
+        let observation = &found.reduced.observations()[found.observation].name;
+        let over = title(key.rsplit('.').next().unwrap_or(key));
+        let point = |i: usize| {
+            let row = &rows[i];
+            let has_motion = row.orbit.outcome.has_motion();
+            (row.value, has_motion.then(|| row.amplitude_m()))
+        };
+        // The line of a series breaks between its sections.
+        let of = |is_stable: bool| {
+            let sections = sections(&found.curve.response).into_iter();
+            let sections = sections.filter(move |section| section.is_stable == is_stable);
+            sections.flat_map(move |section| {
+                let last = section.points.end.saturating_sub(1);
+                let end = (rows[last].value, None);
+                section.points.map(point).chain([end]).collect::<Vec<_>>()
+            })
+        };
+        let mut linear: Vec<(f64, Option<f64>)> =
+            rows.iter().map(|row| (row.value, row.linear_m)).collect();
+        linear.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut series = vec![
+            Series {
+                dots: false,
+                ..Series::new("linear".to_owned(), linear.into_iter())
+            },
+            Series::new("stable".to_owned(), of(true)),
+        ];
+        let unstable: Vec<_> = of(false).collect();
+        if !unstable.is_empty() {
+            series.push(Series {
+                dashed: true,
+                ..Series::new("unstable".to_owned(), unstable.into_iter())
+            });
+        }
+        let shown = series.iter().flat_map(|s| &s.points);
+        let shown: Vec<f64> = shown.filter_map(|point| point.1).collect();
+        let axes = [
+            axis(over.clone(), "", rows.iter().map(|row| row.value)),
+            axis(format!("amplitude of {observation}"), "m", shown),
+        ];
+        let shows = format!(
+            "Amplitude of {observation} over {over} at {} Hz",
+            short(rounded(frequency_hz, 7))
+        );
+        let conditions = &in_motion(&self.scene, &[key]);
+        self.draw("curve_amplitude", [&shows, conditions], &axes, &series)
     }
-}
-
-/// Draws the amplitude over the values of the key, unstable motions dashed, and the linear reference.
-/// `conditions` hold for all responses; `file` gives the place of a picture.
-fn draw(
-    curve: &CurveFiles<'_>,
-    conditions: &str,
-    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
-) -> Result<(), RunError> {
-    let CurveFiles {
-        key,
-        frequency_hz,
-        observation,
-        found,
-        rows,
-    } = curve;
-    let over = title(key.rsplit('.').next().unwrap_or(key));
-    let point = |i: usize| {
-        let row = &rows[i];
-        let has_motion = row.orbit.outcome.has_motion();
-        (row.value, has_motion.then(|| row.amplitude_m()))
-    };
-    // The line of a series breaks between its sections.
-    let of = |is_stable: bool| {
-        let sections = sections(&found.curve.response).into_iter();
-        let sections = sections.filter(move |section| section.is_stable == is_stable);
-        sections.flat_map(move |section| {
-            let last = section.points.end.saturating_sub(1);
-            let end = (rows[last].value, None);
-            section.points.map(point).chain([end]).collect::<Vec<_>>()
-        })
-    };
-    let mut linear: Vec<(f64, Option<f64>)> =
-        rows.iter().map(|row| (row.value, row.linear_m)).collect();
-    linear.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut series = vec![
-        Series {
-            dots: false,
-            ..Series::new("linear".to_owned(), linear.into_iter())
-        },
-        Series::new("stable".to_owned(), of(true)),
-    ];
-    let unstable: Vec<_> = of(false).collect();
-    if !unstable.is_empty() {
-        series.push(Series {
-            dashed: true,
-            ..Series::new("unstable".to_owned(), unstable.into_iter())
-        });
-    }
-    let shown = series.iter().flat_map(|s| &s.points);
-    let shown: Vec<f64> = shown.filter_map(|p| p.1).collect();
-    let axis = |title: String, unit: &'static str, values: &[f64]| Axis {
-        title,
-        unit,
-        scale: Scale::of(values.iter().copied()),
-        marks: Vec::new(),
-    };
-    let values: Vec<f64> = rows.iter().map(|row| row.value).collect();
-    let axes = [
-        axis(over.clone(), "", &values),
-        axis(format!("amplitude of {observation}"), "m", &shown),
-    ];
-    let shows = format!(
-        "Amplitude of {observation} over {over} at {} Hz",
-        short(rounded(*frequency_hz, 7))
-    );
-    let heading = Heading {
-        title: &shows,
-        conditions,
-    };
-    Ok(write_series(
-        &file("curve_amplitude")?,
-        heading,
-        &axes,
-        &series,
-    )?)
 }

@@ -28,7 +28,7 @@ impl Files {
         sweep: &Sweep<'_>,
     ) -> Result<(), RunError> {
         let further = |kind| self.asked.further_plots.contains(&kind);
-        let conditions = &in_motion(&self.scene);
+        let conditions = &in_motion(&self.scene, &[]);
         let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
             let path = self.picture(&file)?;
             let quantity = capital(&curves.quantity);
@@ -47,11 +47,8 @@ impl Files {
                 draw(file, Scale::Logarithmic, &amplitude)?;
             }
             if further(FurtherPlot::Phase) {
-                draw(
-                    format!("phase_{name}"),
-                    Scale::Linear,
-                    &sweep.phase(name, i),
-                )?;
+                let phase = sweep.phase(name, i);
+                draw(format!("phase_{name}"), Scale::Linear, &phase)?;
             }
         }
         Ok(())
@@ -78,7 +75,7 @@ impl Files {
             };
             self.write_forces("forces.csv", bodies, peak_forces(bodies, peak)?)?;
         }
-        let (out, conditions) = (&self.folder.out, &in_motion(&self.scene)[..]);
+        let (out, conditions) = (&self.folder.out, &in_motion(&self.scene, &[])[..]);
         if !model.pairs.is_empty() {
             let path = self.picture("separation")?;
             let separation = Separation::of(response, model.pairs.len());

@@ -1,14 +1,18 @@
-//! Files of a run that ends: it is done, fails, or is interrupted.
+//! Report and summary.json of a run that ends: it is done, fails, or is interrupted.
 
 use std::error::Error;
 
+use super::conditions::in_motion;
+use super::response::{Responses, sweep};
 use super::summary::Taken;
 use super::{Files, MESH_FILE};
 use crate::error::RunError;
 use crate::exit::ExitStatus;
 use dovetail_export::folder::{Beginning, way_on};
 use dovetail_export::journal::{CURVE_JOURNAL, JOURNAL, PEAKS_JOURNAL, WEAR_JOURNAL};
-use dovetail_export::manifest::RunState;
+use dovetail_export::manifest::{RunState, Summary};
+use dovetail_export::report;
+use dovetail_solver::run::{Bodies, Run};
 
 impl Files {
     /// Records the time and the stages of the run so far.
@@ -17,6 +21,36 @@ impl Files {
         summary.stages = taken.stages;
         summary.seconds = taken.seconds;
         summary.processor_seconds = taken.processor_seconds;
+    }
+
+    /// Writes report.html of a run with this verdict.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn report(&mut self, run: &Run, verdict: &Result<(), RunError>) -> Result<(), RunError> {
+        let (state, why) = ended(verdict);
+        let (figures, out) = (&self.figures, &self.folder.out);
+        let summary = Summary {
+            state,
+            why,
+            files: out.files(state),
+            ..figures.with_warnings()
+        };
+        let contents = report::Contents {
+            scene: &self.scene,
+            summary: &summary,
+            conditions: &in_motion(&self.scene, &[]),
+            observations: &run.reduced.observations(),
+            pairs: &run.reduced.pairs,
+            model: run.reduced.bodies.as_ref().map(Bodies::model),
+            modes: &figures.modes,
+            static_state: Some(&run.statics.state),
+            sweep: run.response.as_ref().map(sweep),
+            motion: figures.motion.as_deref(),
+            stress: figures.stress.as_ref(),
+            forces: &figures.forces,
+        };
+        Ok(report::write(&out.file(report::REPORT)?, &contents)?)
     }
 
     /// Writes summary.json of a run that came to its end. The run failed if the verdict is that
@@ -28,7 +62,12 @@ impl Files {
         if self.folder.beginning != Beginning::Anew {
             self.folder.out.remove_earlier()?;
         }
-        self.responses.end()?;
+        let Responses { journal, solving } = &mut self.responses;
+        if !solving.is_empty() {
+            // The tables have the frequencies that were solved.
+            journal.clear()?;
+        }
+        journal.remove_if_empty()?;
         if let Some(search) = &self.search {
             search.journal.remove()?;
         }
@@ -104,13 +143,13 @@ impl Files {
         why: Option<String>,
     ) -> Result<(), RunError> {
         let mut summary = self.figures.with_warnings();
-        summary.seconds = self.figures.begun.elapsed().as_secs_f64();
+        summary.seconds = self.folder.begun.elapsed().as_secs_f64();
         Ok(self.folder.out.write_summary(summary, state, why)?)
     }
 }
 
 /// State of a run with this verdict, and the reason if it failed.
-pub(super) fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
+fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
     match verdict {
         Err(error) if error.exit_status() == ExitStatus::Failed => {
             (RunState::Failed, Some(told(error)))

@@ -5,11 +5,11 @@
 //! beside a run adds its own. [`dovetail_export`] knows how a file of each format is written. Each
 //! file is asked for by name from the [`OutputFolder`], before it is written.
 //!
-//! A file of this folder has what one kind of run writes: `modes`, `statics`, `response` with
+//! A file of this folder writes the files of one kind of run: `modes`, `statics`, `response` with
 //! `solving` (the tables of a response under way) and `drawn` (its pictures and fields), `backbone`,
 //! `curve`, `peaks`, `wear`, `verification` and `reduced_model`. `search` has the motions that a
-//! search keeps, `summary` the figures of summary.json, `report` the report, `conditions` the words
-//! below the titles of pictures, and `ending` what is written when a run ends.
+//! search keeps, `summary` the figures of summary.json, `conditions` the words below the titles of
+//! pictures, and `ending` the files of a run that ends.
 //!
 //! Threads that end a run early use its files too (`shared`, [`SharedFiles`]). After each write the folder
 //! must therefore be one that can be read, and resumed where frequencies are solved.
@@ -22,7 +22,6 @@ mod ending;
 mod modes;
 mod peaks;
 mod reduced_model;
-mod report;
 mod response;
 mod search;
 mod shared;
@@ -33,10 +32,10 @@ mod verification;
 mod wear;
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-pub use self::backbone::BackboneFiles;
-pub use self::curve::CurveFiles;
-pub use self::peaks::PeakLine;
+pub use self::curve::CurveUnderWay;
+pub use self::peaks::{PeakLine, PeaksFound};
 use self::response::Responses;
 use self::search::Search;
 pub use self::search::Sought;
@@ -50,11 +49,12 @@ use dovetail_export::folder::{Beginning, OtherScene, OutputFolder};
 use dovetail_export::journal::{JOURNAL, Journal};
 use dovetail_export::lock::FolderLock;
 use dovetail_export::manifest::{MeshOrigin, Summary};
+use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
 use dovetail_export::warning::Warning;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::model::MeshKind;
-use dovetail_solver::run::{Event, RecordKey, RecordKind, Reduced};
+use dovetail_solver::run::{Event, RecordKey, Reduced};
 
 /// Name of the mesh of a script in the folder of the results.
 pub const MESH_FILE: &str = "mesh.msh";
@@ -106,6 +106,7 @@ pub struct Files {
 struct RunFolder {
     out: OutputFolder,
     beginning: Beginning,
+    begun: Instant,
     _lock: FolderLock,
 }
 
@@ -138,10 +139,14 @@ impl Files {
             folder: RunFolder {
                 out,
                 beginning,
+                begun: Instant::now(),
                 _lock: lock,
             },
             figures,
-            responses: Responses::none_yet(journal),
+            responses: Responses {
+                journal,
+                solving: Vec::new(),
+            },
             search: None,
             worn: None,
         })
@@ -160,6 +165,18 @@ impl Files {
     /// Place of a picture.
     fn picture(&self, name: &str) -> Result<PathBuf, ExportError> {
         self.folder.out.file(&format!("plots/{name}.svg"))
+    }
+
+    /// Draws series under a title and the conditions that hold for all of them.
+    fn draw(
+        &self,
+        name: &str,
+        [title, conditions]: [&str; 2],
+        axes: &[Axis; 2],
+        series: &[Series],
+    ) -> Result<(), RunError> {
+        let heading = Heading { title, conditions };
+        Ok(write_series(&self.picture(name)?, heading, axes, series)?)
     }
 
     /// Sets the origin of the mesh.
@@ -208,8 +225,8 @@ impl Files {
 
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.figures.of_reduced(reduced);
-        if let Some(search) = &mut self.search {
-            search.sought.begins_with(reduced)?;
+        if let Some(Sought::Curve(curve)) = self.search.as_mut().map(|search| &mut search.sought) {
+            curve.begins_with(reduced)?;
         }
         if self.folder.beginning == Beginning::Beside {
             return Ok(());
@@ -222,10 +239,10 @@ impl Files {
     /// # Errors
     /// A journal of other inputs, or one that cannot be read; a file that cannot be written.
     pub fn records(&mut self, key: &RecordKey) -> Result<Vec<SolvedFrequency>, RunError> {
-        match (key.kind, &mut self.search) {
-            (RecordKind::Response | RecordKind::RunUp, _) => self.earlier_frequencies(key),
-            (RecordKind::Peak | RecordKind::Curve, Some(search)) => search.earlier(key),
-            (RecordKind::Peak | RecordKind::Curve, None) => Ok(Vec::new()),
+        match (key, &mut self.search) {
+            (RecordKey::Response(inputs), _) => self.earlier_frequencies(inputs),
+            (RecordKey::Search(inputs), Some(search)) => Ok(search.journal.solved(inputs)?),
+            (RecordKey::Search(_), None) => Ok(Vec::new()),
         }
     }
 
@@ -234,11 +251,21 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     pub fn append(&mut self, key: &RecordKey, motion: &SolvedFrequency) -> Result<(), RunError> {
-        match (key.kind, &mut self.search) {
-            (RecordKind::Response | RecordKind::RunUp, _) => self.frequency(key, motion),
-            (RecordKind::Peak | RecordKind::Curve, Some(search)) => search.keep(key, motion),
-            (RecordKind::Peak | RecordKind::Curve, None) => Ok(()),
+        match (key, &mut self.search) {
+            (RecordKey::Response(inputs), _) => self.frequency(inputs, motion),
+            (RecordKey::Search(inputs), Some(search)) => search.keep(inputs, motion),
+            (RecordKey::Search(_), None) => Ok(()),
         }
+    }
+}
+
+/// Axis that shows these values.
+fn axis(title: String, unit: &'static str, values: impl IntoIterator<Item = f64>) -> Axis {
+    Axis {
+        title,
+        unit,
+        scale: Scale::of(values.into_iter()),
+        marks: Vec::new(),
     }
 }
 

@@ -47,12 +47,8 @@ impl Files {
         }
         let mut rows = own.clone();
         if self.folder.out.is_beside_run() {
-            let earlier = csv::read_modes(&self.folder.out.file("modes.csv")?);
-            rows.extend(
-                earlier
-                    .into_iter()
-                    .filter(|row| row.kind == ModeKind::Linear),
-            );
+            let earlier = csv::read_modes(&self.folder.out.file("modes.csv")?).into_iter();
+            rows.extend(earlier.filter(|row| row.kind == ModeKind::Linear));
         }
         self.figures.summary.blade_frequency_hz = first_hz(&modes.held_omega2);
         self.modes(rows)?;

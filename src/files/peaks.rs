@@ -1,13 +1,10 @@
 //! Pictures of the peaks over one key, or two.
 
-use std::path::PathBuf;
-
-use super::Files;
-use super::conditions::in_motion_over;
+use super::conditions::in_motion;
+use super::{Files, axis};
 use crate::error::RunError;
-use dovetail_export::ExportError;
 use dovetail_export::csv::{PeakRow, write_peaks};
-use dovetail_export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
+use dovetail_export::plots::{HeatMap, Series, write_heat_map};
 use dovetail_export::words::{capital, rounded, short, title};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::loss_factor;
@@ -113,8 +110,8 @@ impl Files {
     pub fn peaks(&self, keys: &[&str], lines: &[PeakLine<'_>]) -> Result<(), RunError> {
         let rows: Vec<PeakRow<'_>> = lines.iter().flat_map(|line| line.rows.clone()).collect();
         write_peaks(&self.folder.out.file(PEAKS)?, keys, &rows)?;
-        let conditions = in_motion_over(&self.scene, keys);
-        draw(keys, (lines, &conditions), |name| self.picture(name))
+        let conditions = in_motion(&self.scene, keys);
+        draw(keys, (lines, &conditions), self)
     }
 }
 
@@ -148,11 +145,11 @@ const DRAWN: [Drawn; 3] = [
 
 /// Draws amplitude, frequency and loss factor over the values of the last key, and a map of the
 /// amplitudes over both if there are two. Values without a peak are marked, and errors are bars.
-/// `conditions` hold for all peaks; `file` gives the place of a picture.
+/// `conditions` hold for all peaks.
 fn draw(
     keys: &[&str],
     (lines, conditions): (&[PeakLine<'_>], &str),
-    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
+    files: &Files,
 ) -> Result<(), RunError> {
     let titled = |key: &str| title(key.rsplit('.').next().unwrap_or(key));
     let over = keys.last().map_or(String::new(), |key| titled(key));
@@ -171,24 +168,10 @@ fn draw(
             .collect();
         let points = || series.iter().flat_map(|s| &s.points);
         let failed = series.iter().flat_map(|s| s.failed.iter().copied());
-        let x = Axis {
-            title: over.clone(),
-            unit: "",
-            scale: Scale::of(points().map(|p| p.0).chain(failed)),
-            marks: Vec::new(),
-        };
-        let y = Axis {
-            title: quantity.to_owned(),
-            unit,
-            scale: Scale::of(points().filter_map(|p| p.1)),
-            marks: Vec::new(),
-        };
+        let x = axis(over.clone(), "", points().map(|p| p.0).chain(failed));
+        let y = axis(quantity.to_owned(), unit, points().filter_map(|p| p.1));
         let shows = format!("{} of {of} over {over}", capital(quantity));
-        let heading = Heading {
-            title: &shows,
-            conditions,
-        };
-        write_series(&file(name)?, heading, &[x, y], &series)?;
+        files.draw(name, [&shows, conditions], &[x, y], &series)?;
     }
     let ([also, _], [first, _, ..]) = (keys, lines) else {
         return Ok(());
@@ -211,5 +194,5 @@ fn draw(
             .collect(),
         axes: [over, titled(also)],
     };
-    Ok(write_heat_map(&file("peaks_map")?, &map)?)
+    Ok(write_heat_map(&files.picture("peaks_map")?, &map)?)
 }

@@ -1,5 +1,4 @@
-//! Tables of a response: those of one under way, which an interrupted run leaves, and those of the
-//! whole.
+//! Tables of a response under way, which an interrupted run leaves, and tables of the whole response.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -10,11 +9,11 @@ use crate::error::RunError;
 use dovetail_export::curves::Sweep;
 use dovetail_export::flank::FlankSeries;
 use dovetail_export::folder::Beginning;
-use dovetail_export::journal::{JOURNAL, Journal};
+use dovetail_export::journal::{Inputs, JOURNAL, Journal};
 use dovetail_export::manifest::{self, ResponseSummary, RunState};
 use dovetail_export::{ExportError, csv};
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::run::{RecordKey, Reduced, ResponseResult};
+use dovetail_solver::run::{Reduced, ResponseResult};
 
 /// Least time between two updates of the tables of a response under way.
 const INTERVAL: Duration = Duration::from_secs(5);
@@ -30,25 +29,7 @@ const CONTACT: &str = "contact.csv";
 #[derive(Debug)]
 pub(super) struct Responses {
     pub journal: Journal,
-    solving: Vec<Solving>,
-}
-
-impl Responses {
-    /// None has begun.
-    pub fn none_yet(journal: Journal) -> Self {
-        Self {
-            journal,
-            solving: Vec::new(),
-        }
-    }
-
-    /// Removes the journal of a run that came to its end: what was solved stands in the tables.
-    pub fn end(&mut self) -> Result<(), ExportError> {
-        if !self.solving.is_empty() {
-            self.journal.clear()?;
-        }
-        self.journal.remove_if_empty()
-    }
+    pub solving: Vec<Solving>,
 }
 
 impl Files {
@@ -76,14 +57,14 @@ impl Files {
     /// Frequencies of the last response begun that were solved before it was interrupted.
     pub(super) fn earlier_frequencies(
         &mut self,
-        key: &RecordKey,
+        inputs: &Inputs,
     ) -> Result<Vec<SolvedFrequency>, RunError> {
         let Responses { journal, solving } = &mut self.responses;
         let is_own = solving.len() == 1;
         if is_own && self.folder.beginning == Beginning::Anew {
             journal.clear()?;
         }
-        let earlier = journal.solved(&key.hash)?;
+        let earlier = journal.solved(inputs)?;
         if is_own && earlier.is_empty() && !journal.is_empty() {
             let path = self.folder.out.path().join(JOURNAL);
             return Err(ExportError::OtherInputs { path }.into());
@@ -95,14 +76,14 @@ impl Files {
     /// Keeps a frequency of the last response begun.
     pub(super) fn frequency(
         &mut self,
-        key: &RecordKey,
+        inputs: &Inputs,
         solved: &SolvedFrequency,
     ) -> Result<(), RunError> {
         let Responses { journal, solving } = &mut self.responses;
         let Some(solving) = solving.last_mut() else {
             return Ok(());
         };
-        journal.append(&key.hash, solved)?;
+        journal.append(inputs, solved)?;
         solving.add(&self.folder.out, solved)?;
         let (last, took) = solving.written;
         if last.elapsed() > INTERVAL.max(SHARE * took) {

@@ -1,16 +1,16 @@
-//! Motions that a search keeps, so that an interrupted one goes on, and the table that it leaves.
+//! Motions that a search keeps, from which an interrupted search goes on, and the table that it leaves.
 
 use super::Files;
-use super::curve::CurveUnderWay;
+use super::curve::{CURVE, CurveUnderWay};
 use super::peaks::{PEAKS, PeaksFound};
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::csv::write_peaks;
 use dovetail_export::folder::{OutputFolder, knows_itself};
-use dovetail_export::journal::{CURVE_JOURNAL, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
+use dovetail_export::journal::{CURVE_JOURNAL, Inputs, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
 use dovetail_export::words::counted;
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::run::{CurveQuestion, Error, PeakAt, RecordKey, Reduced};
+use dovetail_solver::run::{PeakAt, Reduced};
 
 /// Search under way, with the journal of its motions.
 #[derive(Debug)]
@@ -31,16 +31,6 @@ pub enum Sought {
 }
 
 impl Sought {
-    /// Peaks over the values of these keys, the key of each line first.
-    pub fn peaks(keys: &[&str]) -> Self {
-        Self::Peaks(PeaksFound::over(keys))
-    }
-
-    /// Curve over a key.
-    pub fn curve(question: &CurveQuestion<'_>) -> Self {
-        Self::Curve(CurveUnderWay::of(question))
-    }
-
     /// Name of the journal, one motion in words, several ones, and what was done to them.
     fn words(&self) -> [&'static str; 4] {
         match self {
@@ -49,36 +39,12 @@ impl Sought {
             Self::Vibrations => [WEAR_JOURNAL, "vibration", "vibrations", "found"],
         }
     }
-
-    /// Sets the model of the first value.
-    pub(super) fn begins_with(&mut self, reduced: &Reduced) -> Result<(), Error> {
-        match self {
-            Self::Curve(curve) => curve.begins_with(reduced),
-            Self::Peaks(_) | Self::Vibrations => Ok(()),
-        }
-    }
-
-    /// Writes the table of a search that is interrupted, and returns its name. That of peaks is written
-    /// with each of them.
-    fn write(&self, out: &OutputFolder) -> Result<Option<&'static str>, ExportError> {
-        const CURVE: &str = "curve.csv";
-        match self {
-            Self::Peaks(_) => Ok(Some(PEAKS)),
-            Self::Curve(curve) => Ok(curve.write(|| out.file(CURVE))?.then_some(CURVE)),
-            Self::Vibrations => Ok(None),
-        }
-    }
 }
 
 impl Search {
-    /// Motions under a key that were kept before.
-    pub fn earlier(&mut self, key: &RecordKey) -> Result<Vec<SolvedFrequency>, RunError> {
-        Ok(self.journal.solved(&key.hash)?)
-    }
-
     /// Keeps a motion. It is on disk when this returns.
-    pub fn keep(&mut self, key: &RecordKey, motion: &SolvedFrequency) -> Result<(), RunError> {
-        self.journal.append(&key.hash, motion)?;
+    pub fn keep(&mut self, inputs: &Inputs, motion: &SolvedFrequency) -> Result<(), RunError> {
+        self.journal.append(inputs, motion)?;
         self.journal.sync()?;
         if let Sought::Curve(curve) = &mut self.sought {
             curve.add(motion);
@@ -95,13 +61,16 @@ impl Search {
         }
     }
 
-    /// Writes the table of a search that is interrupted, and returns words for it.
+    /// Writes the table of a search that is interrupted, and returns words for it. That of peaks is
+    /// written with each of them.
     pub fn write(&self, out: &OutputFolder) -> Result<String, ExportError> {
+        let table = match &self.sought {
+            Sought::Peaks(_) => PEAKS,
+            Sought::Curve(curve) if curve.write(out)? => CURVE,
+            Sought::Curve(_) | Sought::Vibrations => return Ok(String::new()),
+        };
         let folder = out.path().display();
-        let table = self.sought.write(out)?;
-        Ok(table.map_or_else(String::new, |table| {
-            format!("; {folder} has a table of those found, {table}")
-        }))
+        Ok(format!("; {folder} has a table of those found, {table}"))
     }
 }
 

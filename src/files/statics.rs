@@ -90,10 +90,8 @@ impl Files {
         if opens {
             flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
         }
-        let fields: Vec<_> = model
-            .bodies
-            .iter()
-            .zip(displacements)
+        let bodies = model.bodies.iter().zip(displacements);
+        let fields: Vec<_> = bodies
             .map(|(body, displacement)| {
                 let at_elements = stress::stress(body, displacement);
                 let von_mises: Vec<f64> = stress::nodal_stress(body, displacement)

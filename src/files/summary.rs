@@ -1,7 +1,7 @@
 //! Figures of summary.json, collected during a run.
 
 use std::path::Path;
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 use crate::{metrics, scene_files, version};
 use dovetail_cache::fingerprint::fingerprint;
@@ -26,11 +26,10 @@ pub struct Taken {
 }
 
 /// Figures of a run so far, for summary.json and the report.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Figures {
     /// If the run fails, these are all.
     pub summary: Summary,
-    pub begun: Instant,
     /// Origin of the mesh.
     pub origin: MeshOrigin,
     pub warnings: Vec<Warning>,
@@ -65,13 +64,7 @@ impl Figures {
         };
         Self {
             summary,
-            begun: Instant::now(),
-            origin: MeshOrigin::default(),
-            warnings: Vec::new(),
-            modes: Vec::new(),
-            motion: None,
-            stress: None,
-            forces: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -58,12 +58,11 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
         },
         observation: None,
     };
-    let begin = |files: &mut Files, resume| files.begin_search(Sought::curve(&question), resume);
-    assert_eq!(begin(&mut files, false).unwrap(), None);
-    let key = RecordKey {
-        kind: RecordKind::Curve,
-        hash: [7; 32],
+    let begin = |files: &mut Files, resume| {
+        files.begin_search(Sought::Curve(CurveUnderWay::of(&question)), resume)
     };
+    assert_eq!(begin(&mut files, false).unwrap(), None);
+    let key = RecordKey::Search([7; 32]);
     let motion = Orbit::without_motion(1.0, Outcome::Converged);
     let point = SolvedFrequency::alone(motion);
     files.append(&key, &point).unwrap();

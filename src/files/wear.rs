@@ -1,14 +1,11 @@
 //! Tables, pictures and fields of the wear of the contacts.
 
-use std::path::PathBuf;
-
 use super::Files;
 use super::conditions::in_motion;
 use crate::error::RunError;
-use dovetail_export::ExportError;
 use dovetail_export::fields::Field;
 use dovetail_export::flank::WornFlanks;
-use dovetail_export::plots::{Axis, Heading, Scale, Series, write_field_map, write_series};
+use dovetail_export::plots::{Axis, Heading, Scale, Series, write_field_map};
 use dovetail_export::words::{rounded, short};
 use dovetail_export::{csv, manifest};
 use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
@@ -26,7 +23,7 @@ impl Files {
             let path = self.folder.out.file("wear_pairs.csv")?;
             csv::write_wear_pairs(&path, &course.reduced.pairs, course.area_m2, last)?;
         }
-        draw(course, &in_motion(&self.scene), |name| self.picture(name))
+        draw(course, &in_motion(&self.scene, &[]), self)
     }
 
     /// Writes wear.csv so far and, if fields are written, the flanks after the last block.
@@ -37,32 +34,16 @@ impl Files {
         let (Some(bodies), Some(last)) = (bodies, course.blocks.last()) else {
             return Ok(());
         };
-        let flanks = self
-            .worn
-            .get_or_insert_with(|| WornFlanks::new(bodies.model()));
-        self.folder
-            .out
-            .list([WornFlanks::file(course.blocks.len() - 1)])?;
-        flanks.write(self.folder.out.path(), last)?;
-        Ok(flanks.write_collection(&self.folder.out.file(WORN)?)?)
-    }
-}
-
-/// Name of the vibration of a part of the mission, counted from 0: nothing where it is the only one.
-fn of_part(course: &WearCourse<'_>, part: usize) -> String {
-    match course.mission {
-        [_] => String::new(),
-        _ => format!("part {}", part + 1),
+        let (worn, out) = (&mut self.worn, &self.folder.out);
+        let flanks = worn.get_or_insert_with(|| WornFlanks::new(bodies.model()));
+        out.list([WornFlanks::file(course.blocks.len() - 1)])?;
+        flanks.write(out.path(), last)?;
+        Ok(flanks.write_collection(&out.file(WORN)?)?)
     }
 }
 
 /// Draws amplitude, frequency and depth over the cycles, and the depths on the flanks at the end.
-/// `file` gives the place of a picture.
-fn draw(
-    course: &WearCourse<'_>,
-    conditions: &str,
-    file: impl Fn(&str) -> Result<PathBuf, ExportError>,
-) -> Result<(), RunError> {
+fn draw(course: &WearCourse<'_>, conditions: &str, files: &Files) -> Result<(), RunError> {
     let observation = &course.reduced.observations()[course.observation].name;
     let series = |label: String, value: &dyn Fn(&WearBlock) -> f64| {
         let points = course.blocks.iter().map(|b| (b.cycles, Some(value(b))));
@@ -72,9 +53,9 @@ fn draw(
         let parts = 0..course.mission.len();
         parts
             .map(|part| {
-                let label = match &of_part(course, part)[..] {
-                    "" => quantity.to_owned(),
-                    part => part.to_owned(),
+                let label = match course.mission {
+                    [_] => quantity.to_owned(),
+                    _ => format!("part {}", part + 1),
                 };
                 series(label, &|block| value(block, part))
             })
@@ -118,11 +99,7 @@ fn draw(
             scale: Scale::Linear,
             marks: Vec::new(),
         };
-        let heading = Heading {
-            title: &shows,
-            conditions,
-        };
-        write_series(&file(name)?, heading, &[cycles, y], &series)?;
+        files.draw(name, [&shows, conditions], &[cycles, y], &series)?;
     }
     let bodies = course.reduced.bodies.as_ref().map(Bodies::model);
     let (Some(model), Some(last)) = (bodies, course.blocks.last()) else {
@@ -137,5 +114,10 @@ fn draw(
         unit: "m",
         values: last.depth_m.clone(),
     };
-    Ok(write_field_map(&file("wear_map")?, model, heading, &field)?)
+    Ok(write_field_map(
+        &files.picture("wear_map")?,
+        model,
+        heading,
+        &field,
+    )?)
 }

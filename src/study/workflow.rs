@@ -10,7 +10,7 @@ use serde_json::json;
 use super::error::StudyError;
 use super::folder::Plan;
 use super::quantity::BLADE_FREQUENCY;
-use crate::commands::pieces::mesh_inputs;
+use crate::commands::mesh_inputs;
 use crate::scene;
 use dovetail_export::{write_file, write_json};
 use dovetail_solver::run::PlannedReduction;

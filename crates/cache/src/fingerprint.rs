@@ -36,11 +36,11 @@ pub fn fingerprint() -> Option<[u8; 32]> {
     })
 }
 
-/// Hash of a value as it is serialised: numbers count to the bit. `None` for a path that is no
+/// Hash of a value as it is serialised: numbers count to the bit. `None` for a path that is not
 /// Unicode, which cannot be serialised.
 pub(crate) fn hash_of(value: &impl Serialize) -> Option<[u8; 32]> {
     let mut hasher = blake3::Hasher::new();
-    // One buffer, so that small numbers do not come to the hasher byte by byte.
+    // One buffer: small numbers do not go to the hasher byte by byte.
     let buffered = BufWriter::with_capacity(1 << 16, &mut hasher);
     postcard::to_io(value, buffered).ok()?.flush().ok()?;
     Some(*hasher.finalize().as_bytes())

@@ -1,5 +1,4 @@
-//! Hashes of inputs: those under which a journal keeps motions, and that of a scene. They hash values
-//! as they are serialised.
+//! Hashes of serialised inputs: the keys under which a journal keeps motions, and the hash of a scene.
 
 use crate::fingerprint::{hash_of, key};
 use dovetail_export::journal::Inputs;
@@ -11,8 +10,7 @@ pub fn of_records(inputs: &RecordInputs<'_>) -> Option<Inputs> {
     hash_of(&(key(), inputs))
 }
 
-/// Hash of a scene and of the contents of the files that it names; `None` if one of its paths is no
-/// Unicode.
+/// Hash of a scene and of the contents of the files that it names; `None` if a path is not Unicode.
 pub fn of_scene(scene: &Scene, contents: &[String]) -> Option<[u8; 32]> {
     hash_of(&(scene, contents))
 }

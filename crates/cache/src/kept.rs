@@ -52,9 +52,9 @@ impl Cache {
         self.key(Kind::ReducedModel, inputs).map(|key| key.hash)
     }
 
-    /// Fills a place with what an earlier run kept under the key of a reduction, if it is there. A
-    /// reduction counts also if another run has just made it; without one returns the right to make
-    /// it until it is dropped, if there is such a right.
+    /// Fills a place with the entry of an earlier run under the key of a reduction. The place stays
+    /// empty without such an entry. A reduction counts also if another run has just made it; without
+    /// one returns the right to make it until it is dropped, if there is such a right.
     pub fn load(&self, key: &run::Key, place: Place<'_>, log: &dyn Log) -> Option<Turn> {
         match place {
             Place::Reduction(place) => {

@@ -9,7 +9,7 @@
 //! `kept` has the kinds of entries, with their contents. `entry` is one file, `folder` the place of
 //! all of them and the only one that removes entries. `turn` lets one of several runs make a missing
 //! entry, and the others wait for it. [`inputs`] has the hashes under which the journal of an output
-//! folder keeps motions, and that of a scene.
+//! folder keeps motions, and the hash of a scene.
 //!
 //! Errors of the cache never end a run. If an entry cannot be read or written, the run warns and
 //! computes the stage.

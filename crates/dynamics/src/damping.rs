@@ -1,9 +1,7 @@
 //! Rayleigh damping C = a K + b M.
 
-use serde::Serialize;
-
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub enum DampingSpec {
     /// Both coefficients, given directly.
     Rayleigh {
@@ -48,7 +46,7 @@ impl DampingSpec {
 }
 
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Rayleigh {
     /// Coefficient a, s.
     pub stiffness_s: f64,

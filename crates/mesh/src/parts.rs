@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
-
 use super::{Group, Mesh, MeshMaterial, sort_once};
 use dovetail_numerics::space::{cross, dot, norm};
 
 /// Placement of a part: a rotation about an axis, then a translation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Placement {
     /// Direction of the axis, of any length but zero.
     pub axis: [f64; 3],

@@ -1,9 +1,7 @@
 //! Complex forces or pressures, or coefficients of friction, at points in space.
 
-use serde::Serialize;
-
 /// Forces, pressures or coefficients of friction at points in space.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SurfaceField {
     /// Positions of the points, m.
     pub points_m: Vec<[f64; 3]>,
@@ -12,7 +10,7 @@ pub struct SurfaceField {
 }
 
 /// Values at points; of complex ones the real part comes first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub enum FieldValues {
     /// Forces along x, y, z, N.
     Forces(Vec<[[f64; 3]; 2]>),

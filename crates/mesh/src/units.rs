@@ -1,10 +1,9 @@
 //! Units of a mesh file.
 
-use serde::Serialize;
 use std::str::FromStr;
 
 /// Units of the numbers of a mesh file, which no format records.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub enum Units {
     /// Length of one unit in metres. Materials of the file cannot be used.
     MetresPerUnit(f64),

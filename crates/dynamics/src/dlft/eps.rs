@@ -5,8 +5,6 @@
 //! dynamic stiffness of the harmonics that are left out. Its choice moves the solution by no more
 //! than the truncation does.
 
-use serde::Serialize;
-
 use crate::dlft::settings::EpsChoice;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::reduced::ReducedModel;
@@ -17,7 +15,7 @@ use dovetail_numerics::vector::{dot, norm};
 const FEWEST_HARMONICS: usize = 3;
 
 /// Rule for eps, as a choice and a scale.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Eps {
     /// Stiffness that eps is taken from.
     pub choice: EpsChoice,

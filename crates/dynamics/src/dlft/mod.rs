@@ -135,7 +135,7 @@ pub struct StaticState {
     #[serde(skip)]
     pub on_path: Vec<Vec<f64>>,
     /// Number of the point of the load path, from 0, at which the way to the state ended; `None` where
-    /// it came to its end, as that of a converged state does.
+    /// it came to its end. The way to a converged state does.
     #[serde(skip)]
     pub ended_at: Option<usize>,
 }

@@ -1,7 +1,5 @@
 //! Input of the time evaluation of a pair, and its signals over a period.
 
-use serde::Serialize;
-
 use super::between_samples::{self, Window};
 use crate::contact::coulomb::{Contact, length};
 use crate::contact::{PredictedLaw, State};
@@ -12,7 +10,7 @@ use dovetail_numerics::fourier::Fourier;
 pub(crate) const PERIODICITY: f64 = 1e-12;
 
 /// Number of periods of a pair that are evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Periods {
     /// Until the end of a period equals its start.
     UntilPeriodic,

@@ -26,13 +26,11 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use serde::Serialize;
-
 /// Number of frequencies of a stretch.
 const STRETCH: usize = 20;
 
 /// Settings of a frequency response.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, serde::Serialize)]
 #[non_exhaustive]
 pub struct SweepSettings {
     /// Frequencies of the response, Hz, ascending.

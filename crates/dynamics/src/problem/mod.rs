@@ -30,11 +30,9 @@ use crate::reduced::{HarmonicModel, Load, ReducedModel, whole};
 use dovetail_numerics::vector::norm;
 use std::sync::Arc;
 
-use serde::Serialize;
-
 /// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations. Clones
 /// share the reduced model.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Problem {
     /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
     #[serde(serialize_with = "whole")]
@@ -232,7 +230,7 @@ fn excited(forces: &[Excitation], reduced: &ReducedModel) -> Vec<HarmonicLoad> {
 
 /// Harmonic load `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times
 /// `HarmonicLoad::factor`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
     pub harmonic: usize,

@@ -7,8 +7,6 @@
 //! a rough correction suffices; near it, one that just reaches the tolerance. Their Jacobian serves
 //! for a second step where the first one left hardly more than its linear solve did.
 
-use serde::Serialize;
-
 /// Shortening of a step that does not help, and the reaction where no length of it helps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Damping {
@@ -95,7 +93,7 @@ pub trait NonlinearSystem {
 }
 
 /// Criteria that end an iteration.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct NewtonOptions {
     /// Measure of the residual below which the iteration has converged.
     pub tolerance: f64,

@@ -11,7 +11,7 @@ use super::at::At;
 use super::bodies::{Bound, Source, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
-use super::records::{CurveInputs, RecordInputs, ResponseInputs};
+use super::records::{RecordInputs, ResponseInputs};
 use super::reduced::{Reduced, stuck_modes};
 use super::reducing::inputs;
 use super::response::{at_one_speed, off_undamped_modes};
@@ -117,7 +117,7 @@ fn followed(
 ) -> Result<Option<ValueCurve>, Error> {
     let (range, at) = (&question.range, &models.first.at);
     let settings = &at.settings;
-    let recorded = session.records(&RecordInputs::Curve(CurveInputs {
+    let recorded = session.records(&RecordInputs::Curve {
         response: ResponseInputs {
             problem: &at.reduced.problem,
             damping: at.damping,
@@ -128,7 +128,7 @@ fn followed(
         last: &last.problem,
         key: question.key,
         range,
-    }))?;
+    })?;
     let steps = session.steps(range.values.len(), "values");
     let asked: HashSet<u64> = range.abscissae().iter().map(|v| v.to_bits()).collect();
     let passed = Mutex::new(HashSet::new());

@@ -1,7 +1,8 @@
 //! Reduction as it is stored for later runs, and its inputs.
 //!
-//! [`ReductionInputs`] is the model that is reduced, [`PlannedReduction`] its description. Both clear
-//! the fields that a reduction does not depend on. A new field that only the contact solve reads
+//! [`ReductionInputs`] is the model that is reduced,
+//! [`PlannedReduction`](super::PlannedReduction) its description. Both [`clear`] the fields that a
+//! reduction does not depend on. A new field that only the contact solve reads
 //! belongs among those that are cleared: if it is not cleared, the store is asked in vain for
 //! reductions that it has. The law of a pair is cleared whole: neither the finite elements nor the
 //! reduction read it.
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::PairLaw;
 use crate::description::PathPoint;
 use crate::fem::Prestressed;
-use crate::model::{Assembly, Gap, Model};
+use crate::model::Model;
 use crate::reduced::ReducedModel;
 use crate::reduction::{Recovery, StuckModes, Truncation};
 use dovetail_numerics::eigen::Modes;
@@ -79,29 +80,23 @@ pub struct ReductionInputs {
     nodal_diameter: usize,
 }
 
-/// Fields that a reduction does not depend on, of a model or of the description of one.
-struct LeftOut<'m> {
-    /// Laws of the contacts, which count where the prestress is that of the static state.
-    laws: Vec<&'m mut PairLaw>,
-    /// Amplitude, phase and harmonic of each excitation.
-    in_time: Vec<(&'m mut f64, &'m mut f64, &'m mut usize)>,
-    /// Engine order round a disc: each wave has a reduction of its own.
-    engine_order: Option<&'m mut usize>,
-}
-
-impl LeftOut<'_> {
-    fn clear(self, statics: Option<&StaticOptions>) {
-        if statics.is_none() {
-            for law in self.laws {
-                *law = PairLaw::rigid(0.0, 0.0);
-            }
-        }
-        for (amplitude, phase_rad, harmonic) in self.in_time {
-            (*amplitude, *phase_rad, *harmonic) = (0.0, 0.0, 0);
-        }
-        if let Some(engine_order) = self.engine_order {
-            *engine_order = 0;
-        }
+/// Clears the fields that a reduction does not depend on, of a model or of the description of one:
+/// the laws of contacts, unless the prestress depends on the static state, amplitude, phase and
+/// harmonic of excitations, and the engine order of a disc, as each wave has a reduction of its own.
+pub(super) fn clear<'m>(
+    laws: impl Iterator<Item = &'m mut PairLaw>,
+    in_time: impl Iterator<Item = (&'m mut f64, &'m mut f64, &'m mut usize)>,
+    engine_order: Option<&mut usize>,
+    statics: Option<&StaticOptions>,
+) {
+    if statics.is_none() {
+        laws.for_each(|law| *law = PairLaw::rigid(0.0, 0.0));
+    }
+    for (amplitude, phase_rad, harmonic) in in_time {
+        (*amplitude, *phase_rad, *harmonic) = (0.0, 0.0, 0);
+    }
+    if let Some(engine_order) = engine_order {
+        *engine_order = 0;
     }
 }
 
@@ -117,14 +112,12 @@ impl ReductionInputs {
         model.maps.clear();
         model.friction_maps.clear();
         let excitations = model.excitations.iter_mut().map(|e| &mut e.in_time);
-        let left_out = LeftOut {
-            laws: model.pairs.iter_mut().map(|pair| &mut pair.law).collect(),
-            in_time: excitations
-                .map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic))
-                .collect(),
-            engine_order: model.cyclic.as_mut().map(|c| &mut c.engine_order),
-        };
-        left_out.clear(statics.as_ref());
+        clear(
+            model.pairs.iter_mut().map(|pair| &mut pair.law),
+            excitations.map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic)),
+            model.cyclic.as_mut().map(|c| &mut c.engine_order),
+            statics.as_ref(),
+        );
         Self {
             model,
             wanted,
@@ -142,51 +135,10 @@ impl ReductionInputs {
     }
 }
 
-/// Inputs of a reduction as far as a scene describes them, before its names are resolved. Scenes with
-/// equal ones share a reduction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlannedReduction {
-    assembly: Assembly,
-    wanted: StuckModes,
-    statics: Option<StaticOptions>,
-}
-
-impl PlannedReduction {
-    /// Inputs of a reduction of `assembly`, with `statics` as in [`ReductionInputs::of`].
-    /// Coefficients of the air count as a whole: they name the modes on which it acts.
-    pub(super) fn of_assembly(
-        mut assembly: Assembly,
-        wanted: StuckModes,
-        statics: Option<StaticOptions>,
-    ) -> Self {
-        if statics.is_none() {
-            // They are parts of the laws of the pairs.
-            for contact in &mut assembly.contacts {
-                (contact.friction_at, contact.crown) = (None, None);
-                contact.gap = Gap::Closed;
-            }
-        }
-        let (contacts, excitations) = (&mut assembly.contacts, &mut assembly.excitations);
-        let left_out = LeftOut {
-            laws: contacts.iter_mut().map(|c| &mut c.pair_law).collect(),
-            in_time: (excitations.iter_mut())
-                .map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic))
-                .collect(),
-            engine_order: assembly.cyclic.as_mut().map(|c| &mut c.engine_order),
-        };
-        left_out.clear(statics.as_ref());
-        Self {
-            assembly,
-            wanted,
-            statics,
-        }
-    }
-}
-
-/// Key of a reduction and of what belongs to its model: the hash of its inputs.
+/// Key of a reduction, and of entries that belong to its model: the hash of its inputs.
 pub type Key = [u8; 32];
 
-/// Place for one kind of what is kept under the key of a reduction.
+/// Place for an entry of one kind under the key of a reduction.
 #[derive(Debug)]
 pub enum Place<'p> {
     /// The reduction itself.
@@ -197,7 +149,7 @@ pub enum Place<'p> {
     HeldModes(&'p mut Option<Vec<Modes>>),
 }
 
-/// What is to be kept under the key of a reduction.
+/// Entry that is to be kept under the key of a reduction.
 #[derive(Debug, Clone, Copy)]
 pub enum Entry<'e> {
     /// The reduction itself, with the recovery of the bodies' motion.

@@ -46,10 +46,7 @@ pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
 pub use curve::{Curve, CurveQuestion, SceneAt, curve};
 pub use error::{Error, static_place};
-pub use kept::{
-    Entry, KeptReduction, Key, Place, PlannedReduction, PrestressPass, ReductionInputs,
-    ReductionModes,
-};
+pub use kept::{Entry, KeptReduction, Key, Place, PrestressPass, ReductionInputs, ReductionModes};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
     Compared, OfTraction, PeakAt, ResponseResult, Run, RunUp, StaticResult, TractionPeak,
@@ -57,11 +54,9 @@ pub use outcome::{
 };
 pub use peaks::{PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
-pub use records::{
-    CurveInputs, PeakInputs, RecordInputs, RecordKey, RecordKind, Recorded, ResponseInputs,
-    RunUpInputs,
-};
+pub use records::{RecordInputs, RecordKey, Recorded, ResponseInputs};
 pub use reduced::{Observed, Reduced};
+pub use reducing::PlannedReduction;
 pub use response::{at_one_speed, in_phase, off_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::load_path;

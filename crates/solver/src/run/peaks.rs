@@ -9,7 +9,7 @@ use super::at::At;
 use super::bodies::Source;
 use super::error::Error;
 use super::outcome::PeakAt;
-use super::records::{PeakInputs, RecordInputs, ResponseInputs};
+use super::records::{RecordInputs, ResponseInputs};
 use super::reduced::Reduced;
 use super::response::of_smooth_curve_hz;
 use super::session::{Event, Session, Stage};
@@ -183,7 +183,7 @@ impl At {
         session: &Session<'_>,
         find: impl FnOnce() -> Result<Orbit, Error>,
     ) -> Result<Orbit, Error> {
-        let recorded = session.records(&RecordInputs::Peak(PeakInputs {
+        let recorded = session.records(&RecordInputs::Peak {
             response: ResponseInputs {
                 problem: &self.reduced.problem,
                 damping: self.damping,
@@ -193,7 +193,7 @@ impl At {
             },
             near,
             observation,
-        }))?;
+        })?;
         if let Some(kept) = recorded.earlier.into_iter().last() {
             return Ok(kept.orbit);
         }

@@ -1,8 +1,8 @@
-//! Inputs of the motions that a run keeps one by one, so that another run of the same inputs does not
-//! solve for them again.
+//! Inputs of the motions that a run keeps one by one. Another run of the same inputs does not solve
+//! for them again.
 //!
-//! They are told apart by a hash of what is serialised. A new field of any of these types is therefore
-//! an input, unless it is left out by name.
+//! A key is a hash of the serialised inputs. A new field of any of these types is therefore an input,
+//! unless it is left out by name.
 
 use serde::{Serialize, Serializer};
 
@@ -16,60 +16,37 @@ use crate::problem::Problem;
 
 /// Inputs of motions of one kind.
 #[derive(Debug, Clone, Copy, Serialize)]
-#[non_exhaustive]
 pub enum RecordInputs<'a> {
     /// Frequencies of a response.
     Response(ResponseInputs<'a>),
     /// Frequencies of a response along an engine order.
-    RunUp(RunUpInputs<'a>),
+    RunUp {
+        /// Model at the speed of the scene.
+        model: &'a Model,
+        /// Scene, whose damping, static state and response count in addition to the model.
+        #[serde(serialize_with = "besides_the_model")]
+        scene: &'a Scene,
+    },
     /// One motion that is looked for: a peak, or a vibration that wears the contacts.
-    Peak(PeakInputs<'a>),
+    Peak {
+        /// Model, static state and settings.
+        response: ResponseInputs<'a>,
+        /// Motion near which the peak is looked for first; `None`: the whole curve is followed.
+        near: Option<&'a Guess>,
+        /// Number of the observed displacement.
+        observation: usize,
+    },
     /// Points of a curve over a value.
-    Curve(CurveInputs<'a>),
-}
-
-/// Kind of motions that are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RecordKind {
-    /// Frequencies of a response.
-    Response,
-    /// Frequencies of a response along an engine order.
-    RunUp,
-    /// One motion that is looked for.
-    Peak,
-    /// Points of a curve over a value.
-    Curve,
-}
-
-/// Key of motions that are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RecordKey {
-    /// Kind of the motions.
-    pub kind: RecordKind,
-    /// Hash of their inputs.
-    pub hash: [u8; 32],
-}
-
-impl RecordInputs<'_> {
-    /// Key of the motions of these inputs, which have this hash.
-    pub fn key(&self, hash: [u8; 32]) -> RecordKey {
-        let kind = match self {
-            Self::Response(_) => RecordKind::Response,
-            Self::RunUp(_) => RecordKind::RunUp,
-            Self::Peak(_) => RecordKind::Peak,
-            Self::Curve(_) => RecordKind::Curve,
-        };
-        RecordKey { kind, hash }
-    }
-}
-
-/// Motions that an earlier run solved for before it was interrupted.
-#[derive(Debug, Default)]
-pub struct Recorded {
-    /// Key under which further ones are kept; `None` where nothing is kept.
-    pub key: Option<RecordKey>,
-    /// The motions, in the order in which they were kept.
-    pub earlier: Vec<SolvedFrequency>,
+    Curve {
+        /// Model, static state and settings at the first value.
+        response: ResponseInputs<'a>,
+        /// Problem at the last value.
+        last: &'a Problem,
+        /// Key of the scene whose values they are.
+        key: &'a str,
+        /// Values and frequency.
+        range: &'a ValueRange,
+    },
 }
 
 /// Inputs of a response.
@@ -88,45 +65,37 @@ pub struct ResponseInputs<'a> {
     pub points: Option<usize>,
 }
 
-/// Inputs of a response along an engine order.
-#[derive(Debug, Clone, Copy, Serialize)]
-#[non_exhaustive]
-pub struct RunUpInputs<'a> {
-    /// Model at the speed of the scene.
-    pub model: &'a Model,
-    /// Scene, whose damping, static state and response count besides the model.
-    #[serde(serialize_with = "besides_the_model")]
-    pub scene: &'a Scene,
+/// Key of motions that are kept: the hash of their inputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordKey {
+    /// Frequencies of a response.
+    Response([u8; 32]),
+    /// Motions of a search for peaks or along a curve.
+    Search([u8; 32]),
 }
 
-/// Inputs of a curve over a value.
-#[derive(Debug, Clone, Copy, Serialize)]
-#[non_exhaustive]
-pub struct CurveInputs<'a> {
-    /// Model, static state and settings at the first value.
-    pub response: ResponseInputs<'a>,
-    /// Problem at the last value.
-    pub last: &'a Problem,
-    /// Key of the scene whose values they are.
-    pub key: &'a str,
-    /// Values and frequency.
-    pub range: &'a ValueRange,
+impl RecordInputs<'_> {
+    /// Key of the motions of these inputs, which have this hash.
+    pub fn key(&self, hash: [u8; 32]) -> RecordKey {
+        match self {
+            Self::Response(_) | Self::RunUp { .. } => RecordKey::Response(hash),
+            Self::Peak { .. } | Self::Curve { .. } => RecordKey::Search(hash),
+        }
+    }
 }
 
-/// Inputs of a peak that is looked for.
-#[derive(Debug, Clone, Copy, Serialize)]
-#[non_exhaustive]
-pub struct PeakInputs<'a> {
-    /// Model, static state and settings.
-    pub response: ResponseInputs<'a>,
-    /// Motion near which the peak is looked for first; `None`: the whole curve is followed.
-    pub near: Option<&'a Guess>,
-    /// Number of the observed displacement.
-    pub observation: usize,
+/// Motions that an earlier run solved for before it was interrupted.
+#[derive(Debug, Default)]
+pub struct Recorded {
+    /// Key under which further ones are kept; `None` where nothing is kept.
+    pub key: Option<RecordKey>,
+    /// The motions, in the order in which they were kept.
+    pub earlier: Vec<SolvedFrequency>,
 }
 
-/// Writes what a response along an engine order depends on besides its model, which has the subject
-/// of the scene.
+/// Writes the fields of a scene that a response along an engine order depends on. Its model has the
+/// subject of the scene.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields so")]
 fn besides_the_model<S: Serializer>(scene: &&Scene, serializer: S) -> Result<S::Ok, S::Error> {
     let Scene {
         name: _,
@@ -276,21 +245,21 @@ mod tests {
             let near = self.near.as_ref().map(Guess::of);
             let all = [
                 RecordInputs::Response(response),
-                RecordInputs::Peak(PeakInputs {
+                RecordInputs::Peak {
                     response,
                     near: near.as_ref(),
                     observation: self.observation,
-                }),
-                RecordInputs::Curve(CurveInputs {
+                },
+                RecordInputs::Curve {
                     response,
                     last: &self.last,
                     key: self.key,
                     range: &self.range,
-                }),
-                RecordInputs::RunUp(RunUpInputs {
+                },
+                RecordInputs::RunUp {
                     model: &self.model,
                     scene: &self.scene,
-                }),
+                },
             ];
             all.map(|inputs| postcard::to_stdvec(&inputs).unwrap())
         }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::bodies::{Bodies, Bound, Meshes, Source, problem};
 use super::error::Error;
 use super::kept::{
-    Entry, KeptReduction, Key, Place, PlannedReduction, ReductionInputs, ReductionModes,
+    Entry, KeptReduction, Key, Place, ReductionInputs, ReductionModes, StaticOptions, clear,
 };
 use super::prestress::{is_of_contact, reduce, settle, stressed};
 use super::reduced::{Reduced, highest_harmonic, stuck_modes};
@@ -144,15 +144,42 @@ pub(super) fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> Reduct
     ReductionInputs::of(model, wanted, statics)
 }
 
+/// Inputs of a reduction as far as a scene describes them, before its names are resolved. Scenes with
+/// equal ones share a reduction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedReduction {
+    assembly: Assembly,
+    wanted: StuckModes,
+    statics: Option<StaticOptions>,
+}
+
 impl PlannedReduction {
-    /// Inputs of the reduction of a scene; `None` if nothing is reduced.
+    /// Inputs of the reduction of a scene; `None` if nothing is reduced. Coefficients of the air
+    /// count as a whole: they name the modes on which it acts.
     pub fn of(scene: &Scene) -> Option<Self> {
-        let assembly = scene.assembly()?;
+        let mut assembly = scene.assembly()?.clone();
         let rotation = assembly.rotation.as_ref();
         let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
         let statics = of_contact.then(|| static_options(scene));
-        let wanted = stuck_modes(scene);
-        Some(Self::of_assembly(assembly.clone(), wanted, statics))
+        if statics.is_none() {
+            // They are parts of the laws of the pairs.
+            for contact in &mut assembly.contacts {
+                (contact.friction_at, contact.crown) = (None, None);
+                contact.gap_from_mesh = false;
+            }
+        }
+        let excitations = assembly.excitations.iter_mut();
+        clear(
+            assembly.contacts.iter_mut().map(|c| &mut c.pair_law),
+            excitations.map(|e| (&mut e.amplitude, &mut e.phase_rad, &mut e.harmonic)),
+            assembly.cyclic.as_mut().map(|c| &mut c.engine_order),
+            statics.as_ref(),
+        );
+        Some(Self {
+            assembly,
+            wanted: stuck_modes(scene),
+            statics,
+        })
     }
 }
 
@@ -284,7 +311,8 @@ impl Bodies {
         session: &Session<'_>,
     ) -> Result<KeptReduction, Error> {
         session.goes_on()?;
-        let key = self.key_of_waves(scene, nodal_diameter, session);
+        let inputs = inputs(self.model(), self.wanted, scene).of_waves(nodal_diameter);
+        let key = session.store().key(&inputs);
         let mut kept = None;
         session.load(key, Place::Reduction(&mut kept));
         // What the store keeps is not held in memory, too.
@@ -330,17 +358,6 @@ impl Bodies {
             nodal_diameter,
             source,
         })
-    }
-
-    /// Key of the reduction for the waves of a nodal diameter; `None` where nothing is kept.
-    fn key_of_waves(
-        &self,
-        scene: &Scene,
-        nodal_diameter: usize,
-        session: &Session<'_>,
-    ) -> Option<Key> {
-        let inputs = inputs(self.model(), self.wanted, scene).of_waves(nodal_diameter);
-        session.store().key(&inputs)
     }
 
     /// Makes the recovery of the bodies' motion from the reduced model, and from those of the waves that
@@ -391,5 +408,97 @@ impl Bodies {
             .collect::<Result<Vec<Modes>, Error>>()?;
         session.keep(self.key, Entry::HeldModes(&modes));
         Ok(modes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::damping::DampingSpec;
+    use crate::description::{FrequencyRange, ResponseSpec, StaticSpec};
+    use crate::dlft::settings::Resolution;
+    use crate::model::{ContactSpec, CyclicSpec, ExcitationKind, ExcitationSpec, RotationSpec};
+
+    type Change = fn(&mut Assembly);
+
+    fn assembly() -> Assembly {
+        Assembly {
+            rotation: Some(RotationSpec {
+                point_m: [0.0; 3],
+                axis: [1.0, 0.0, 0.0],
+                speed_rad_s: 100.0,
+                bodies: Vec::new(),
+                prestress: Prestress::HeldFlanks,
+            }),
+            cyclic: Some(CyclicSpec {
+                sectors: 6,
+                low: Vec::new(),
+                high: Vec::new(),
+                point_m: [0.0; 3],
+                axis: [1.0, 0.0, 0.0],
+                engine_order: 1,
+                influence: None,
+            }),
+            contacts: vec![ContactSpec::new("root", "foot", "seat", 0.3)],
+            excitations: vec![ExcitationSpec {
+                kind: ExcitationKind::force("tip", [1.0, 0.0, 0.0]),
+                amplitude: 1.0,
+                harmonic: 1,
+                phase_rad: 0.0,
+            }],
+            ..Assembly::default()
+        }
+    }
+
+    fn planned(changes: &[Change]) -> PlannedReduction {
+        let mut assembly = assembly();
+        changes.iter().for_each(|change| change(&mut assembly));
+        let (from, to) = (0.9, 1.1);
+        let range = FrequencyRange::OfFirstLinearMode { from, to };
+        let scene = Scene {
+            name: "disc".to_owned(),
+            subject: Subject::Assembly(Box::new(assembly)),
+            damping: DampingSpec::Ratio {
+                ratio: 1e-3,
+                linear_mode: 1,
+            },
+            modal_ratios: Vec::new(),
+            static_state: StaticSpec::default(),
+            response: ResponseSpec::new(range, Resolution::fixed(3, 64)),
+            engine_orders: Vec::new(),
+            mission: Vec::new(),
+        };
+        PlannedReduction::of(&scene).unwrap()
+    }
+
+    #[test]
+    fn scenes_that_differ_in_what_only_the_response_reads_share_a_reduction() {
+        let of_laws: &[Change] = &[
+            |a| a.contacts[0].pair_law.friction = 0.4,
+            |a| a.contacts[0].gap_from_mesh = true,
+        ];
+        let of_excitation: &[Change] = &[
+            |a| a.excitations[0].amplitude = 2.0,
+            |a| a.excitations[0].phase_rad = 0.1,
+            |a| a.cyclic.as_mut().unwrap().engine_order = 2,
+        ];
+        let of_bodies: &[Change] = &[
+            |a| a.rotation.as_mut().unwrap().speed_rad_s = 101.0,
+            |a| a.cyclic.as_mut().unwrap().sectors = 7,
+            |a| a.contacts[0].first = "root".to_owned(),
+            // Its load reaches to higher frequencies.
+            |a| a.excitations[0].harmonic = 5,
+        ];
+        let of_contact: Change = |a| a.rotation.as_mut().unwrap().prestress = Prestress::Contact;
+        let is_shared = |change: &Change| {
+            let (plain, stressed) = (planned(&[]), planned(&[of_contact]));
+            [
+                planned(&[*change]) == plain,
+                planned(&[of_contact, *change]) == stressed,
+            ]
+        };
+        assert!(of_laws.iter().all(|c| is_shared(c) == [true, false]));
+        assert!(of_excitation.iter().all(|c| is_shared(c) == [true; 2]));
+        assert!(of_bodies.iter().all(|c| is_shared(c) == [false; 2]));
     }
 }

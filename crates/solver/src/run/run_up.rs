@@ -9,7 +9,7 @@
 use super::at::{At, rad_s, scene_at};
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, RunUp};
-use super::records::{RecordInputs, RunUpInputs};
+use super::records::RecordInputs;
 use super::reduced::{Reduced, stuck_modes};
 use super::response::frequencies_hz;
 use super::session::{Event, Observer, Session, Stage, StageEnd};
@@ -127,10 +127,10 @@ impl Ascent<'_, '_> {
     fn response(&mut self, frequencies_hz: &[f64]) -> Result<Response, Error> {
         let (run, session) = (self.run, self.session);
         let bodies = run.reduced.bodies.as_ref().ok_or(Error::NoMesh)?;
-        let recorded = session.records(&RecordInputs::RunUp(RunUpInputs {
+        let recorded = session.records(&RecordInputs::RunUp {
             model: bodies.model(),
             scene: self.scene,
-        }))?;
+        })?;
         let sides = ShorterSides::of(&run.reduced.pairs);
         let steps = session.steps(frequencies_hz.len(), "speeds");
         let mut last = Last::default();

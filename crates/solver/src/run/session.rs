@@ -243,8 +243,8 @@ pub trait Store: Send {
     fn key(&mut self, _inputs: &ReductionInputs) -> Option<Key> {
         None
     }
-    /// Fills a place with what is kept under a key, if it is there. A run makes what is not there, and
-    /// keeps it.
+    /// Fills a place with the entry under a key. The place stays empty without such an entry: the run
+    /// then makes the content, and keeps it.
     fn load(&mut self, _key: &Key, _place: Place<'_>) {}
     /// Keeps an entry under a key.
     fn keep(&mut self, _key: &Key, _entry: Entry<'_>) {}
@@ -314,14 +314,14 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// Fills a place with what the store has under a key, if there is one.
+    /// Fills a place with the entry that the store has under a key, if there is a key.
     pub(super) fn load(&self, key: Option<Key>, place: Place<'_>) {
         if let Some(key) = key {
             self.store().load(&key, place);
         }
     }
 
-    /// Has the store keep an entry under a key, if there is one.
+    /// Has the store keep an entry under a key, if there is a key.
     pub(super) fn keep(&self, key: Option<Key>, entry: Entry<'_>) {
         if let Some(key) = key {
             self.store().keep(&key, entry);
@@ -339,7 +339,7 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// Has the store keep a motion under a key, if there is one. A store that ends the run does so as an
+    /// Has the store keep a motion under a key, if there is a key. A store that ends the run does so as an
     /// observer does.
     ///
     /// # Errors

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
 use dovetail_mesh::units::Units;
 
 /// Source of a mesh. Paths are absolute or relative to the working directory (the parser has
 /// already joined them to the folder of the scene file).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MeshSource {
     /// File, or script.
     pub kind: MeshKind,
@@ -34,7 +32,7 @@ impl MeshSource {
 }
 
 /// Mesh that exists, or one that is to be generated.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub enum MeshKind {
     /// Existing file.
     File {

@@ -1,8 +1,6 @@
 //! Peak of an observed amplitude, found on the curve near a motion that is known, without the rest
 //! of the curve.
 
-use serde::Serialize;
-
 use super::trace::Course;
 use crate::damping::Rayleigh;
 use crate::dlft::point::{Neighbour, resized};
@@ -11,7 +9,7 @@ use crate::dlft::{Orbit, StaticState, Told};
 use crate::problem::Problem;
 
 /// Motion near which a peak is looked for.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Guess {
     pub(super) harmonics: usize,
     /// Estimated error of the peak that it comes from.

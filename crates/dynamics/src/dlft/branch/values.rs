@@ -14,8 +14,6 @@
 //! Models are made where a step asks for them, and dropped at its end. No model is asked for
 //! outside of the range of values. eps is that of the first value along the whole curve.
 
-use serde::Serialize;
-
 use super::gauge::motion;
 use super::over::{Over, Place, Use};
 use super::several::Several;
@@ -55,7 +53,7 @@ pub struct ModelAt {
 pub type ModelOf<'a> = dyn Fn(f64) -> Option<Arc<ModelAt>> + Sync + 'a;
 
 /// Values over which a curve is followed at one frequency.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ValueRange {
     /// Values from the first to the last one, ascending, at each of which motions are solved for.
     pub values: Vec<f64>,

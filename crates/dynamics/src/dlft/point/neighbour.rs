@@ -1,12 +1,10 @@
 //! A converged frequency, from which the next one starts.
 
-use serde::Serialize;
-
 use crate::dlft::Orbit;
 use crate::dlft::retention::Mean;
 
 /// Converged frequency, from which the next one starts.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub(crate) struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
