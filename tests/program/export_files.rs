@@ -686,8 +686,8 @@ fn figures_show_every_pair_and_every_lost_point() {
     assert_eq!(draw(&run.response), draw(&gapless) + 2 + 6);
 }
 
-/// Corners of the patches in a map of the flanks, in units of its viewBox: patch after patch, in
-/// the order of the pairs.
+/// Corners of the patches in a map of the flanks, in pixels: patch after patch, in the order of the
+/// pairs.
 fn patches(svg: &str) -> Vec<Vec<[f64; 2]>> {
     let corner = |text: &str| {
         let (x, y) = text.split_once(',').unwrap();
@@ -725,8 +725,9 @@ fn the_peak_of_each_amplitude_has_a_mark_over_it_and_its_figures_beside_it() {
         assert_eq!(marks.len(), 2, "{file}");
         for mark in marks {
             let [x, tip] = mark[0];
-            let touches =
-                |p: &[f64; 2]| (p[0] - x).abs() <= 1.0 && (p[1] - tip - 50.0).abs() <= 1.0;
+            // To the tenths of a pixel in which both are written.
+            let near = |a: f64, b: f64| (a - b).abs() < 0.11;
+            let touches = |p: &[f64; 2]| near(p[0], x) && near(p[1], tip + 5.0);
             assert!(lines.iter().flatten().any(touches), "{file}: {mark:?}");
         }
     }
@@ -835,16 +836,14 @@ fn pictures_are_drawn_in_tenths_of_a_pixel() {
         let (head, drawing) = svg.split_once('\n').unwrap();
         let shown = ["width", "height"].map(|name| attributes(head, name)[0]);
         assert!((600.0..2000.0).contains(&shown[0]), "{file}: {head}");
-        let [width, height] = shown.map(|length| 10.0 * length);
+        let [width, height] = shown;
         assert_eq!(attributes(head, "viewBox"), [0.0, 0.0, width, height]);
         let places = ["points", "x"].map(|name| attributes(drawing, name));
-        let between = places.iter().flatten().filter(|n| *n % 10.0 != 0.0);
-        assert!(between.count() > 5, "{file}");
-        // Lines, letters and marks are of the sizes of pixels. What has no line has no width of
-        // one.
-        let drawn = drawing.replace("stroke=\"none\" stroke-width=\"1\"", "");
-        for (name, least) in [("stroke-width", 10.0), ("font-size", 135.0), ("r", 30.0)] {
-            let sizes = attributes(&drawn, name);
+        let places = || places.iter().flatten();
+        assert!(places().filter(|n| *n % 1.0 != 0.0).count() > 5, "{file}");
+        assert!(places().all(|n| ((10.0 * n).round() - 10.0 * n).abs() < 1e-9));
+        for (name, least) in [("stroke-width", 1.0), ("font-size", 13.5), ("r", 3.0)] {
+            let sizes = attributes(drawing, name);
             assert!(
                 sizes.iter().all(|s| *s >= least),
                 "{file}: {name} {sizes:?}"

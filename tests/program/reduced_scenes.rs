@@ -434,8 +434,10 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
     );
 
     let svg = folder.text("plots/response_tip.svg");
-    let lines = attributes(&svg, "polyline", "points");
-    // Through three points, of which the dashes of the stuck curve have some, too, at one height.
+    // Without the dashes of the linear curve.
+    let solid = svg.lines().filter(|l| !l.contains("stroke-dasharray"));
+    let solid: Vec<&str> = solid.collect();
+    let lines = attributes(&solid.join("\n"), "polyline", "points");
     let rises = |l: &&Vec<f64>| l.len() == 6 && l[1] > l[3] && l[3] > l[5];
     let curve = lines.iter().find(rises).expect("the curve");
     let [x, y] = ["cx", "cy"].map(|name| attributes(&svg, "circle", name).concat());

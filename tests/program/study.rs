@@ -279,7 +279,7 @@ fn a_study_of_physical_parameters_answers_without_errors() {
     // A line of the curves for each value of the other parameter, and a cell for each case.
     let curves = folder.text("out/plots/peak_amplitude_m_over_friction_by_force_n.svg");
     let lines = curves.lines().filter(|l| l.contains("<polyline"));
-    let lines = lines.filter(|l| l.contains("stroke-width=\"30\""));
+    let lines = lines.filter(|l| l.contains("stroke-width=\"3\""));
     assert_eq!(lines.count(), 3);
     has_lines(
         &curves,

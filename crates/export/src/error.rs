@@ -99,11 +99,6 @@ pub enum ExportError {
         source: serde_json::Error,
     },
     #[error(
-        "cannot draw {}: {reason}. The CSV files hold the same values, ready for another plotting program",
-        path.display()
-    )]
-    Draw { path: PathBuf, reason: String },
-    #[error(
         "{} was not written: '{field}' has {found} values where {expected} are needed ({needed_for}). The stage that computes '{field}' and the model do not match: pass both from the same run",
         path.display()
     )]

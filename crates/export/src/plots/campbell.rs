@@ -2,25 +2,23 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::HPos;
-
-use super::chart::{Chart, SIZE, Stroke};
-use super::legend::Legend;
+use super::canvas::{Across, Canvas, Paint, Place, Stroke, WHITE};
+use super::chart::{Chart, SIZE};
+use super::legend::{Legend, Mark};
 use super::names::Taken;
-use super::{Axis, Canvas, Drawn, Heading, INK, TEXT_PX, at_px, px, rgb, width_of, write_svg};
+use super::{Axis, Heading, TEXT, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::of_series;
+use crate::colours::{Colour, INK, of_series};
 
-/// Height of the letters of names of modes and of engine orders, pixels.
-const NAME_PX: u32 = TEXT_PX - 7;
+/// Height of a line of names of modes and of engine orders.
+const NAME: f64 = TEXT - 7.0;
 /// Half the height of a name.
-const HALF: i32 = at_px(9);
+const HALF: f64 = 9.0;
 /// Free space between a line and its name.
-const SPACE: i32 = at_px(6);
-/// Distances from a crossing at which the words of its peak may be placed, pixels.
-const PEAK_DISTANCES: [i32; 4] = [10, 20, 34, 50];
-const ORDERS: RGBColor = RGBColor(170, 170, 170);
+const SPACE: f64 = 6.0;
+/// Distances from a crossing at which the words of its peak may be placed.
+const PEAK_DISTANCES: [f64; 4] = [10.0, 20.0, 34.0, 50.0];
+const ORDERS: Colour = [170; 3];
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +64,7 @@ pub fn write_campbell(
     operation: &Operation,
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| {
-        draw(canvas, heading, families, orders, operation)
+        draw(canvas, heading, families, orders, operation);
     })
 }
 
@@ -76,15 +74,14 @@ fn draw(
     families: &[CampbellFamily],
     orders: &EngineOrders,
     operation: &Operation,
-) -> Drawn {
+) {
     let stroke = |i: usize| Stroke {
-        colour: rgb(of_series(i, families.len())),
-        width: 3,
         dashed: families[i].dashed,
+        ..Stroke::plain(of_series(i, families.len()), 3.0)
     };
     let mut legend = Legend::default();
     for (i, family) in families.iter().enumerate() {
-        legend.add(stroke(i).mark(), family.label.clone());
+        legend.add(Mark::Line(stroke(i)), family.label.clone());
     }
     let points = || families.iter().flat_map(|f| f.modes.iter().flatten());
     let fastest = points().map(|p| p.0).fold(0.0, f64::max);
@@ -93,57 +90,55 @@ fn draw(
     let ends = [1.04 * above_zero(fastest), 1.08 * above_zero(highest)];
     let axes = [("speed (rpm)", ends[0]), ("frequency (Hz)", ends[1])];
     let axes = axes.map(|(title, end)| Axis::linear(title).spanning([0.0, end]));
-    let mut chart = Chart::new(canvas, heading, &legend, axes)?;
+    let mut chart = Chart::new(canvas, heading, &legend, axes);
     let at = |point: (f64, f64)| chart.at(point).unwrap_or_default();
     let orders = engine_orders(orders, above_zero(fastest), ends[1], at);
-    let order_line = ORDERS.stroke_width(px(1));
     for EngineOrder { end, .. } in &orders {
-        let line = vec![at((0.0, 0.0)), at(*end)];
-        canvas.draw(&PathElement::new(line, order_line))?;
+        let line = [at((0.0, 0.0)), at(*end)];
+        canvas.line(&line, Stroke::plain(ORDERS, 1.0));
     }
     // Of the names that stand before those of peaks.
     let mut boxes = Vec::new();
     for EngineOrder { name, bounds, .. } in orders {
         let [left, right, above, below] = bounds;
         boxes.push(bounds);
-        let middle = ((left + right) / 2, (above + below) / 2);
+        let middle = ((left + right) / 2.0, (above + below) / 2.0);
         // On its own line or another one a name stands on white.
-        let ground = [(left, above), (right, below)];
-        canvas.draw(&Rectangle::new(ground, WHITE.filled()))?;
-        chart.text(&name, middle, NAME_PX, HPos::Center)?;
+        canvas.rectangle(bounds, Paint::Filled(WHITE));
+        chart.text(&name, middle, NAME, Across::Middle);
     }
     for (i, family) in families.iter().enumerate() {
         for mode in &family.modes {
             let places: Vec<_> = mode.iter().map(|point| at(*point)).collect();
-            chart.line(&places, stroke(i))?;
+            chart.line(&places, stroke(i));
             // The speeds that were computed; dashes would hide them.
             for at in places.into_iter().filter(|_| !family.dashed) {
-                chart.dot(at, 3, stroke(i).colour)?;
+                chart.dot(at, 3.0, stroke(i).colour);
             }
         }
     }
     let speed = operation.speed_rpm;
     if (1e-9..=ends[0]).contains(&speed) {
         let (x, above) = at((speed, ends[1]));
-        let line = vec![at((speed, 0.0)), (x, above)];
-        canvas.draw(&PathElement::new(line, INK.stroke_width(px(1))))?;
+        let line = [at((speed, 0.0)), (x, above)];
+        canvas.line(&line, Stroke::plain(INK, 1.0));
         let names = at_operation(operation, (x, above), |hz| at((speed, hz)).1);
         for (bounds, words) in names {
             let [_, right, upper, lower] = bounds;
             boxes.push(bounds);
-            chart.text(&words, (right, (upper + lower) / 2), NAME_PX, HPos::Right)?;
+            chart.text(&words, (right, (upper + lower) / 2.0), NAME, Across::Right);
         }
     }
     boxes
         .into_iter()
         .for_each(|bounds| chart.taken.add_box(bounds));
-    draw_peaks(&mut chart, families, operation)
+    draw_peaks(&mut chart, families, operation);
 }
 
 /// Draws a ring at each crossing that has a peak, with its words where they cover no mode.
-fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operation) -> Drawn {
+fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operation) {
     if operation.peaks.is_empty() {
-        return Ok(());
+        return;
     }
     for mode in families.iter().flat_map(|family| &family.modes) {
         let places: Vec<_> = mode.iter().filter_map(|point| chart.at(*point)).collect();
@@ -153,17 +148,16 @@ fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operat
         let Some(at) = chart.at(*point) else {
             continue;
         };
-        chart.ring(at, INK)?;
-        let size = (width_of(words, NAME_PX), 2 * HALF);
-        if let Some([left, right, top, bottom]) = chart.beside(at, size, &PEAK_DISTANCES) {
+        chart.ring(at, INK);
+        let size = (width_of(words, NAME), 2.0 * HALF);
+        if let Some(bounds) = chart.beside(at, size, &PEAK_DISTANCES) {
+            let [left, right, top, bottom] = bounds;
             // On the line of an engine order a name stands on white.
-            let ground = [(left, top), (right, bottom)];
-            chart.canvas.draw(&Rectangle::new(ground, WHITE.filled()))?;
-            let middle = ((left + right) / 2, (top + bottom) / 2);
-            chart.text(words, middle, NAME_PX, HPos::Center)?;
+            chart.canvas.rectangle(bounds, Paint::Filled(WHITE));
+            let middle = ((left + right) / 2.0, (top + bottom) / 2.0);
+            chart.text(words, middle, NAME, Across::Middle);
         }
     }
-    Ok(())
 }
 
 /// Names of the modes left of the line of the speed of operation, each above its curve and clear of
@@ -171,19 +165,19 @@ fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operat
 /// bottom) and the text of each.
 fn at_operation(
     operation: &Operation,
-    (x, above): (i32, i32),
-    height: impl Fn(f64) -> i32,
-) -> Vec<([i32; 4], String)> {
+    (x, above): Place,
+    height: impl Fn(f64) -> f64,
+) -> Vec<([f64; 4], String)> {
     let speed = format!("{} rpm", operation.speed_rpm.round());
     let modes = operation
         .modes
         .iter()
-        .map(|(hz, words)| (height(*hz) - at_px(14), words.clone()));
+        .map(|(hz, words)| (height(*hz) - 14.0, words.clone()));
     let all = std::iter::once((above + HALF, speed)).chain(modes);
     let mut taken = Taken::default();
     let clear = all.filter_map(|(y, words)| {
         let right = x - SPACE;
-        let bounds = [right - width_of(&words, NAME_PX), right, y - HALF, y + HALF];
+        let bounds = [right - width_of(&words, NAME), right, y - HALF, y + HALF];
         Some((taken.first_clear([bounds].into_iter())?, words))
     });
     clear.collect()
@@ -196,7 +190,7 @@ struct EngineOrder {
     /// End of the line (rpm, Hz): at the fastest speed, or where it leaves the diagram.
     end: (f64, f64),
     /// Left, right, top and bottom of the name: beside the end, above it, or on the line.
-    bounds: [i32; 4],
+    bounds: [f64; 4],
 }
 
 /// Positions on the line, as shares of its length, that are tried for the name of an engine order
@@ -211,7 +205,7 @@ fn engine_orders(
     orders: &EngineOrders,
     fastest_rpm: f64,
     top_hz: f64,
-    place: impl Fn((f64, f64)) -> (i32, i32),
+    place: impl Fn((f64, f64)) -> Place,
 ) -> Vec<EngineOrder> {
     let mut taken = Taken::default();
     let must = orders.all_of.iter().map(|order| (order, true));
@@ -223,15 +217,15 @@ fn engine_orders(
         let speed = fastest_rpm.min(top_hz / slope);
         let end = (speed, slope * speed);
         let (x, y) = place(end);
-        let width = width_of(&name, NAME_PX);
+        let width = width_of(&name, NAME);
         let at_end = if speed < fastest_rpm {
-            [x - width / 2, x + width / 2, y - 2 * HALF, y]
+            [x - width / 2.0, x + width / 2.0, y - 2.0 * HALF, y]
         } else {
             [x + SPACE, x + SPACE + width, y - HALF, y + HALF]
         };
         let on_line = ON_LINE.iter().filter(|_| must).map(|share| {
             let (x, y) = place((share * end.0, share * end.1));
-            [x - width / 2, x + width / 2, y - HALF, y + HALF]
+            [x - width / 2.0, x + width / 2.0, y - HALF, y + HALF]
         });
         let clear = taken.first_clear(std::iter::once(at_end).chain(on_line));
         // Among very many names one more lies over another.
@@ -256,7 +250,7 @@ mod tests {
     /// The names of neighbours overlap at the ends of their lines.
     #[test]
     fn an_engine_order_that_is_asked_for_is_drawn_whatever_its_neighbours() {
-        let place = |(rpm, hz): (f64, f64)| ((0.12 * rpm) as i32, -16 * hz as i32);
+        let place = |(rpm, hz): (f64, f64)| (0.012 * rpm, -1.6 * hz);
         let of = |all_of: &[usize]| EngineOrders {
             all_of: all_of.to_vec(),
             ..usual()
@@ -285,14 +279,14 @@ mod tests {
     #[test]
     fn engine_orders_end_at_the_fastest_speed_or_at_the_top() {
         // A rpm and a Hz are 2 pixels.
-        let place = |(rpm, hz): (f64, f64)| (20 * rpm as i32, -20 * hz as i32);
+        let place = |(rpm, hz): (f64, f64)| (2.0 * rpm, -2.0 * hz);
         let orders = engine_orders(&usual(), 6000.0, 500.0, place);
         let of = |name: &str| orders.iter().find(|o| o.name == name).unwrap();
         assert_eq!(of("EO 1").end, (6000.0, 100.0));
         assert_eq!(of("EO 5").end, (6000.0, 500.0));
         assert_eq!(of("EO 6").end, (5000.0, 500.0));
         // The name stands beside the end, or above it.
-        assert!(of("EO 5").bounds[0] > 120_000 && of("EO 6").bounds[3] == -10_000);
+        assert!(of("EO 5").bounds[0] > 12_000.0 && of("EO 6").bounds[3] == -1_000.0);
     }
 
     fn svg(families: &[CampbellFamily]) -> String {

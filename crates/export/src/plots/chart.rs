@@ -2,182 +2,137 @@
 
 use std::ops::Range;
 
-use plotters::element::DashedPathElement;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::DrawnAxis;
-use super::legend::{Legend, Mark};
+use super::canvas::{Across, Canvas, Down, Letters, Paint, Place, Stroke, WHITE};
+use super::legend::Legend;
 use super::names::Taken;
-use super::{
-    Canvas, Drawn, GRID, Heading, INK, SMALL_PX, Side, at_px, draw_marks, draw_titles, px,
-    text_style, width_of,
-};
+use super::{GRID, Heading, SMALL, Side, draw_marks, draw_titles, width_of};
+use crate::colours::{Colour, INK};
 
-/// Width and height of a picture with a chart, pixels.
-pub(super) const SIZE: (u32, u32) = (1280, 840);
+/// Width and height of a picture with a chart.
+pub(super) const SIZE: (f64, f64) = (1280.0, 840.0);
 /// Space beside the axes: at the left without the labels, at the right, and below.
-const ASIDE: [i32; 3] = [at_px(70), at_px(48), at_px(94)];
-
-/// Style of a line.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stroke {
-    pub colour: RGBColor,
-    /// Width, pixels.
-    pub width: u32,
-    pub dashed: bool,
-}
-
-impl Stroke {
-    pub fn style(self) -> ShapeStyle {
-        self.colour.stroke_width(px(self.width))
-    }
-
-    /// Mark of such a line in a legend.
-    pub fn mark(self) -> Mark {
-        if self.dashed {
-            Mark::Dashes(self.style())
-        } else {
-            Mark::Line(self.style())
-        }
-    }
-}
+const ASIDE: [f64; 3] = [70.0, 48.0, 94.0];
 
 /// Chart whose heading, legend and axes are drawn.
-pub(super) struct Chart<'a, 'b> {
-    pub canvas: &'a Canvas<'b>,
+pub(super) struct Chart<'a> {
+    pub canvas: &'a Canvas,
     axes: [DrawnAxis; 2],
     /// Ranges between the axes, across and down.
-    pub inside: [Range<i32>; 2],
+    pub inside: [Range<f64>; 2],
     /// Places that are taken by lines, dots and names.
     pub taken: Taken,
 }
 
-impl<'a, 'b> Chart<'a, 'b> {
+impl<'a> Chart<'a> {
     pub fn new(
-        canvas: &'a Canvas<'b>,
+        canvas: &'a Canvas,
         heading: Heading<'_>,
         legend: &Legend,
         axes: [DrawnAxis; 2],
-    ) -> Drawn<Self> {
-        heading.draw(canvas)?;
-        legend.draw(canvas, heading.height())?;
-        let (width, height) = canvas.dim_in_pixel();
-        let [width, height] = [width as i32, height as i32];
+    ) -> Self {
+        heading.draw(canvas);
+        legend.draw(canvas, heading.height());
+        let (width, height) = SIZE;
         let labels = axes[1]
             .marks
             .iter()
-            .map(|(_, words)| width_of(words, SMALL_PX));
-        let across = ASIDE[0] + labels.max().unwrap_or(0)..width - ASIDE[1];
-        let down = heading.height() + legend.height(width) + at_px(14)..height - ASIDE[2];
+            .map(|(_, words)| width_of(words, SMALL));
+        let across = ASIDE[0] + labels.fold(0.0, f64::max)..width - ASIDE[1];
+        let down = heading.height() + legend.height(width) + 14.0..height - ASIDE[2];
         let chart = Self {
             canvas,
             axes,
             inside: [across, down],
             taken: Taken::default(),
         };
-        chart.draw_axes()?;
-        Ok(chart)
+        chart.draw_axes();
+        chart
     }
 
-    fn draw_axes(&self) -> Drawn {
+    fn draw_axes(&self) {
         let [across, down] = &self.inside;
-        let line = |from, to, colour: RGBColor| {
-            let line = PathElement::new(vec![from, to], colour.stroke_width(px(1)));
-            self.canvas.draw(&line)
+        let line = |from, to, colour: Colour| {
+            self.canvas.line(&[from, to], Stroke::plain(colour, 1.0));
         };
-        let marks = [0, 1].map(|k| -> Vec<(i32, String)> {
+        let marks = [0, 1].map(|k| -> Vec<(f64, String)> {
             let marks = self.axes[k].marks.iter();
             marks
                 .map(|(share, words)| (self.along(k, *share), words.clone()))
                 .collect()
         });
         for (x, _) in &marks[0] {
-            line((*x, down.start), (*x, down.end), GRID)?;
+            line((*x, down.start), (*x, down.end), GRID);
         }
         for (y, _) in &marks[1] {
-            line((across.start, *y), (across.end, *y), GRID)?;
+            line((across.start, *y), (across.end, *y), GRID);
         }
         let corner = (across.start, down.end);
-        line(corner, (across.end, down.end), INK)?;
-        line(corner, (across.start, down.start), INK)?;
-        draw_marks(self.canvas, Side::Below, down.end, &marks[0])?;
-        draw_marks(self.canvas, Side::Left, across.start, &marks[1])?;
+        line(corner, (across.end, down.end), INK);
+        line(corner, (across.start, down.start), INK);
+        draw_marks(self.canvas, Side::Below, down.end, &marks[0]);
+        draw_marks(self.canvas, Side::Left, across.start, &marks[1]);
         let titles = self.axes.each_ref().map(|axis| axis.title.as_str());
-        let middle = [across, down].map(|range| (range.start + range.end) / 2);
-        draw_titles(self.canvas, titles, middle, down.end + at_px(62))
+        let middle = [across, down].map(|range| (range.start + range.end) / 2.0);
+        draw_titles(self.canvas, titles, middle, down.end + 62.0);
     }
 
-    /// Coordinate on the canvas at a share of the axis across (0) or upwards (1).
-    fn along(&self, axis: usize, share: f64) -> i32 {
+    /// Coordinate at a share of the axis across (0) or upwards (1).
+    fn along(&self, axis: usize, share: f64) -> f64 {
         let Range { start, end } = self.inside[axis];
         let (from, to) = if axis == 0 {
             (start, end)
         } else {
             (end, start)
         };
-        from + (share * f64::from(to - from)).round() as i32
+        from + share * (to - from)
     }
 
     /// Place of a pair of values on the canvas; `None` if an axis cannot show one of them.
-    pub fn at(&self, (x, y): (f64, f64)) -> Option<(i32, i32)> {
+    pub fn at(&self, (x, y): (f64, f64)) -> Option<Place> {
         let shares = (self.axes[0].share(x)?, self.axes[1].share(y)?);
         Some((self.along(0, shares.0), self.along(1, shares.1)))
     }
 
     /// Place at the lower edge below a value of the axis across.
-    pub fn below(&self, x: f64) -> Option<(i32, i32)> {
+    pub fn below(&self, x: f64) -> Option<Place> {
         Some((self.along(0, self.axes[0].share(x)?), self.inside[1].end))
     }
 
-    /// Box of this width and height beside a place, at one of these distances, pixels, that covers
+    /// Box of this width and height beside a place, at one of these distances, that covers
     /// nothing: left, right, top and bottom. It is taken then.
-    pub fn beside(
-        &mut self,
-        at: (i32, i32),
-        size: (i32, i32),
-        distances: &[i32],
-    ) -> Option<[i32; 4]> {
+    pub fn beside(&mut self, at: Place, size: Place, distances: &[f64]) -> Option<[f64; 4]> {
         let [across, down] = &self.inside;
         self.taken.beside(at, size, [across, down], distances)
     }
 
-    /// Draws a line through places on the canvas; one place alone is a dot.
-    pub fn line(&self, places: &[(i32, i32)], stroke: Stroke) -> Drawn {
-        let path = places.to_vec();
+    /// Draws a line through places; one place alone is a dot.
+    pub fn line(&self, places: &[Place], stroke: Stroke) {
         match places {
             [] => {}
-            [alone] => self.dot(*alone, stroke.width + 1, stroke.colour)?,
-            _ if stroke.dashed => {
-                let dashes = DashedPathElement::new(path, px(9), px(6), stroke.style());
-                self.canvas.draw(&dashes)?;
-            }
-            _ => self.canvas.draw(&PathElement::new(path, stroke.style()))?,
+            [alone] => self.dot(*alone, stroke.width + 1.0, stroke.colour),
+            _ => self.canvas.line(places, stroke),
         }
-        Ok(())
     }
 
-    pub fn dot(&self, at: (i32, i32), radius: u32, colour: RGBColor) -> Drawn {
-        Ok(self
-            .canvas
-            .draw(&Circle::new(at, px(radius), colour.filled()))?)
+    pub fn dot(&self, at: Place, radius: f64, colour: Colour) {
+        self.canvas.circle(at, radius, Paint::Filled(colour));
     }
 
     /// Draws a hollow ring: the line does not run through it.
-    pub fn ring(&self, at: (i32, i32), colour: RGBColor) -> Drawn {
-        self.dot(at, 6, WHITE)?;
-        let ring = Circle::new(at, px(6), colour.stroke_width(px(2)));
-        Ok(self.canvas.draw(&ring)?)
+    pub fn ring(&self, at: Place, colour: Colour) {
+        self.dot(at, 6.0, WHITE);
+        self.canvas.circle(at, 6.0, Paint::Outline(colour, 2.0));
     }
 
-    pub fn cross(&self, at: (i32, i32), colour: RGBColor) -> Drawn {
-        let cross = Cross::new(at, px(7), colour.stroke_width(px(3)));
-        Ok(self.canvas.draw(&cross)?)
+    pub fn cross(&self, at: Place, colour: Colour) {
+        self.canvas.cross(at, 7.0, Stroke::plain(colour, 3.0));
     }
 
-    /// Draws a text of this size in pixels whose point at (h, middle) is at a place.
-    pub fn text(&self, words: &str, at: (i32, i32), pixels: u32, h: HPos) -> Drawn {
-        let style = text_style(pixels, h, VPos::Center);
-        Ok(self.canvas.draw(&Text::new(words.to_owned(), at, &style))?)
+    /// Draws a text in a line of this height whose point across, in the middle of its height, is at
+    /// a place.
+    pub fn text(&self, words: &str, at: Place, height: f64, across: Across) {
+        let letters = Letters::new(height, across, Down::Middle);
+        self.canvas.text(words, at, letters);
     }
 }

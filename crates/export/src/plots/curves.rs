@@ -2,24 +2,22 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::HPos;
-
-use super::chart::{Chart, SIZE, Stroke};
+use super::canvas::{Across, Paint, Place, Stroke, WHITE};
+use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Axis, Drawn, Heading, Scale, TEXT_PX, at_px, ends, px, rgb, width_of, write_svg};
+use super::{Axis, Heading, Scale, TEXT, ends, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::CurveKind;
+use crate::colours::{Colour, CurveKind};
 use crate::curves::{Curve, Curves, PeakMark, Point};
 use crate::words::counted;
 use dovetail_solver::description::EngineOrder;
 
-/// Height of the letters at a peak, pixels.
-const PEAK_PX: u32 = TEXT_PX - 4;
-/// Distances from a peak at which its label may be placed, pixels.
-const PEAK_DISTANCES: [i32; 5] = [12, 26, 44, 70, 100];
+/// Height of a line of words at a peak.
+const PEAK: f64 = TEXT - 4.0;
+/// Distances from a peak at which its label may be placed.
+const PEAK_DISTANCES: [f64; 5] = [12.0, 26.0, 44.0, 70.0, 100.0];
 /// Distance beyond which a line leads from the label to its peak.
-const LED: i32 = at_px(30);
+const LED: f64 = 30.0;
 /// Unit of angles.
 const DEGREES: &str = "°";
 
@@ -36,23 +34,23 @@ pub fn write_curves(
     write_svg(path, SIZE, |canvas| {
         let range = range(curves, scale);
         let axes = [frequencies(curves), values(curves, scale).spanning(range)];
-        let chart = Chart::new(canvas, heading, &legend(curves, range[1]), axes)?;
-        draw(chart, curves, range)
+        let chart = Chart::new(canvas, heading, &legend(curves, range[1]), axes);
+        draw(chart, curves, range);
     })
 }
 
 impl Curve {
-    fn colour(&self) -> RGBColor {
-        rgb(self.kind.colour())
+    fn colour(&self) -> Colour {
+        self.kind.colour()
     }
 
     fn stroke(&self) -> Stroke {
         Stroke {
             colour: self.colour(),
             width: match self.kind {
-                CurveKind::Tractions => 1,
-                CurveKind::Linear => 2,
-                _ => 3,
+                CurveKind::Tractions => 1.0,
+                CurveKind::Linear => 2.0,
+                _ => 3.0,
             },
             dashed: self.dashed,
         }
@@ -134,7 +132,7 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
         let off_scale = off_scale.map(|peak| peak.words(curves.highest));
         let words = off_scale.map(|words| format!("{label}: peak off the scale, {words}"));
         legend.add(
-            curve.stroke().mark(),
+            Mark::Line(curve.stroke()),
             words.unwrap_or_else(|| label.clone()),
         );
         let inaccurate = curve.points.iter().filter(|p| p.is_inaccurate()).count();
@@ -153,22 +151,22 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
 
 /// Draws the curves, rings where the requested accuracy was not reached, crosses on the axis where
 /// nothing converged, and the peaks.
-fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
+fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) {
     let [bottom, top] = range;
-    fill_range(&chart, curves, range)?;
+    fill_range(&chart, curves, range);
     for curve in &curves.curves {
         for stretch in stretches(&curve.points, range) {
             let places = stretch.into_iter();
             let places = places.map(|(hz, value)| (curves.place(hz), value));
             let places: Vec<_> = places.filter_map(|p| chart.at(p)).collect();
-            chart.line(&places, curve.stroke())?;
+            chart.line(&places, curve.stroke());
             chart.taken.add_line(&places);
         }
         for point in &curve.points {
             let height = point.value.filter(|v| (bottom..=top).contains(v));
             let ring = height.filter(|_| point.is_inaccurate());
             if let Some(at) = ring.and_then(|v| chart.at((curves.place(point.frequency_hz), v))) {
-                chart.ring(at, curve.colour())?;
+                chart.ring(at, curve.colour());
             }
         }
     }
@@ -178,7 +176,7 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
         .flat_map(|c| Point::lost(&c.points).map(move |p| (c, p)))
     {
         if let Some(at) = chart.at((curves.place(point.frequency_hz), bottom)) {
-            chart.cross(at, curve.colour())?;
+            chart.cross(at, curve.colour());
         }
     }
     let marked = |chart: &Chart, curve: &Curve| {
@@ -190,80 +188,71 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) -> Drawn {
     let peaks: Vec<_> = curves.filter_map(|curve| marked(&chart, curve)).collect();
     for ((x, y), _, colour) in &peaks {
         // Its tip is above the line, which it would hide.
-        let [half, low, high] = [at_px(8), y - at_px(5), y - at_px(19)];
-        let corners = vec![(*x, low), (x - half, high), (x + half, high)];
-        chart.canvas.draw(&Polygon::new(corners, colour.filled()))?;
+        let [half, low, high] = [8.0, y - 5.0, y - 19.0];
+        let corners = [(*x, low), (x - half, high), (x + half, high)];
+        chart.canvas.polygon(&corners, Paint::Filled(*colour));
         chart.taken.add_box([x - half, x + half, high, low]);
     }
     // The result, which is drawn last, has its words nearest.
     for (at, words, colour) in peaks.into_iter().rev() {
-        draw_words(&mut chart, at, &words, colour)?;
+        draw_words(&mut chart, at, &words, colour);
     }
-    Ok(())
 }
 
 /// Fills what lies between the ends of the range over starting tractions.
-fn fill_range(chart: &Chart, curves: &Curves, [bottom, top]: [f64; 2]) -> Drawn {
+fn fill_range(chart: &Chart, curves: &Curves, [bottom, top]: [f64; 2]) {
     let ends = curves.curves.iter();
     let ends: Vec<&Curve> = ends.filter(|c| c.kind == CurveKind::Tractions).collect();
     let [least, most] = ends[..] else {
-        return Ok(());
+        return;
     };
-    let pale = least.colour().mix(0.25).filled();
+    let pale = Paint::Pale(least.colour(), 0.25);
     let at = |point: &Point| {
         let value = point.value?.clamp(bottom, top);
         chart.at((curves.place(point.frequency_hz), value))
     };
     for (low, high) in least.points.windows(2).zip(most.points.windows(2)) {
         let corners = [at(&low[0]), at(&low[1]), at(&high[1]), at(&high[0])];
-        let corners: Option<Vec<(i32, i32)>> = corners.into_iter().collect();
+        let corners: Option<Vec<Place>> = corners.into_iter().collect();
         if let Some(corners) = corners {
-            chart.canvas.draw(&Polygon::new(corners, pale))?;
+            chart.canvas.polygon(&corners, pale);
         }
     }
-    Ok(())
 }
 
 /// Draws the words of a peak in a place where they cover nothing.
-fn draw_words(chart: &mut Chart, (x, y): (i32, i32), words: &str, colour: RGBColor) -> Drawn {
-    let size = (width_of(words, PEAK_PX), at_px(PEAK_PX as i32 + 4));
+fn draw_words(chart: &mut Chart, (x, y): Place, words: &str, colour: Colour) {
+    let size = (width_of(words, PEAK), PEAK + 4.0);
     let free = chart.beside((x, y), size, &PEAK_DISTANCES);
     let [left, right, top, bottom] = match free {
         Some(bounds) => bounds,
-        None => over_everything(chart, (x, y), size)?,
+        None => over_everything(chart, (x, y), size),
     };
     // At the end that is nearer to the mark: its letters may be narrower.
-    let (h, place) = match (left >= x, right <= x) {
-        (true, _) => (HPos::Left, left),
-        (_, true) => (HPos::Right, right),
-        _ => (HPos::Center, (left + right) / 2),
+    let (across, place) = match (left >= x, right <= x) {
+        (true, _) => (Across::Left, left),
+        (_, true) => (Across::Right, right),
+        _ => (Across::Middle, (left + right) / 2.0),
     };
-    let middle = (top + bottom) / 2;
+    let middle = (top + bottom) / 2.0;
     if (place - x).abs() > LED {
-        let gap = at_px(4) * (x - place).signum();
-        let line = vec![(place + gap, middle), (x, y - at_px(19))];
-        let style = colour.stroke_width(px(1));
-        chart.canvas.draw(&PathElement::new(line, style))?;
+        let gap = 4.0 * (x - place).signum();
+        let line = [(place + gap, middle), (x, y - 19.0)];
+        chart.canvas.line(&line, Stroke::plain(colour, 1.0));
     }
-    chart.text(words, (place, middle), PEAK_PX, h)
+    chart.text(words, (place, middle), PEAK, across);
 }
 
 /// Clears a place for a label of this width and height above a peak that has no free place beside
 /// it, between the sides of the chart. Returns left, right, top and bottom of the label.
-fn over_everything(
-    chart: &Chart,
-    (x, y): (i32, i32),
-    (width, height): (i32, i32),
-) -> Drawn<[i32; 4]> {
-    let (across, half) = (&chart.inside[0], width / 2);
+fn over_everything(chart: &Chart, (x, y): Place, (width, height): Place) -> [f64; 4] {
+    let (across, half) = (&chart.inside[0], width / 2.0);
     let middle = x.min(across.end - half).max(across.start + half);
-    let bottom = y - at_px(24);
+    let bottom = y - 24.0;
     let [left, right, top] = [middle - half, middle + half, bottom - height];
-    let pale = WHITE.mix(0.8).filled();
-    chart
-        .canvas
-        .draw(&Rectangle::new([(left, top), (right, bottom)], pale))?;
-    Ok([left, right, top, bottom])
+    let bounds = [left, right, top, bottom];
+    chart.canvas.rectangle(bounds, Paint::Pale(WHITE, 0.8));
+    bounds
 }
 
 /// Stretches of neighbouring points that have a value within the axis. A line that leaves the axis
@@ -362,7 +351,10 @@ mod tests {
         ] {
             assert!(legend.contains(words), "{words}: {legend}");
         }
-        assert!(legend.find("Dashes") < legend.find("Line"), "{legend}");
+        assert!(
+            legend.find("dashed: true") < legend.find("dashed: false"),
+            "{legend}"
+        );
     }
 
     #[test]

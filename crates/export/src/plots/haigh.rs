@@ -3,15 +3,13 @@
 
 use std::path::Path;
 
-use plotters::prelude::RGBColor;
-use plotters::style::text_anchor::HPos;
-
 use super::axis::Axis;
-use super::chart::{Chart, SIZE, Stroke};
+use super::canvas::{Across, Canvas, Stroke};
+use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Canvas, Drawn, Heading, NOTHING, SMALL_PX, at_px, rgb, svg_of, width_of, write_svg};
+use super::{Heading, SMALL, svg_of, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::of_series;
+use crate::colours::{Colour, NOTHING, of_series};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::stress::StressCycle;
 use dovetail_solver::run::PeakStress;
@@ -66,25 +64,18 @@ pub fn write_haigh(path: &Path, heading: Heading<'_>, haigh: &Haigh) -> Result<(
 }
 
 /// Draws the diagram as an SVG.
-///
-/// # Errors
-/// The reason why it cannot be drawn.
-pub(crate) fn haigh_svg(heading: Heading<'_>, haigh: &Haigh) -> Result<String, String> {
+pub(crate) fn haigh_svg(heading: Heading<'_>, haigh: &Haigh) -> String {
     svg_of(SIZE, |canvas| draw(canvas, heading, haigh))
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, haigh: &Haigh) -> Drawn {
+fn draw(canvas: &Canvas, heading: Heading<'_>, haigh: &Haigh) {
     let strengths = haigh.strengths_pa.len();
-    let stroke = |i: usize| Stroke {
-        colour: rgb(of_series(i, strengths)),
-        width: 3,
-        dashed: false,
-    };
+    let stroke = |i: usize| Stroke::plain(of_series(i, strengths), 3.0);
     let mut legend = Legend::default();
     legend.add(Mark::Dot(NODES), "nodes");
     legend.add(Mark::Dot(PLACES), "the highest places");
     for (i, (bodies, _)) in haigh.strengths_pa.iter().enumerate() {
-        legend.add(stroke(i).mark(), format!("Goodman, {bodies}"));
+        legend.add(Mark::Line(stroke(i)), format!("Goodman, {bodies}"));
     }
     let points = || haigh.nodes_pa.iter().chain(&haigh.places_pa).copied();
     // The line of a strength, level where the mean is in compression.
@@ -98,34 +89,33 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, haigh: &Haigh) -> Drawn {
         Axis::linear("mean of the equivalent stress (MPa)").around(shown().map(|p| MPA * p[0])),
         Axis::linear("amplitude (MPa)").around(shown().map(|p| MPA * p[1]).chain([0.0])),
     ];
-    let mut chart = Chart::new(canvas, heading, &legend, axes)?;
-    let place = |chart: &Chart<'_, '_>, p: &[f64; 2]| chart.at((MPA * p[0], MPA * p[1]));
+    let mut chart = Chart::new(canvas, heading, &legend, axes);
+    let place = |chart: &Chart<'_>, p: &[f64; 2]| chart.at((MPA * p[0], MPA * p[1]));
     for node in thinned(&haigh.nodes_pa) {
         if let Some(at) = place(&chart, &node) {
-            chart.dot(at, 3, NODES)?;
+            chart.dot(at, 3.0, NODES);
         }
     }
     for (i, line) in lines.iter().enumerate() {
         let line: Vec<_> = line.iter().filter_map(|p| place(&chart, p)).collect();
         chart.taken.add_line(&line);
-        chart.line(&line, stroke(i))?;
+        chart.line(&line, stroke(i));
     }
     for (i, point) in haigh.places_pa.iter().enumerate() {
         let Some(at) = place(&chart, point) else {
             continue;
         };
-        chart.dot(at, 6, PLACES)?;
+        chart.dot(at, 6.0, PLACES);
         let name = (i + 1).to_string();
-        let size = (width_of(&name, SMALL_PX), at_px(18));
-        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[12, 26]) {
-            chart.text(&name, (left, (top + bottom) / 2), SMALL_PX, HPos::Left)?;
+        let size = (width_of(&name, SMALL), 18.0);
+        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[12.0, 26.0]) {
+            chart.text(&name, (left, (top + bottom) / 2.0), SMALL, Across::Left);
         }
     }
-    Ok(())
 }
 
-const NODES: RGBColor = NOTHING;
-const PLACES: RGBColor = rgb([213, 94, 0]);
+const NODES: Colour = NOTHING;
+const PLACES: Colour = [213, 94, 0];
 
 /// One point of each cell of the area that the points span.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {

@@ -2,25 +2,22 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
+use super::canvas::{Across, Canvas, Down, Letters, Paint, Place, WHITE};
 use super::{
-    Bar, Canvas, Drawn, Heading, NOTHING, PX, SMALL_PX, Side, TEXT_PX, at_px, draw_bar, draw_marks,
-    draw_titles, ends, px, rgb, text_style, width_of, write_svg,
+    Bar, Heading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, ends, width_of, write_svg,
 };
 use crate::ExportError;
-use crate::colours::of_value;
+use crate::colours::{NOTHING, of_value};
 use crate::words::{capital, in_steps, in_unit};
 
-const SIZE: (i32, i32) = (at_px(1280), at_px(860));
+const SIZE: Place = (1280.0, 860.0);
 /// Smallest and largest room for the labels of the rows.
-const LEFT: (i32, i32) = (at_px(150), at_px(500));
-const RIGHT: i32 = at_px(190);
-const TOP: i32 = at_px(110);
-const BOTTOM: i32 = at_px(110);
+const LEFT: Place = (150.0, 500.0);
+const RIGHT: f64 = 190.0;
+const TOP: f64 = 110.0;
+const BOTTOM: f64 = 110.0;
 /// Smallest cell in which its value is written.
-const ROOM: (i32, i32) = (at_px(76), at_px(28));
+const ROOM: Place = (76.0, 28.0);
 
 /// Figure over two parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +39,7 @@ pub struct HeatMap {
 /// # Errors
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
-    let size = (SIZE.0 as u32 / PX, SIZE.1 as u32 / PX);
-    write_svg(path, size, |canvas| draw(canvas, map))
+    write_svg(path, SIZE, |canvas| draw(canvas, map))
 }
 
 impl HeatMap {
@@ -59,23 +55,19 @@ impl HeatMap {
     }
 
     /// Left end of the cells: right of the labels of the rows and of the title of the axis.
-    fn left(&self) -> i32 {
-        (self.longest(1) + at_px(70)).clamp(LEFT.0, LEFT.1)
+    fn left(&self) -> f64 {
+        (self.longest(1) + 70.0).clamp(LEFT.0, LEFT.1)
     }
 
     /// Width of the longest label of the columns (0) or of the rows (1).
-    fn longest(&self, axis: usize) -> i32 {
-        let widths = self.labels[axis]
-            .iter()
-            .map(|words| width_of(words, SMALL_PX));
-        widths.max().unwrap_or(0)
+    fn longest(&self, axis: usize) -> f64 {
+        let widths = self.labels[axis].iter().map(|words| width_of(words, SMALL));
+        widths.fold(0.0, f64::max)
     }
 
     /// Sides of a cell: left, right, top, bottom.
-    fn cell(&self, column: usize, row: usize) -> [i32; 4] {
-        let along = |i: usize, count: usize, length: i32| {
-            (i as f64 / count.max(1) as f64 * f64::from(length)).round() as i32
-        };
+    fn cell(&self, column: usize, row: usize) -> [f64; 4] {
+        let along = |i: usize, count: usize, length: f64| i as f64 / count.max(1) as f64 * length;
         let left = self.left();
         let (width, height) = (SIZE.0 - left - RIGHT, SIZE.1 - TOP - BOTTOM);
         let x = |i: usize| left + along(i, self.labels[0].len(), width);
@@ -84,12 +76,12 @@ impl HeatMap {
     }
 }
 
-fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
+fn draw(canvas: &Canvas, map: &HeatMap) {
     let heading = Heading {
         title: &map.title(),
         conditions: "",
     };
-    heading.draw(canvas)?;
+    heading.draw(canvas);
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
@@ -111,45 +103,43 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
                 0.0
             }
         });
-        let fill = fraction.map_or(NOTHING, |fraction| rgb(of_value(fraction)));
-        let corners = [(left, top), (right, bottom)];
-        canvas.draw(&Rectangle::new(corners, fill.filled()))?;
-        canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(px(1))))?;
+        let fill = fraction.map_or(NOTHING, of_value);
+        let sides = [left, right, top, bottom];
+        canvas.rectangle(sides, Paint::Filled(fill));
+        canvas.rectangle(sides, Paint::Outline(WHITE, 1.0));
         if right - left < ROOM.0 || bottom - top < ROOM.1 {
             continue;
         }
         let words = value.map_or("none".to_owned(), |v| in_steps(factor * v, step));
         // White letters on the dark half of the colours.
-        let style = text_style(TEXT_PX - 5, HPos::Center, VPos::Center);
-        let style = match fraction {
-            Some(fraction) if fraction < 0.5 => style.color(&WHITE),
-            _ => style,
-        };
-        let middle = ((left + right) / 2, (top + bottom) / 2);
-        canvas.draw(&Text::new(words, middle, &style))?;
+        let mut letters = Letters::new(TEXT - 5.0, Across::Middle, Down::Middle);
+        if fraction.is_some_and(|fraction| fraction < 0.5) {
+            letters.colour = WHITE;
+        }
+        let middle = ((left + right) / 2.0, (top + bottom) / 2.0);
+        canvas.text(&words, middle, letters);
     }
-    draw_axes(canvas, map)?;
+    draw_axes(canvas, map);
     if low < high {
         let bar = Bar {
-            left: SIZE.0 - RIGHT + at_px(40),
+            left: SIZE.0 - RIGHT + 40.0,
             top: TOP,
             bottom: SIZE.1 - BOTTOM,
         };
-        draw_bar(canvas, bar, [low, high], map.unit)?;
+        draw_bar(canvas, bar, [low, high], map.unit);
     }
-    Ok(())
 }
 
 /// Draws the labels of columns and rows, as many as have room, and the titles.
-fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
-    let marks = [0, 1].map(|axis| -> Vec<(i32, String)> {
+fn draw_axes(canvas: &Canvas, map: &HeatMap) {
+    let marks = [0, 1].map(|axis| -> Vec<(f64, String)> {
         let middle = |i: usize| {
             let [left, right, top, bottom] = if axis == 0 {
                 map.cell(i, 0)
             } else {
                 map.cell(0, i)
             };
-            [(left + right) / 2, (top + bottom) / 2][axis]
+            [(left + right) / 2.0, (top + bottom) / 2.0][axis]
         };
         let labels = map.labels[axis].iter().enumerate();
         labels
@@ -157,11 +147,11 @@ fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
             .collect()
     });
     let (left, bottom) = (map.left(), SIZE.1 - BOTTOM);
-    draw_marks(canvas, Side::Below, bottom, &marks[0])?;
-    draw_marks(canvas, Side::Left, left, &marks[1])?;
+    draw_marks(canvas, Side::Below, bottom, &marks[0]);
+    draw_marks(canvas, Side::Left, left, &marks[1]);
     let titles = map.axes.each_ref().map(String::as_str);
-    let middle = [(left + SIZE.0 - RIGHT) / 2, (TOP + bottom) / 2];
-    draw_titles(canvas, titles, middle, bottom + at_px(70))
+    let middle = [(left + SIZE.0 - RIGHT) / 2.0, (TOP + bottom) / 2.0];
+    draw_titles(canvas, titles, middle, bottom + 70.0);
 }
 
 #[cfg(test)]
@@ -229,7 +219,7 @@ mod tests {
         let left = |label: &str| map(label).cell(0, 0)[0];
         assert_eq!(left("0.1"), LEFT.0);
         let words = "smooth, little damping";
-        assert!(left(words) >= at_px(60) + width_of(words, SMALL_PX));
+        assert!(left(words) >= 60.0 + width_of(words, SMALL));
         assert_eq!(left(&"long ".repeat(100)), LEFT.1);
     }
 

@@ -2,45 +2,43 @@
 
 use std::ops::Range;
 
-use super::{at_px, overlap};
+use super::canvas::Place;
+use super::overlap;
 
 /// Objects that a name beside a point must not cover: lines, dots, and names already placed.
 #[derive(Debug, Default)]
 pub(super) struct Taken {
-    lines: Vec<[(i32, i32); 2]>,
-    names: Vec<[i32; 4]>,
+    lines: Vec<[Place; 2]>,
+    names: Vec<[f64; 4]>,
 }
 
 impl Taken {
     /// Adds a line through points.
-    pub fn add_line(&mut self, points: &[(i32, i32)]) {
+    pub fn add_line(&mut self, points: &[Place]) {
         // A dot is as wide as a short line.
-        let dots = points
-            .iter()
-            .map(|(x, y)| [(x - at_px(6), *y), (x + at_px(6), *y)]);
+        let dots = points.iter().map(|(x, y)| [(x - 6.0, *y), (x + 6.0, *y)]);
         self.lines.extend(dots);
         self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
     }
 
     /// Adds a box: left, right, top, bottom.
-    pub fn add_box(&mut self, bounds: [i32; 4]) {
+    pub fn add_box(&mut self, bounds: [f64; 4]) {
         self.names.push(bounds);
     }
 
     /// Places the name of a point: left, right, top and bottom of a box of this width and height
-    /// that covers nothing, at one of these distances, pixels. Returns `None` if all places around
+    /// that covers nothing, at one of these distances. Returns `None` if all places around
     /// the point are taken.
     pub fn beside(
         &mut self,
-        (x, y): (i32, i32),
-        (width, height): (i32, i32),
-        [across, down]: [&Range<i32>; 2],
-        distances: &[i32],
-    ) -> Option<[i32; 4]> {
-        let half = height / 2;
-        let place = |left: i32, middle: i32| [left, left + width, middle - half, middle + half];
-        let around = distances.iter().flat_map(|far| {
-            let far = at_px(*far);
+        (x, y): Place,
+        (width, height): Place,
+        [across, down]: [&Range<f64>; 2],
+        distances: &[f64],
+    ) -> Option<[f64; 4]> {
+        let half = height / 2.0;
+        let place = |left: f64, middle: f64| [left, left + width, middle - half, middle + half];
+        let around = distances.iter().flat_map(|&far| {
             [
                 place(x + far, y - far),
                 place(x - far - width, y - far),
@@ -48,11 +46,11 @@ impl Taken {
                 place(x - far - width, y + far),
                 place(x + far, y),
                 place(x - far - width, y),
-                place(x - width / 2, y - far - half),
-                place(x - width / 2, y + far + half),
+                place(x - width / 2.0, y - far - half),
+                place(x - width / 2.0, y + far + half),
             ]
         });
-        let is_inside = |b: &[i32; 4]| {
+        let is_inside = |b: &[f64; 4]| {
             across.contains(&b[0])
                 && across.contains(&b[1])
                 && down.contains(&b[2])
@@ -62,7 +60,7 @@ impl Taken {
     }
 
     /// Takes the first of these boxes that covers nothing.
-    pub fn first_clear(&mut self, mut boxes: impl Iterator<Item = [i32; 4]>) -> Option<[i32; 4]> {
+    pub fn first_clear(&mut self, mut boxes: impl Iterator<Item = [f64; 4]>) -> Option<[f64; 4]> {
         let found = boxes.find(|b| {
             !self.names.iter().any(|other| overlap(*other, *b))
                 && !self.lines.iter().any(|line| crosses(*line, *b))
@@ -74,8 +72,8 @@ impl Taken {
 
 /// Returns `true` if a line crosses a box with these sides (left, right, top, bottom), by Liang and
 /// Barsky's clipping.
-fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) -> bool {
-    let [dx, dy] = [to.0 - from.0, to.1 - from.1].map(f64::from);
+fn crosses([from, to]: [Place; 2], [left, right, top, bottom]: [f64; 4]) -> bool {
+    let [dx, dy] = [to.0 - from.0, to.1 - from.1];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (step, room) in [
         (-dx, from.0 - left),
@@ -83,7 +81,6 @@ fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) ->
         (-dy, from.1 - top),
         (dy, bottom - from.1),
     ] {
-        let room = f64::from(room);
         if step == 0.0 {
             if room < 0.0 {
                 return false;
@@ -105,20 +102,26 @@ mod tests {
 
     #[test]
     fn a_name_stands_where_no_line_goes() {
-        let inside = [(10, 10), (20, 20)];
-        assert!(crosses([(0, 15), (40, 15)], [10, 20, 10, 20]));
-        assert!(crosses(inside, [0, 40, 0, 40]));
-        assert!(!crosses([(0, 0), (9, 40)], [10, 20, 10, 20]));
-        assert!(!crosses([(0, 35), (35, 0)], [0, 10, 0, 10]));
-        let word = (at_px(33), at_px(18));
-        let frame = [&(0..at_px(1000)), &(0..at_px(1000))];
-        let at = (at_px(500), at_px(500));
+        let inside = [(10.0, 10.0), (20.0, 20.0)];
+        assert!(crosses(
+            [(0.0, 15.0), (40.0, 15.0)],
+            [10.0, 20.0, 10.0, 20.0]
+        ));
+        assert!(crosses(inside, [0.0, 40.0, 0.0, 40.0]));
+        assert!(!crosses(
+            [(0.0, 0.0), (9.0, 40.0)],
+            [10.0, 20.0, 10.0, 20.0]
+        ));
+        assert!(!crosses([(0.0, 35.0), (35.0, 0.0)], [0.0, 10.0, 0.0, 10.0]));
+        let word = (33.0, 18.0);
+        let frame = [&(0.0..1000.0), &(0.0..1000.0)];
+        let at = (500.0, 500.0);
         let mut taken = Taken::default();
         // A line that rises to the right: the place above at the right is taken.
-        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)]);
-        let first = taken.beside(at, word, frame, &[12, 26]).unwrap();
+        taken.add_line(&[(0.0, 1000.0), at, (1000.0, 0.0)]);
+        let first = taken.beside(at, word, frame, &[12.0, 26.0]).unwrap();
         assert!(first[1] < at.0 && first[3] < at.1, "{first:?}");
-        let second = taken.beside(at, word, frame, &[12, 26]).unwrap();
+        let second = taken.beside(at, word, frame, &[12.0, 26.0]).unwrap();
         assert!(!overlap(first, second));
         assert!(
             taken
@@ -127,7 +130,7 @@ mod tests {
                 .all(|l| !crosses(*l, first) && !crosses(*l, second))
         );
         // No place at all.
-        let narrow = [&(at_px(490)..at_px(510)), &(0..at_px(1000))];
-        assert_eq!(taken.beside(at, word, narrow, &[12]), None);
+        let narrow = [&(490.0..510.0), &(0.0..1000.0)];
+        assert_eq!(taken.beside(at, word, narrow, &[12.0]), None);
     }
 }

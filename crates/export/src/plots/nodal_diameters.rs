@@ -3,19 +3,17 @@
 
 use std::path::Path;
 
-use plotters::prelude::RGBColor;
-use plotters::style::text_anchor::HPos;
-
 use super::axis::Axis;
-use super::chart::{Chart, SIZE, Stroke};
+use super::canvas::{Across, Canvas, Stroke};
+use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Canvas, Drawn, Heading, SMALL_PX, at_px, rgb, width_of, write_svg};
+use super::{Heading, SMALL, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::of_series;
+use crate::colours::{Colour, of_series};
 use dovetail_solver::reduced::waves::nodal_diameter_of;
 use dovetail_solver::run::NodalDiameters;
 
-const ORDERS: RGBColor = RGBColor(150, 150, 150);
+const ORDERS: Colour = [150; 3];
 /// Most nodal diameters of which each has a mark on the axis.
 const MOST_MARKS: usize = 20;
 
@@ -47,29 +45,21 @@ fn engine_orders(found: &NodalDiameters, top_hz: f64) -> Vec<(f64, f64)> {
     (0..=last as usize).map(point).collect()
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) -> Drawn {
+fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) {
     let modes = found.frequencies_hz.iter().map(Vec::len);
     let modes = modes.max().unwrap_or(0);
     let largest = found.frequencies_hz.len().saturating_sub(1);
     let highest = found.frequencies_hz.iter().flatten().copied();
     let top_hz = 1.05 * highest.fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let orders = engine_orders(found, top_hz);
-    let mode_stroke = |i: usize| Stroke {
-        colour: rgb(of_series(i % 6, 6)),
-        width: 2,
-        dashed: false,
-    };
-    let order_stroke = Stroke {
-        colour: ORDERS,
-        width: 2,
-        dashed: false,
-    };
+    let colour = |i: usize| of_series(i % 6, 6);
+    let order_stroke = Stroke::plain(ORDERS, 2.0);
     let mut legend = Legend::default();
     for i in 0..modes {
-        legend.add(Mark::Dot(mode_stroke(i).colour), format!("mode {}", i + 1));
+        legend.add(Mark::Dot(colour(i)), format!("mode {}", i + 1));
     }
     if !orders.is_empty() {
-        legend.add(order_stroke.mark(), "engine orders");
+        legend.add(Mark::Line(order_stroke), "engine orders");
     }
     let mut across = Axis::linear("nodal diameter");
     if largest <= MOST_MARKS {
@@ -82,7 +72,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) -> Drawn 
         across.spanning([-beside, largest as f64 + beside]),
         Axis::linear("frequency (Hz)").spanning([0.0, top_hz]),
     ];
-    let mut chart = Chart::new(canvas, heading, &legend, axes)?;
+    let mut chart = Chart::new(canvas, heading, &legend, axes);
     // The last order lies above the diagram: its line ends where it leaves it.
     let mut line: Vec<(f64, f64)> = orders.clone();
     if let [.., (x0, y0), (x1, y1)] = line[..]
@@ -94,7 +84,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) -> Drawn 
     }
     let line: Vec<_> = line.into_iter().filter_map(|p| chart.at(p)).collect();
     if line.len() > 1 {
-        chart.line(&line, order_stroke)?;
+        chart.line(&line, order_stroke);
         chart.taken.add_line(&line);
     }
     for mode in 0..modes {
@@ -102,25 +92,23 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) -> Drawn 
         let places: Vec<_> = of_mode
             .filter_map(|(d, f)| chart.at((d as f64, *f.get(mode)?)))
             .collect();
-        let stroke = mode_stroke(mode);
-        chart.line(&places, Stroke { width: 1, ..stroke })?;
+        chart.line(&places, Stroke::plain(colour(mode), 1.0));
         chart.taken.add_line(&places);
         for at in places {
-            chart.dot(at, 6, stroke.colour)?;
+            chart.dot(at, 6.0, colour(mode));
         }
     }
     for (order, point) in orders.iter().enumerate().skip(1) {
         let Some(at) = chart.at(*point).filter(|_| point.1 <= top_hz) else {
             continue;
         };
-        chart.dot(at, 3, ORDERS)?;
+        chart.dot(at, 3.0, ORDERS);
         let name = format!("EO {order}");
-        let size = (width_of(&name, SMALL_PX), at_px(20));
-        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[10, 18]) {
-            chart.text(&name, (left, (top + bottom) / 2), SMALL_PX, HPos::Left)?;
+        let size = (width_of(&name, SMALL), 20.0);
+        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[10.0, 18.0]) {
+            chart.text(&name, (left, (top + bottom) / 2.0), SMALL, Across::Left);
         }
     }
-    Ok(())
 }
 
 #[cfg(test)]

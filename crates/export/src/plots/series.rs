@@ -3,20 +3,18 @@
 
 use std::path::Path;
 
-use plotters::style::text_anchor::HPos;
-use plotters::style::{Color, RGBColor};
-
 use super::axis::DrawnAxis;
-use super::chart::{Chart, SIZE, Stroke};
+use super::canvas::{Across, Canvas, Place, Stroke};
+use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Axis, Canvas, Drawn, Heading, INK, TEXT_PX, at_px, px, rgb, width_of, write_svg};
+use super::{Axis, Heading, TEXT, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::of_series;
+use crate::colours::{Colour, INK, of_series};
 
-/// Height of the letters of names beside points, pixels.
-const NAME_PX: u32 = TEXT_PX - 8;
-/// Distances from a point at which its name may be placed, pixels.
-const NAME_DISTANCES: [i32; 3] = [12, 26, 44];
+/// Height of a line of names beside points.
+const NAME: f64 = TEXT - 8.0;
+/// Distances from a point at which its name may be placed.
+const NAME_DISTANCES: [f64; 3] = [12.0, 26.0, 44.0];
 /// Largest number of entries in the legend; further series are left out of it.
 const MOST_ENTRIES: usize = 10;
 
@@ -67,20 +65,22 @@ pub fn write_series(
     write_svg(path, SIZE, |canvas| draw(canvas, heading, axes, series))
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Series]) -> Drawn {
+fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Series]) {
     let colours = series.iter().filter(|one| !one.dashed).count().max(1);
     let colour = |i: usize| {
         let before = series[..i].iter().filter(|one| !one.dashed).count();
         let own = before.saturating_sub(usize::from(series[i].dashed));
-        rgb(of_series(own, colours))
+        of_series(own, colours)
     };
     let every = series.len().div_ceil(MOST_ENTRIES).max(1);
     let mut legend = Legend::default();
     for (i, one) in series.iter().enumerate().step_by(every) {
         let mark = match (one.dashed, one.dots) {
-            (true, _) => Mark::Dashes(colour(i).stroke_width(px(3))),
-            (false, false) => Mark::Line(colour(i).stroke_width(px(3))),
             (false, true) => Mark::Dot(colour(i)),
+            (dashed, _) => Mark::Line(Stroke {
+                dashed,
+                ..Stroke::plain(colour(i), 3.0)
+            }),
         };
         legend.add(mark, one.label.clone());
     }
@@ -88,19 +88,19 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
         .iter()
         .position(|one| one.bars.iter().any(Option::is_some))
     {
-        legend.add(Mark::Line(bar_stroke(colour(i)).style()), "estimated error");
+        legend.add(Mark::Line(bar_stroke(colour(i))), "estimated error");
     }
     if series.iter().any(|one| !one.failed.is_empty()) {
         legend.add(Mark::Cross(INK), "nothing found");
     }
     let axes = drawn_axes(axes, series);
-    let mut chart = Chart::new(canvas, heading, &legend, axes)?;
+    let mut chart = Chart::new(canvas, heading, &legend, axes);
     let places = series.iter().map(|one| {
         let points = one.points.iter();
         points.map(|(x, y)| chart.at((*x, (*y)?))).collect()
     });
-    let places: Vec<Vec<Option<(i32, i32)>>> = places.collect();
-    let runs = |places: &[Option<(i32, i32)>]| -> Vec<Vec<(i32, i32)>> {
+    let places: Vec<Vec<Option<Place>>> = places.collect();
+    let runs = |places: &[Option<Place>]| -> Vec<Vec<Place>> {
         let runs = places.split(Option::is_none);
         runs.map(|run| run.iter().copied().flatten().collect())
             .collect()
@@ -112,32 +112,31 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
     for (i, (one, places)) in series.iter().zip(&places).enumerate() {
         let stroke = Stroke {
             colour: colour(i),
-            width: 3 + extra[i],
+            width: 3.0 + extra[i],
             dashed: one.dashed,
         };
         for run in runs(places) {
-            chart.line(&run, stroke)?;
+            chart.line(&run, stroke);
         }
         for (at, bar) in one.points.iter().zip(&one.bars) {
             if let Some(ends) = bar {
-                draw_bar(&chart, at.0, *ends, bar_stroke(stroke.colour))?;
+                draw_bar(&chart, at.0, *ends, bar_stroke(stroke.colour));
             }
         }
         for at in one.failed.iter().filter_map(|x| chart.below(*x)) {
-            chart.cross(at, stroke.colour)?;
+            chart.cross(at, stroke.colour);
         }
         for at in places.iter().flatten().filter(|_| one.dots) {
-            chart.dot(*at, 6 + extra[i] / 2, stroke.colour)?;
+            chart.dot(*at, 6.0 + extra[i] / 2.0, stroke.colour);
         }
         for (at, name) in places.iter().zip(&one.names) {
-            let size = (width_of(name, NAME_PX), at_px(18));
+            let size = (width_of(name, NAME), 18.0);
             let free = at.and_then(|at| chart.beside(at, size, &NAME_DISTANCES));
             if let Some([left, _, top, bottom]) = free {
-                chart.text(name, (left, (top + bottom) / 2), NAME_PX, HPos::Left)?;
+                chart.text(name, (left, (top + bottom) / 2.0), NAME, Across::Left);
             }
         }
     }
-    Ok(())
 }
 
 /// Axes that show all points, the ends of their bars, and where nothing was found.
@@ -157,31 +156,26 @@ fn drawn_axes(axes: &[Axis; 2], series: &[Series]) -> [DrawnAxis; 2] {
 }
 
 /// Line of an error bar.
-fn bar_stroke(colour: RGBColor) -> Stroke {
-    Stroke {
-        colour,
-        width: 2,
-        dashed: false,
-    }
+fn bar_stroke(colour: Colour) -> Stroke {
+    Stroke::plain(colour, 2.0)
 }
 
 /// Draws an error bar with its ends. An end that the axis cannot show is at the lower edge.
-fn draw_bar(chart: &Chart<'_, '_>, x: f64, [low, high]: [f64; 2], stroke: Stroke) -> Drawn {
+fn draw_bar(chart: &Chart<'_>, x: f64, [low, high]: [f64; 2], stroke: Stroke) {
     let (Some(top), Some(edge)) = (chart.at((x, high)), chart.below(x)) else {
-        return Ok(());
+        return;
     };
     let bottom = chart.at((x, low)).unwrap_or(edge);
-    chart.line(&[top, bottom], stroke)?;
-    let half = at_px(7);
+    chart.line(&[top, bottom], stroke);
+    let half = 7.0;
     for (x, y) in [top, bottom] {
-        chart.line(&[(x - half, y), (x + half, y)], stroke)?;
+        chart.line(&[(x - half, y), (x + half, y)], stroke);
     }
-    Ok(())
 }
 
-/// Extra line width of each series, pixels, by which it remains visible beside coinciding series
+/// Extra line width of each series, by which it remains visible beside coinciding series
 /// that are drawn on top of it.
-fn extra_widths(series: &[Series]) -> Vec<u32> {
+fn extra_widths(series: &[Series]) -> Vec<f64> {
     let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * a.abs().max(b.abs());
     let coincide = |a: &Series, b: &Series| {
         let both = a.points.iter().zip(&b.points);
@@ -197,7 +191,7 @@ fn extra_widths(series: &[Series]) -> Vec<u32> {
             .count()
     };
     (0..series.len())
-        .map(|i| 6 * over(i).min(4) as u32)
+        .map(|i| 6.0 * over(i).min(4) as f64)
         .collect()
 }
 
@@ -248,7 +242,7 @@ mod tests {
     fn lines(svg: &str) -> Vec<usize> {
         let wide = svg
             .lines()
-            .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"30\""));
+            .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"3\""));
         let points = wide.filter_map(|l| l.split(" points=\"").nth(1)?.split('"').next());
         points.map(|p| p.split_whitespace().count()).collect()
     }
@@ -304,17 +298,17 @@ mod tests {
         let widths = |series: &[Series]| {
             let text = svg(&axes, series);
             let wide = text.lines().filter(|l| l.contains("<polyline"));
-            let width = |l: &str| -> u32 {
+            let width = |l: &str| -> f64 {
                 let after = l.split("stroke-width=\"").nth(1).unwrap();
                 after.split('"').next().unwrap().parse().unwrap()
             };
-            let widths = wide.map(width).filter(|w| *w >= px(3));
+            let widths = wide.map(width).filter(|w| *w >= 3.0);
             widths.collect::<Vec<_>>()
         };
-        let [first, apart, last] = [px(9), px(3), px(3)];
+        let [first, apart, last] = [9.0, 3.0, 3.0];
         let found = widths(&[line(0.1), line(0.5), line(0.1002)]);
         assert_eq!(found, [first, apart, last]);
-        assert_eq!(widths(&[line(0.1), line(0.2)]), [px(3); 2]);
+        assert_eq!(widths(&[line(0.1), line(0.2)]), [3.0; 2]);
     }
 
     #[test]

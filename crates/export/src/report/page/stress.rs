@@ -22,13 +22,12 @@ pub(super) fn stress(contents: &Contents<'_>) -> Markup {
         title: "Haigh diagram of the peak",
         conditions: contents.conditions,
     };
-    // Without the picture the table remains.
-    let haigh = haigh_svg(heading, &Haigh::of(model, stress)).ok();
+    let haigh = haigh_svg(heading, &Haigh::of(model, stress));
     html! {
         section #stress {
             h2 { "Stress at the peak" }
             p { (words(summary)) }
-            @if let Some(svg) = haigh { figure.haigh { (PreEscaped(svg)) } }
+            figure.haigh { (PreEscaped(haigh)) }
             @if summary.places.is_empty() {
                 p { "No place has a stress that is not singular." }
             } @else {
