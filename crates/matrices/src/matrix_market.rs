@@ -251,7 +251,7 @@ impl<R: BufRead> Lines<R> {
         let Some((number, line)) = self.content()? else {
             return Err(text::cut_off("the line with the size"));
         };
-        let sizes = form.size(line);
+        let sizes = form.sizes(line);
         let size = sizes.and_then(|sizes| form.fitting(sizes, self.left));
         let made = size.and_then(|size| Ok((size, make(size)?)));
         let (size, mut matrix) = made.map_err(|fault| fault.at_line(number))?;
@@ -303,27 +303,23 @@ fn not_read(what: &[u8], remedy: &'static str, line: usize) -> Failure {
 impl Form {
     /// Numbers of rows, of columns and of entries in the line of the size. That of the entries of an
     /// array follows from the others.
-    fn size(self, line: &[u8]) -> Result<[u64; 3], Fault> {
-        let numbers = if self.is_placed {
-            text::exactly::<3>(line).map(|fields| fields.map(text::whole))
-        } else {
-            text::exactly::<2>(line).map(|[rows, columns]| {
-                let [rows, columns] = [rows, columns].map(text::whole);
-                let entries = rows.zip(columns).map(|(rows, columns)| {
-                    let in_all = rows.saturating_mul(columns);
-                    match self.symmetry {
-                        Symmetry::General => in_all,
-                        Symmetry::Symmetric => (in_all - rows.min(in_all)) / 2 + rows,
-                        Symmetry::Skew => (in_all - rows.min(in_all)) / 2,
-                    }
+    fn sizes(self, line: &[u8]) -> Result<[u64; 3], Fault> {
+        let expected = match self.is_placed {
+            true => "the numbers of rows, columns and entries",
+            false => "the numbers of rows and columns",
+        };
+        let numbers = match self.is_placed {
+            true => text::exactly::<3>(line).map(|fields| fields.map(text::whole)),
+            false => text::exactly::<2>(line).map(|fields| {
+                let [rows, columns] = fields.map(text::whole);
+                let in_all = rows.zip(columns).map(|(m, n)| m.saturating_mul(n));
+                let entries = in_all.zip(rows).map(|(all, rows)| match self.symmetry {
+                    Symmetry::General => all,
+                    Symmetry::Symmetric => all.saturating_sub(rows) / 2 + rows,
+                    Symmetry::Skew => all.saturating_sub(rows) / 2,
                 });
                 [rows, columns, entries]
-            })
-        };
-        let expected = if self.is_placed {
-            "the numbers of rows, columns and entries"
-        } else {
-            "the numbers of rows and columns"
+            }),
         };
         let Some([Some(rows), Some(columns), Some(entries)]) = numbers else {
             return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN));

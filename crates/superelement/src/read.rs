@@ -39,9 +39,7 @@ pub fn read(folder: &Path) -> Result<Superelement, SuperelementError> {
         pairs: described.pairs,
         modes: described.modes,
     };
-    let expected = format!("{} x 3", described.pairs);
-    let positions = folder.join(POSITIONS);
-    let positions = array(&positions, Some(described.pairs), Some(3), &expected)?;
+    let positions = array(&folder.join(POSITIONS), [described.pairs, 3])?;
     let model = arrays.reduced(&described)?;
     check_stiffness(&folder.join(STIFFNESS), &model.stiffness)?;
     check_mass(&folder.join(MASS), &model)?;
@@ -88,7 +86,7 @@ fn check_one_model(folder: &Path, described: Option<&str>) -> Result<(), Superel
 
 fn squared_frequencies(folder: &Path, modes: usize) -> Result<Vec<f64>, SuperelementError> {
     let path = folder.join(SQUARED_FREQUENCIES);
-    let omega2 = array(&path, Some(modes), Some(1), &format!("{modes} x 1"))?;
+    let omega2 = array(&path, [modes, 1])?;
     let omega2 = omega2.col_as_slice(0).to_vec();
     let is_wrong = |i: &usize| omega2[*i] <= 0.0 || (*i > 0 && omega2[*i] < omega2[*i - 1]);
     match (0..omega2.len()).find(is_wrong) {
@@ -111,7 +109,7 @@ struct Arrays<'a> {
 impl Arrays<'_> {
     fn reduced(&self, described: &Description) -> Result<ReducedModel, SuperelementError> {
         let (n, m) = (3 * self.pairs, self.modes);
-        let (has_modes, expected) = (m > 0, format!("{n} x {m}"));
+        let has_modes = m > 0;
         let static_on_modes = match has_modes && self.has(STATIC_LOAD_ON_MODES) {
             true => self.vector(STATIC_LOAD_ON_MODES, m)?,
             false => vec![0.0; m],
@@ -131,7 +129,7 @@ impl Arrays<'_> {
             stiffness: symmetric(&self.folder.join(STIFFNESS), n)?,
             mass: symmetric(&self.folder.join(MASS), n)?,
             coupling: match has_modes {
-                true => array(&self.folder.join(COUPLING), Some(n), Some(m), &expected)?,
+                true => array(&self.folder.join(COUPLING), [n, m])?,
                 false => Mat::zeros(n, 0),
             },
             omega2: match has_modes {
@@ -162,8 +160,7 @@ impl Arrays<'_> {
             if rows == 0 || count == 0 {
                 return Ok(vec![Vec::new(); count]);
             }
-            let expected = format!("{rows} x {count}");
-            let a = array(&self.folder.join(name), Some(rows), Some(count), &expected)?;
+            let a = array(&self.folder.join(name), [rows, count])?;
             Ok((0..count).map(|j| a.col_as_slice(j).to_vec()).collect())
         };
         let on_x: Vec<Vec<f64>> = columns(names[0], 3 * self.pairs)?;
@@ -194,30 +191,25 @@ impl Arrays<'_> {
     }
 
     fn vector(&self, name: &str, rows: usize) -> Result<Vec<f64>, SuperelementError> {
-        let expected = format!("{rows} x 1");
-        let a = array(&self.folder.join(name), Some(rows), Some(1), &expected)?;
+        let a = array(&self.folder.join(name), [rows, 1])?;
         Ok(a.col_as_slice(0).to_vec())
     }
 }
 
-fn array(
-    path: &Path,
-    rows: Option<usize>,
-    columns: Option<usize>,
-    expected: &str,
-) -> Result<Mat<f64>, SuperelementError> {
+/// Reads an array with these numbers of rows and columns.
+fn array(path: &Path, size: [usize; 2]) -> Result<Mat<f64>, SuperelementError> {
     let unreadable = |message: String| SuperelementError::Read {
         path: path.to_owned(),
         message,
     };
     let a = matrix_market::read(path).map_err(unreadable)?;
     let (r, c) = (a.nrows(), a.ncols());
-    if rows.is_some_and(|rows| rows != r) || columns.is_some_and(|columns| columns != c) {
+    if [r, c] != size {
         return Err(SuperelementError::Shape {
             path: path.to_owned(),
             rows: r,
             columns: c,
-            expected: expected.to_owned(),
+            expected: format!("{} x {}", size[0], size[1]),
         });
     }
     for j in 0..c {
@@ -234,7 +226,7 @@ fn array(
 
 /// Reads a symmetric array. Its two halves are averaged, so that it is symmetric to the last bit.
 fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
-    let mut a = array(path, Some(n), Some(n), &format!("{n} x {n}"))?;
+    let mut a = array(path, [n, n])?;
     let largest = a.norm_max();
     for j in 0..n {
         for i in 0..j {

@@ -1,27 +1,23 @@
 //! Writes the tables, each as one list of columns ([`super::table`]). `solution` has the columns that
 //! several tables have in common.
 
-mod backbone;
 mod loads;
 mod modes;
+mod motions;
 mod pairs;
-mod peaks;
 mod response;
 mod solution;
-mod verification;
 mod wear;
 
 use std::path::Path;
 
-pub use self::backbone::{BackboneRow, write_backbone};
 pub use self::loads::{write_forces, write_stress};
 pub use self::modes::{
     ASSEMBLY, read_modes, write_campbell, write_crossings, write_modes, write_nodal_diameters,
 };
+pub use self::motions::{BackboneRow, CurveRow, PeakRow, write_backbone, write_curve, write_peaks};
 pub use self::pairs::{write_contact, write_static, write_static_observations};
-pub use self::peaks::{CurveRow, PeakRow, write_curve, write_peaks};
-pub use self::response::{write_response, write_tractions};
-pub use self::verification::write_verification;
+pub use self::response::{write_response, write_tractions, write_verification};
 pub use self::wear::{write_wear, write_wear_pairs};
 
 use super::ExportError;

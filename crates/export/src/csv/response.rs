@@ -1,4 +1,4 @@
-//! Tables of a response: response.csv and tractions.csv.
+//! Tables of a response: response.csv, tractions.csv and verify.csv.
 
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use crate::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
+use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::results::quantities::{linear_amplitude, phasors};
 use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
@@ -110,6 +111,7 @@ fn of_motion<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&Row<'_>) -> Opti
 /// # Errors
 /// [`ExportError`] if the table cannot be written.
 pub fn write_tractions(path: &Path, range: &TractionRange) -> Result<(), ExportError> {
+    /// Start, outcome, peak, and the numbers of points and of those that converged.
     type Row<'a> = (
         String,
         Outcome,
@@ -117,26 +119,16 @@ pub fn write_tractions(path: &Path, range: &TractionRange) -> Result<(), ExportE
         Option<[usize; 2]>,
     );
     let mut table: Columns<'_, Row<'_>> = Columns::default();
-    table.add("start", |(start, ..)| start.clone());
-    table.add("outcome", |(_, outcome, ..)| outcome.to_string());
-    table.add("peak_amplitude_m", |(_, _, peak, _)| {
-        peak.map(|p| p.amplitude_m)
-    });
-    table.add("peak_frequency_hz", |(_, _, peak, _)| {
-        peak.map(|p| p.frequency_hz)
-    });
-    table.add("loss_factor", |(_, _, peak, _)| {
-        peak.and_then(|p| p.loss_factor)
-    });
-    table.add("stuck_pairs", |(_, _, peak, _)| peak.map(|p| p.pairs.stuck));
-    table.add("slipping_pairs", |(_, _, peak, _)| {
-        peak.map(|p| p.pairs.slipping)
-    });
-    table.add("opening_pairs", |(_, _, peak, _)| {
-        peak.map(|p| p.pairs.opening)
-    });
-    table.add("points", |(.., points)| points.map(|[all, _]| all));
-    table.add("converged_points", |(.., points)| points.map(|[_, n]| n));
+    table.add("start", |row| row.0.clone());
+    table.add("outcome", |row| row.1.to_string());
+    table.add("peak_amplitude_m", |row| Some(row.2?.amplitude_m));
+    table.add("peak_frequency_hz", |row| Some(row.2?.frequency_hz));
+    table.add("loss_factor", |row| row.2?.loss_factor);
+    table.add("stuck_pairs", |row| Some(row.2?.pairs.stuck));
+    table.add("slipping_pairs", |row| Some(row.2?.pairs.slipping));
+    table.add("opening_pairs", |row| Some(row.2?.pairs.opening));
+    table.add("points", |row| row.3.map(|[all, _]| all));
+    table.add("converged_points", |row| row.3.map(|[_, n]| n));
     let own = (
         "load_path".to_owned(),
         Outcome::Converged,
@@ -157,4 +149,66 @@ pub fn write_tractions(path: &Path, range: &TractionRange) -> Result<(), ExportE
     });
     let rows: Vec<Row<'_>> = std::iter::once(own).chain(others).collect();
     table.write(path, &rows)
+}
+
+/// Writes verify.csv: two rows per frequency, `balance` and `integration`, the differences on the
+/// second.
+///
+/// # Errors
+/// [`ExportError`] if the table cannot be written.
+pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(), ExportError> {
+    const DIFFERENCES: [&str; 4] = [
+        "amplitude_difference",
+        "h1_amplitude_difference",
+        "contact_work_difference",
+        "input_work_difference",
+    ];
+    struct Row<'a> {
+        of: &'a Comparison,
+        figures: &'a Figures,
+        integrated: bool,
+    }
+    let rows = comparisons.iter().flat_map(|of| {
+        [(&of.balance, false), (&of.integration, true)].map(|(figures, integrated)| Row {
+            of,
+            figures,
+            integrated,
+        })
+    });
+    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    table.add("frequency_hz", |r| r.of.frequency_hz);
+    table.add("method", |r| {
+        if r.integrated {
+            "integration"
+        } else {
+            "balance"
+        }
+    });
+    table.add("harmonics", |r| (!r.integrated).then_some(r.of.harmonics));
+    table.add("stable", |r| {
+        (!r.integrated).then(|| r.of.is_stable.to_string())
+    });
+    table.add("periods", |r| r.integrated.then_some(r.of.periods));
+    table.add("steady", |r| {
+        r.integrated
+            .then_some(if r.of.steady { "yes" } else { "no" })
+    });
+    table.add("transient_left", |r| {
+        let left = r.of.transient_left;
+        (r.integrated && left.is_finite()).then_some(left)
+    });
+    table.add("amplitude_m", |r| r.figures.amplitude_m);
+    table.add("h1_amplitude_m", |r| r.figures.first_harmonic_m);
+    table.add("contact_work_j", |r| r.figures.contact_work_j);
+    table.add("damping_work_j", |r| r.figures.viscous_work_j);
+    table.add("input_work_j", |r| r.figures.input_work_j);
+    table.add("slipping_pairs", |r| r.figures.pairs.slipping);
+    table.add("opening_pairs", |r| r.figures.pairs.opening);
+    for (k, name) in DIFFERENCES.into_iter().enumerate() {
+        table.add(name, move |r| {
+            r.of.differences()[k].filter(|_| r.integrated)
+        });
+    }
+    table.add("retention_n", |r| r.of.retention_n);
+    table.write(path, &rows.collect::<Vec<_>>())
 }

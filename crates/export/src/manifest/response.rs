@@ -206,6 +206,8 @@ pub fn response_summary(
             outcome: o.outcome,
             residual: finite(o.residual),
         });
+    let converged = response.orbits.iter();
+    let converged = converged.filter(|o| o.outcome.is_converged());
     let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
     let inaccurate = response.orbits.iter().filter(inaccurate);
     let fold = |row: usize| FoldSummary {
@@ -215,11 +217,7 @@ pub fn response_summary(
     };
     ResponseSummary {
         points: response.orbits.len(),
-        converged_points: response
-            .orbits
-            .iter()
-            .filter(|o| o.outcome.is_converged())
-            .count(),
+        converged_points: converged.count(),
         accuracy_not_reached_points: inaccurate.count(),
         largest_estimated_error: largest_estimated_error(response),
         unconverged: unconverged.collect(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::canvas::{Across, Canvas, Paint, Place, Stroke, WHITE};
+use super::canvas::{Canvas, MIDDLE, Paint, Place, RIGHT, Stroke, WHITE};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
 use super::names::Taken;
@@ -105,7 +105,7 @@ fn draw(
         let middle = ((left + right) / 2.0, (above + below) / 2.0);
         // On its own line or another one a name stands on white.
         canvas.rectangle(bounds, Paint::Filled(WHITE));
-        chart.text(&name, middle, NAME, Across::Middle);
+        chart.text(&name, middle, NAME, MIDDLE);
     }
     for (i, family) in families.iter().enumerate() {
         for mode in &family.modes {
@@ -126,7 +126,7 @@ fn draw(
         for (bounds, words) in names {
             let [_, right, upper, lower] = bounds;
             boxes.push(bounds);
-            chart.text(&words, (right, (upper + lower) / 2.0), NAME, Across::Right);
+            chart.text(&words, (right, (upper + lower) / 2.0), NAME, RIGHT);
         }
     }
     boxes
@@ -155,7 +155,7 @@ fn draw_peaks(chart: &mut Chart, families: &[CampbellFamily], operation: &Operat
             // On the line of an engine order a name stands on white.
             chart.canvas.rectangle(bounds, Paint::Filled(WHITE));
             let middle = ((left + right) / 2.0, (top + bottom) / 2.0);
-            chart.text(words, middle, NAME, Across::Middle);
+            chart.text(words, middle, NAME, MIDDLE);
         }
     }
 }

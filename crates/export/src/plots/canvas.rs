@@ -45,21 +45,17 @@ pub(super) enum Paint {
     Outline(Colour, f64),
 }
 
-/// Point of a text that is at its place, across.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Across {
-    Left,
-    Middle,
-    Right,
-}
+/// Point of a text that is at its place, across: value of `text-anchor`.
+pub(super) type Across = &'static str;
+pub(super) const LEFT: Across = "start";
+pub(super) const MIDDLE: Across = "middle";
+pub(super) const RIGHT: Across = "end";
 
-/// Point of a text that is at its place, down.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Down {
-    Top,
-    Middle,
-    Bottom,
-}
+/// Point of a text that is at its place, down: value of `dy`.
+pub(super) type Down = &'static str;
+pub(super) const TOP: Down = "0.76em";
+pub(super) const CENTRE: Down = "0.5ex";
+pub(super) const BOTTOM: Down = "-0.5ex";
 
 /// Style of a text.
 #[derive(Debug, Clone, Copy)]
@@ -146,21 +142,11 @@ impl Canvas {
             return;
         }
         let (x, y) = (number(x), number(y));
-        let anchor = match letters.across {
-            Across::Left => "start",
-            Across::Middle => "middle",
-            Across::Right => "end",
-        };
-        let down = match letters.down {
-            Down::Top => "0.76em",
-            Down::Middle => "0.5ex",
-            Down::Bottom => "-0.5ex",
-        };
         let mut text = Text::new(words)
-            .set("dy", down)
+            .set("dy", letters.down)
             .set("font-family", "sans-serif")
             .set("font-size", number(LETTERS * letters.height))
-            .set("text-anchor", anchor);
+            .set("text-anchor", letters.across);
         if letters.turned {
             text = text.set("transform", format!("rotate(270 {x} {y})"));
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::axis::DrawnAxis;
-use super::canvas::{Across, Canvas, Down, Letters, Paint, Place, Stroke, WHITE};
+use super::canvas::{Across, CENTRE, Canvas, LEFT, Letters, Paint, Place, Stroke, WHITE};
 use super::legend::Legend;
 use super::names::Taken;
 use super::{GRID, Heading, SMALL, Side, draw_marks, draw_titles, width_of};
@@ -106,6 +106,15 @@ impl<'a> Chart<'a> {
         self.taken.beside(at, size, [across, down], distances)
     }
 
+    /// Draws a name in a line of this height beside a place, at one of these distances, if it has a
+    /// place where it covers nothing.
+    pub fn name(&mut self, name: &str, at: Place, height: f64, distances: &[f64]) {
+        let size = (width_of(name, height), 18.0);
+        if let Some([left, _, top, bottom]) = self.beside(at, size, distances) {
+            self.text(name, (left, (top + bottom) / 2.0), height, LEFT);
+        }
+    }
+
     /// Draws a line through places; one place alone is a dot.
     pub fn line(&self, places: &[Place], stroke: Stroke) {
         match places {
@@ -132,7 +141,7 @@ impl<'a> Chart<'a> {
     /// Draws a text in a line of this height whose point across, in the middle of its height, is at
     /// a place.
     pub fn text(&self, words: &str, at: Place, height: f64, across: Across) {
-        let letters = Letters::new(height, across, Down::Middle);
+        let letters = Letters::new(height, across, CENTRE);
         self.canvas.text(words, at, letters);
     }
 }

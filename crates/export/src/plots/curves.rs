@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::canvas::{Across, Paint, Place, Stroke, WHITE};
+use super::canvas::{LEFT, MIDDLE, Paint, Place, RIGHT, Stroke, WHITE};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
 use super::{Axis, Heading, Scale, TEXT, ends, width_of, write_svg};
@@ -230,9 +230,9 @@ fn draw_words(chart: &mut Chart, (x, y): Place, words: &str, colour: Colour) {
     };
     // At the end that is nearer to the mark: its letters may be narrower.
     let (across, place) = match (left >= x, right <= x) {
-        (true, _) => (Across::Left, left),
-        (_, true) => (Across::Right, right),
-        _ => (Across::Middle, (left + right) / 2.0),
+        (true, _) => (LEFT, left),
+        (_, true) => (RIGHT, right),
+        _ => (MIDDLE, (left + right) / 2.0),
     };
     let middle = (top + bottom) / 2.0;
     if (place - x).abs() > LED {

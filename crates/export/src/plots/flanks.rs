@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::canvas::{Across, Canvas, Down, Letters, Paint, Stroke, WHITE};
+use super::canvas::{self, CENTRE, Canvas, Letters, MIDDLE, Paint, Stroke, WHITE};
 use super::{Bar, Heading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, write_svg};
 use crate::ExportError;
 use crate::colours::{Colour, INK, NOTHING, OPENS, of_value};
@@ -92,7 +92,7 @@ pub fn write_separation_map(
             let y = HEADING + CAPTION + 58.0 * row as f64;
             let square = [ASIDE, ASIDE + 22.0, y, y + 22.0];
             canvas.rectangle(square, Paint::Filled(colour));
-            let letters = Letters::new(SMALL, Across::Left, Down::Middle);
+            let letters = Letters::new(SMALL, canvas::LEFT, CENTRE);
             canvas.text(words, (ASIDE + 30.0, y + 11.0), letters);
             canvas.text(&format!("{count} pairs"), (ASIDE + 30.0, y + 35.0), letters);
         }
@@ -161,7 +161,7 @@ impl Layout {
                 path.extend(path.first().copied());
                 canvas.line(&path, Stroke::plain(outline.unwrap_or(fill), 1.0));
             }
-            let caption = Letters::new(TEXT, Across::Left, Down::Bottom);
+            let caption = Letters::new(TEXT, canvas::LEFT, canvas::BOTTOM);
             canvas.text(&panel.name, (LEFT, top - 8.0), caption);
             self.axes(canvas, panel, [top, width, height]);
             draw_edges(canvas, &panel.edges, [top, width, height]);
@@ -199,15 +199,15 @@ fn draw_edges(canvas: &Canvas, edges: &[String; 4], [top, width, height]: [f64; 
     let upright = |across, down| Letters::new(SMALL, across, down);
     let sideways = Letters {
         turned: true,
-        ..upright(Across::Middle, Down::Middle)
+        ..upright(MIDDLE, CENTRE)
     };
     let middle = top + height / 2.0;
     let below = top + height + 36.0;
     let places = [
         ((LEFT - 70.0, middle), sideways),
         ((end + 20.0, middle), sideways),
-        ((end, below), upright(Across::Right, Down::Top)),
-        ((end, top - 8.0), upright(Across::Right, Down::Bottom)),
+        ((end, below), upright(canvas::RIGHT, canvas::TOP)),
+        ((end, top - 8.0), upright(canvas::RIGHT, canvas::BOTTOM)),
     ];
     for (name, (place, letters)) in edges.iter().zip(places) {
         canvas.text(name, place, letters);

@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use super::axis::Axis;
-use super::canvas::{Across, Canvas, Stroke};
+use super::canvas::{Canvas, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Heading, SMALL, svg_of, width_of, write_svg};
+use super::{Heading, SMALL, svg_of, write_svg};
 use crate::ExportError;
 use crate::colours::{Colour, NOTHING, of_series};
 use dovetail_solver::model::Model;
@@ -106,11 +106,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, haigh: &Haigh) {
             continue;
         };
         chart.dot(at, 6.0, PLACES);
-        let name = (i + 1).to_string();
-        let size = (width_of(&name, SMALL), 18.0);
-        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[12.0, 26.0]) {
-            chart.text(&name, (left, (top + bottom) / 2.0), SMALL, Across::Left);
-        }
+        chart.name(&(i + 1).to_string(), at, SMALL, &[12.0, 26.0]);
     }
 }
 

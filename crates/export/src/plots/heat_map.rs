@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::canvas::{Across, Canvas, Down, Letters, Paint, Place, WHITE};
+use super::canvas::{CENTRE, Canvas, Letters, MIDDLE, Paint, Place, WHITE};
 use super::{
     Bar, Heading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, ends, width_of, write_svg,
 };
@@ -77,11 +77,7 @@ impl HeatMap {
 }
 
 fn draw(canvas: &Canvas, map: &HeatMap) {
-    let heading = Heading {
-        title: &map.title(),
-        conditions: "",
-    };
-    heading.draw(canvas);
+    Heading::plain(&map.title()).draw(canvas);
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
@@ -96,13 +92,8 @@ fn draw(canvas: &Canvas, map: &HeatMap) {
     for (column, row) in cells() {
         let [left, right, top, bottom] = map.cell(column, row);
         let value = map.value(column, row);
-        let fraction = value.map(|v| {
-            if high > low {
-                (v - low) / (high - low)
-            } else {
-                0.0
-            }
-        });
+        // One value alone is the least.
+        let fraction = value.map(|v| (v - low) / (high - low).max(f64::MIN_POSITIVE));
         let fill = fraction.map_or(NOTHING, of_value);
         let sides = [left, right, top, bottom];
         canvas.rectangle(sides, Paint::Filled(fill));
@@ -112,7 +103,7 @@ fn draw(canvas: &Canvas, map: &HeatMap) {
         }
         let words = value.map_or("none".to_owned(), |v| in_steps(factor * v, step));
         // White letters on the dark half of the colours.
-        let mut letters = Letters::new(TEXT - 5.0, Across::Middle, Down::Middle);
+        let mut letters = Letters::new(TEXT - 5.0, MIDDLE, CENTRE);
         if fraction.is_some_and(|fraction| fraction < 0.5) {
             letters.colour = WHITE;
         }

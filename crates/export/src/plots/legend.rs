@@ -1,6 +1,6 @@
 //! Draws the key of a chart between its title and its axes, where it covers no curve.
 
-use super::canvas::{Across, Canvas, Down, Letters, Paint, Place, Stroke};
+use super::canvas::{CENTRE, Canvas, LEFT, Letters, Paint, Place, Stroke};
 use super::{SMALL, width_of};
 use crate::colours::Colour;
 
@@ -55,7 +55,7 @@ impl Legend {
 
     /// Draws the rows from `top` downwards.
     pub fn draw(&self, canvas: &Canvas, top: f64) {
-        let letters = Letters::new(SMALL, Across::Left, Down::Middle);
+        let letters = Letters::new(SMALL, LEFT, CENTRE);
         for ((mark, words), (left, row)) in self.entries.iter().zip(self.places(canvas.width)) {
             let y = top + ROW * row + ROW / 2.0;
             draw_mark(canvas, *mark, (left, y));

@@ -31,7 +31,7 @@ pub use series::{Series, write_series};
 
 use std::path::Path;
 
-use self::canvas::{Across, Canvas, Down, Letters, Paint, Stroke};
+use self::canvas::{BOTTOM, CENTRE, Canvas, LEFT, Letters, MIDDLE, Paint, RIGHT, Stroke, TOP};
 use super::colours::{self, Colour, INK};
 use super::{ExportError, write_file};
 use crate::words::{in_unit, ticks};
@@ -96,7 +96,7 @@ impl<'a> Heading<'a> {
     /// Draws title and conditions, centred at the top.
     fn draw(self, canvas: &Canvas) {
         for (words, height, y) in [(self.title, TITLE, 32.0), (self.conditions, SMALL, 72.0)] {
-            let letters = Letters::new(height, Across::Middle, Down::Middle);
+            let letters = Letters::new(height, MIDDLE, CENTRE);
             canvas.text(words, (canvas.width / 2.0, y), letters);
         }
     }
@@ -113,8 +113,8 @@ enum Side {
 /// whose words would touch only the first is drawn.
 fn draw_marks(canvas: &Canvas, side: Side, edge: f64, marks: &[(f64, String)]) {
     let (across, down) = match side {
-        Side::Below => (Across::Middle, Down::Top),
-        Side::Left => (Across::Right, Down::Middle),
+        Side::Below => (MIDDLE, TOP),
+        Side::Left => (RIGHT, CENTRE),
     };
     let letters = Letters::new(SMALL, across, down);
     let mut before: Option<(f64, f64)> = None;
@@ -138,7 +138,7 @@ fn draw_marks(canvas: &Canvas, side: Side, edge: f64, marks: &[(f64, String)]) {
 
 /// Draws the titles of the axes: below the frame at a height, and at the left edge of the picture.
 fn draw_titles(canvas: &Canvas, titles: [&str; 2], [x, y]: [f64; 2], below: f64) {
-    let letters = Letters::new(TEXT, Across::Middle, Down::Middle);
+    let letters = Letters::new(TEXT, MIDDLE, CENTRE);
     canvas.text(titles[0], (x, below), letters);
     let turned = Letters {
         turned: true,
@@ -170,12 +170,12 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) {
         canvas.rectangle(sides, Paint::Filled(colours::of_value(fraction)));
     }
     canvas.rectangle([left, right, top, bottom], Paint::Outline(INK, 1.0));
-    let letters = Letters::new(SMALL, Across::Left, Down::Middle);
+    let letters = Letters::new(SMALL, LEFT, CENTRE);
     for (tick, words) in ticks(low * factor, high * factor, 6) {
         let y = bottom - (tick / factor - low) / (high - low) * (bottom - top);
         canvas.line(&[(right, y), (right + 6.0, y)], Stroke::plain(INK, 1.0));
         canvas.text(&words, (right + 14.0, y), letters);
     }
-    let letters = Letters::new(TEXT - 1.0, Across::Left, Down::Bottom);
+    let letters = Letters::new(TEXT - 1.0, LEFT, BOTTOM);
     canvas.text(&unit, (left, top - 10.0), letters);
 }

@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use super::axis::Axis;
-use super::canvas::{Across, Canvas, Stroke};
+use super::canvas::{Canvas, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Heading, SMALL, width_of, write_svg};
+use super::{Heading, SMALL, write_svg};
 use crate::ExportError;
 use crate::colours::{Colour, of_series};
 use dovetail_solver::reduced::waves::nodal_diameter_of;
@@ -103,11 +103,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) {
             continue;
         };
         chart.dot(at, 3.0, ORDERS);
-        let name = format!("EO {order}");
-        let size = (width_of(&name, SMALL), 20.0);
-        if let Some([left, _, top, bottom]) = chart.beside(at, size, &[10.0, 18.0]) {
-            chart.text(&name, (left, (top + bottom) / 2.0), SMALL, Across::Left);
-        }
+        chart.name(&format!("EO {order}"), at, SMALL, &[10.0, 18.0]);
     }
 }
 

@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use super::axis::DrawnAxis;
-use super::canvas::{Across, Canvas, Place, Stroke};
+use super::canvas::{Canvas, Place, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Axis, Heading, TEXT, width_of, write_svg};
+use super::{Axis, Heading, TEXT, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, INK, of_series};
+use crate::colours::{INK, of_series};
 
 /// Height of a line of names beside points.
 const NAME: f64 = TEXT - 8.0;
@@ -88,7 +88,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
         .iter()
         .position(|one| one.bars.iter().any(Option::is_some))
     {
-        legend.add(Mark::Line(bar_stroke(colour(i))), "estimated error");
+        legend.add(Mark::Line(Stroke::plain(colour(i), 2.0)), "estimated error");
     }
     if series.iter().any(|one| !one.failed.is_empty()) {
         legend.add(Mark::Cross(INK), "nothing found");
@@ -120,7 +120,7 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
         }
         for (at, bar) in one.points.iter().zip(&one.bars) {
             if let Some(ends) = bar {
-                draw_bar(&chart, at.0, *ends, bar_stroke(stroke.colour));
+                draw_bar(&chart, at.0, *ends, Stroke::plain(stroke.colour, 2.0));
             }
         }
         for at in one.failed.iter().filter_map(|x| chart.below(*x)) {
@@ -130,10 +130,8 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
             chart.dot(*at, 6.0 + extra[i] / 2.0, stroke.colour);
         }
         for (at, name) in places.iter().zip(&one.names) {
-            let size = (width_of(name, NAME), 18.0);
-            let free = at.and_then(|at| chart.beside(at, size, &NAME_DISTANCES));
-            if let Some([left, _, top, bottom]) = free {
-                chart.text(name, (left, (top + bottom) / 2.0), NAME, Across::Left);
+            if let Some(at) = at {
+                chart.name(name, *at, NAME, &NAME_DISTANCES);
             }
         }
     }
@@ -153,11 +151,6 @@ fn drawn_axes(axes: &[Axis; 2], series: &[Series]) -> [DrawnAxis; 2] {
         axes[0].around(shown.iter().map(|p| p[0]).chain(failed)),
         axes[1].around(shown.iter().map(|p| p[1])),
     ]
-}
-
-/// Line of an error bar.
-fn bar_stroke(colour: Colour) -> Stroke {
-    Stroke::plain(colour, 2.0)
 }
 
 /// Draws an error bar with its ends. An end that the axis cannot show is at the lower edge.

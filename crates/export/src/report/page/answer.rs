@@ -235,23 +235,17 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             }
             @match response.first.peak_estimated_error {
-                Some(error) => (line(error <= LARGE_ERROR, &html! {
-                    "The harmonics left out change the peak by " (bounded(error, "an estimated")) "."
-                })),
+                Some(error) => (small(error, LARGE_ERROR, "The harmonics left out change the peak by ", "an estimated")),
                 None if response.first.peak_amplitude_m.is_some() && contents.has_pairs() => {
                     (line(false, &html! { "The error of the harmonics left out is not known." }))
                 }
                 None => {}
             }
             @if let Some(error) = response.worst_energy_balance_error {
-                (line(error <= UNBALANCED, &html! {
-                    "Power put in and power spent differ by " (bounded(error, "at most")) "."
-                }))
+                (small(error, UNBALANCED, "Power put in and power spent differ by ", "at most"))
             }
             @if let Some(error) = contents.summary.truncation.as_ref().and_then(|t| t.amplitude) {
-                (line(error <= CHANGED, &html! {
-                    "The modes left out change amplitudes of the linear curve by " (bounded(error, "an estimated")) "."
-                }))
+                (small(error, CHANGED, "The modes left out change amplitudes of the linear curve by ", "an estimated"))
             }
             @let frequencies = contents.summary.truncation.iter().flat_map(|t| &t.frequencies);
             @if let Some(error) = frequencies.copied().reduce(f64::max) {
@@ -270,6 +264,11 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
         }
     }
+}
+
+/// Line about an error, which is small up to a limit.
+fn small(error: f64, limit: f64, about: &str, how: &str) -> Markup {
+    line(error <= limit, &html! { (about) (bounded(error, how)) "." })
 }
 
 /// Number of warnings of more weight than a remark.

@@ -1,4 +1,4 @@
-//! Tables of motions over a key: peaks.csv and curve.csv.
+//! Tables of motions over a key or an amplitude: peaks.csv, curve.csv and backbone.csv.
 
 use std::path::Path;
 
@@ -6,13 +6,14 @@ use super::solution::Solution;
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::dlft::Orbit;
+use dovetail_solver::dlft::backbone::BackbonePoint;
 use dovetail_solver::dlft::branch::{ValueCurve, stable};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run::{PeakAt, Peaks};
 
-/// Columns of the amplitude, in both tables.
+/// Columns of the amplitude over a key.
 const AMPLITUDE: &str = "amplitude_m frequency_hz outcome linear_amplitude_m ratio loss_factor";
-/// Columns of the joint, in both tables.
+/// Columns of the joint there.
 const JOINT: &str = "friction_power_w viscous_power_w slipping_pairs opening_pairs \
  opening_area_m2 largest_slid_m retention_n harmonics estimated_error";
 
@@ -153,5 +154,62 @@ pub fn write_curve(path: &Path, key: &str, rows: &[CurveRow<'_>]) -> Result<(), 
     table.add(key, |row| row.value);
     table.add_solution("", CurveRow::solution, AMPLITUDE);
     table.add_solution("", CurveRow::solution, JOINT);
+    table.write(path, rows)
+}
+
+/// Row of backbone.csv.
+#[derive(Debug, Clone, Copy)]
+pub struct BackboneRow<'a> {
+    /// Number of the observed displacement.
+    pub observation: usize,
+    /// Motion of the backbone.
+    pub point: &'a BackbonePoint,
+    /// Force of the scene, N, where a single one excites it.
+    pub force_n: Option<f64>,
+}
+
+impl BackboneRow<'_> {
+    /// Amplitude of the observed displacement, m.
+    pub fn amplitude_m(&self) -> f64 {
+        self.point.orbit.observed_amplitude[self.observation]
+    }
+
+    /// Force at whose resonance the motion is, N.
+    pub fn resonant_force_n(&self) -> Option<f64> {
+        Some(self.force_n? * self.point.excitation_scale?)
+    }
+
+    fn solution(&self) -> Option<Solution<'_>> {
+        Some(Solution::of(&self.point.orbit, self.observation))
+    }
+}
+
+/// Writes backbone.csv: one row for each amplitude.
+///
+/// # Errors
+/// [`ExportError`] if the table cannot be written.
+pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), ExportError> {
+    let mut table: Columns<'_, BackboneRow<'_>> = Columns::default();
+    let solution = BackboneRow::solution;
+    table.add_solution("", solution, "amplitude_m frequency_hz outcome");
+    table.add("damping_ratio", |row| row.point.damping_ratio);
+    table.add("friction_ratio", |row| row.point.friction_ratio);
+    table.add("modal_amplitude_m_sqrt_kg", |row| row.point.modal_amplitude);
+    table.add("excitation_scale", |row| row.point.excitation_scale);
+    table.add("force_n", BackboneRow::resonant_force_n);
+    table.add("response_below_hz", |row| {
+        row.point.response_frequencies_hz()[0]
+    });
+    table.add("response_above_hz", |row| {
+        row.point.response_frequencies_hz()[1]
+    });
+    table.add_solution("", solution, "friction_power_w viscous_power_w");
+    table.add("power_defect", |row| row.point.power_defect());
+    table.add_solution(
+        "",
+        solution,
+        "stuck_pairs slipping_pairs opening_pairs closing_pairs open_pairs retention_n harmonics",
+    );
+    table.add("estimated_error", |row| row.point.estimated_error);
     table.write(path, rows)
 }
