@@ -17,7 +17,7 @@ use super::statics::static_options;
 use crate::description::{Scene, Subject};
 use crate::fem::Prestressed;
 use crate::fem::mass_properties::mass_properties;
-use crate::model::{Assembly, Cyclic, Model, Prestress, bind};
+use crate::model::{Assembly, Cyclic, Gap, Model, Prestress, bind};
 use crate::problem::Problem;
 use crate::reduced::Waves;
 use crate::reduction::craig_bampton::fixed_interface_modes;
@@ -165,7 +165,7 @@ impl PlannedReduction {
             // They are parts of the laws of the pairs.
             for contact in &mut assembly.contacts {
                 (contact.friction_at, contact.crown) = (None, None);
-                contact.gap_from_mesh = false;
+                contact.gap = Gap::Closed;
             }
         }
         let excitations = assembly.excitations.iter_mut();
@@ -417,7 +417,9 @@ mod tests {
     use crate::damping::DampingSpec;
     use crate::description::{FrequencyRange, ResponseSpec, StaticSpec};
     use crate::dlft::settings::Resolution;
-    use crate::model::{ContactSpec, CyclicSpec, ExcitationKind, ExcitationSpec, RotationSpec};
+    use crate::model::{
+        ContactSpec, CyclicSpec, ExcitationKind, ExcitationSpec, Gap, RotationSpec,
+    };
 
     type Change = fn(&mut Assembly);
 
@@ -475,7 +477,7 @@ mod tests {
     fn scenes_that_differ_in_what_only_the_response_reads_share_a_reduction() {
         let of_laws: &[Change] = &[
             |a| a.contacts[0].pair_law.friction = 0.4,
-            |a| a.contacts[0].gap_from_mesh = true,
+            |a| a.contacts[0].gap = Gap::Mesh,
         ];
         let of_excitation: &[Change] = &[
             |a| a.excitations[0].amplitude = 2.0,
