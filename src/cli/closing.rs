@@ -25,10 +25,7 @@ pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosi
     let peaks: Vec<NamedPeak<'_>> = peaks.unwrap_or_default();
     let report = folder.join(REPORT);
     match verbosity {
-        Verbosity::Quiet => {
-            let result = one_line(summary, &peaks);
-            format!("{result}; {}\n", report.display())
-        }
+        Verbosity::Quiet => format!("{}; {}\n", one_line(summary, &peaks), report.display()),
         Verbosity::Normal | Verbosity::Verbose => {
             let laws = &run.reduced.problem.laws;
             let column = match laws.iter().any(|law| law.friction > 0.0) {
@@ -86,22 +83,18 @@ fn lines(
     let title = |(observed, _): &NamedPeak<'_>| format!("peak of {}", observed.name);
     let titles = peaks.iter().map(|p| title(p).chars().count() + 1);
     let width = titles.fold(WIDTHS[0], usize::max);
-    let heading = |text: &str| format!("  {text:<width$}");
-    // One line for each, where there are several.
-    let of_contacts = |contacts: &mut dyn Iterator<Item = (&str, String)>| {
-        let contacts: Vec<(&str, String)> = contacts.collect();
-        let several = contacts.len() > 1;
-        let lines = contacts
-            .into_iter()
-            .filter(|_| several)
-            .map(|(name, words)| format!("{}{name}: {words}\n", heading("")));
-        lines.collect::<String>()
+    let row = |heading: &str, words: &str| format!("  {heading:<width$}{words}\n");
+    // One line for each, if there are several.
+    let of_contacts = |contacts: Vec<(&str, String)>| -> String {
+        let several = contacts.iter().filter(|_| contacts.len() > 1);
+        let lines = several.map(|(name, words)| row("", &format!("{name}: {words}")));
+        lines.collect()
     };
     if let Some(state) = &summary.static_state {
-        text += &format!("{}{}\n", heading("at rest"), static_words(state));
+        text += &row("at rest", &static_words(state));
         let contacts = state.contacts.iter();
-        let mut counts = contacts.filter_map(|c| Some((c.name.as_str(), static_counts(c.counts?))));
-        text += &of_contacts(&mut counts);
+        let counts = contacts.filter_map(|c| Some((c.name.as_str(), static_counts(c.counts?))));
+        text += &of_contacts(counts.collect());
     }
     let column = WIDTHS[1];
     let along = summary.response.as_ref().and_then(|r| r.engine_order);
@@ -110,73 +103,52 @@ fn lines(
             Some(nonlinear) => format!("{nonlinear:<column$}{:<column$}ratio", "linear"),
             None => "linear, for all contacts are bonded".to_owned(),
         };
-        text += &format!("{}{headings}\n", heading(""));
+        text += &row("", &headings);
     }
     for named in peaks {
         let (observed, peak) = named;
         let Some(own) = peak.place() else { continue };
         let (linear, unit) = (peak.linear(), observed.quantity.unit());
+        let dash = || "–".to_owned();
         let cells = |own: String, linear: Option<String>| match nonlinear {
             None => own,
-            Some(_) => {
-                let linear = linear.unwrap_or("–".to_owned());
-                format!("{own:<column$}{linear:<column$}")
-            }
+            Some(_) => format!("{own:<column$}{:<column$}", linear.unwrap_or_else(dash)),
         };
         let amplitude = peak.amplitude_words(unit).unwrap_or_default();
         let amplitudes = cells(amplitude, peak.linear_words(unit));
         let hz = |[_, hz]: [f64; 2]| format!("{} Hz", figure(hz, 6));
         let frequencies = cells(hz(own), linear.map(hz));
-        let ratio = nonlinear.map(|_| peak.ratio_words().unwrap_or("–".to_owned()));
+        let ratio = nonlinear.map(|_| peak.ratio_words().unwrap_or_else(dash));
         let ratio = ratio.unwrap_or_default();
-        text += &format!("{}{amplitudes}{ratio}\n", heading(&title(named)));
-        if let Some(words) = peak.error_words() {
-            text += &format!("{}{words}\n", heading(""));
-        }
-        text += &format!("{}{}\n", heading(""), frequencies.trim_end());
+        text += &row(&title(named), &format!("{amplitudes}{ratio}"));
+        text += &peak
+            .error_words()
+            .map_or(String::new(), |words| row("", &words));
+        text += &row("", frequencies.trim_end());
         if let Some(order) = along {
             let rpm = |[_, hz]: [f64; 2]| format!("{} rpm", figure(order.speed_rpm(hz), 5));
-            text += &format!(
-                "{}{}\n",
-                heading(""),
-                cells(rpm(own), linear.map(rpm)).trim_end()
-            );
+            text += &row("", cells(rpm(own), linear.map(rpm)).trim_end());
         }
-        for line in peak
-            .loss_words()
-            .into_iter()
-            .chain(peak.counts().map(cycle_counts))
-        {
-            text += &format!("{}{line}\n", heading(""));
+        let states = peak.counts().map(cycle_counts);
+        for words in peak.loss_words().into_iter().chain(states) {
+            text += &row("", &words);
         }
         let contacts = peak.peak_contacts.iter();
-        text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));
+        let counts = contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts)));
+        text += &of_contacts(counts.collect());
     }
     if let Some(response) = &summary.response {
-        if let Some(words) = run_up_words(response) {
-            text += &format!("{}{words}\n", heading("run-up"));
-        }
+        text += &run_up_words(response).map_or(String::new(), |words| row("run-up", &words));
         if let Some(range) = &response.traction_range {
-            text += &format!("{}{}\n", heading("preload"), traction_words(range));
+            text += &row("preload", &traction_words(range));
         }
-        let what = match response.engine_order {
-            Some(_) => "speeds",
-            None => "frequencies",
-        };
-        text += &format!(
-            "{}{} of {} converged\n",
-            heading(what),
-            response.converged_points,
-            response.points
-        );
+        let what = along.map_or("frequencies", |_| "speeds");
+        let (converged, points) = (response.converged_points, response.points);
+        text += &row(what, &format!("{converged} of {points} converged"));
     }
-    text += &format!(
-        "{}{} s{}\n",
-        heading("time"),
-        figure(summary.seconds, 3),
-        shares(&summary.stages, summary.seconds)
-    );
-    text + &format!("{}{}\n", heading("open first"), report.display())
+    let (seconds, shares) = (summary.seconds, shares(&summary.stages, summary.seconds));
+    text += &row("time", &format!("{} s{shares}", figure(seconds, 3)));
+    text + &row("open first", &report.display().to_string())
 }
 
 /// Engine order and speeds of a run-up; `None` for other responses.

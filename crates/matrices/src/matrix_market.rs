@@ -248,11 +248,11 @@ impl<R: BufRead> Lines<R> {
         make: impl FnOnce(Size) -> Result<M, Fault>,
         mut add: impl FnMut(&mut M, [usize; 2], f64),
     ) -> Read<M> {
-        let Some((number, line)) = self.content()? else {
+        if self.content()?.is_none() {
             return Err(text::cut_off("the line with the size"));
-        };
-        let sizes = form.sizes(line);
-        let size = sizes.and_then(|sizes| form.fitting(sizes, self.left));
+        }
+        let (line, number) = (self.line.trim_ascii(), self.number);
+        let size = form.size(line, self.left);
         let made = size.and_then(|size| Ok((size, make(size)?)));
         let (size, mut matrix) = made.map_err(|fault| fault.at_line(number))?;
         let mut next = [form.symmetry.first_row(0), 0];
@@ -301,9 +301,10 @@ fn not_read(what: &[u8], remedy: &'static str, line: usize) -> Failure {
 }
 
 impl Form {
-    /// Numbers of rows, of columns and of entries in the line of the size. That of the entries of an
-    /// array follows from the others.
-    fn sizes(self, line: &[u8]) -> Result<[u64; 3], Fault> {
+    /// Reads the line of the size, before so many bytes. The number of the entries of an array
+    /// follows from its size. Of an entry there is at least a digit each for row, column and value,
+    /// with a blank or a line end behind it, which the last entry may lack.
+    fn size(self, line: &[u8], left: usize) -> Result<Size, Fault> {
         let expected = match self.is_placed {
             true => "the numbers of rows, columns and entries",
             false => "the numbers of rows and columns",
@@ -321,7 +322,7 @@ impl Form {
                 [rows, columns, entries]
             }),
         };
-        let Some([Some(rows), Some(columns), Some(entries)]) = numbers else {
+        let Some([Some(rows), Some(columns), Some(announced)]) = numbers else {
             return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN));
         };
         if self.symmetry != Symmetry::General && rows != columns {
@@ -332,22 +333,16 @@ impl Form {
                 WRITE_AGAIN,
             ));
         }
-        Ok([rows, columns, entries])
-    }
-
-    /// Checks that the bytes that are left hold the entries: a digit each for row, column and
-    /// value, and a blank or a line end behind each. The last entry may lack its line end.
-    fn fitting(self, [rows, columns, entries]: [u64; 3], left: usize) -> Result<Size, Fault> {
-        let numbers = 2 * u64::from(self.is_placed) + u64::from(self.has_values);
-        match usize::try_from(entries) {
-            Ok(count) if entries.saturating_mul(2 * numbers) <= left as u64 + 1 => Ok(Size {
+        let of_an_entry = 2 * (2 * u64::from(self.is_placed) + u64::from(self.has_values));
+        match usize::try_from(announced) {
+            Ok(entries) if announced.saturating_mul(of_an_entry) <= left as u64 + 1 => Ok(Size {
                 rows,
                 columns,
-                entries: count,
+                entries,
             }),
             _ => Err(Fault::TooLarge {
                 announced: match self.is_placed {
-                    true => format!("a number of {entries} entries"),
+                    true => format!("a number of {announced} entries"),
                     false => format!("a matrix of {rows} x {columns}"),
                 },
                 bytes: left,

@@ -35,16 +35,14 @@ pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
 /// # Errors
 /// The errors of the file.
 pub fn comments(path: &Path) -> io::Result<Vec<String>> {
-    let mut lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
-    lines.next().transpose()?;
-    let mut comments = Vec::new();
-    for line in lines {
-        match line?.strip_prefix('%') {
-            Some(comment) => comments.push(comment.trim().to_owned()),
-            None => break,
-        }
-    }
-    Ok(comments)
+    let lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
+    let comment = |line: io::Result<String>| match line {
+        Ok(line) => line
+            .strip_prefix('%')
+            .map(|words| Ok(words.trim().to_owned())),
+        Err(error) => Some(Err(error)),
+    };
+    lines.skip(1).map_while(comment).collect()
 }
 
 /// Reads a matrix of any form with real entries.

@@ -47,11 +47,8 @@ pub fn write_forces(
     table.add("of", |row| row.of.pusher.id().to_owned());
     table.add("name", |row| row.of.name.clone());
     table.add("body", |row| bodies[row.of.body].to_owned());
-    for (axis, name) in ["about_x_m", "about_y_m", "about_z_m"]
-        .into_iter()
-        .enumerate()
-    {
-        table.add(name, move |row| row.of.about_m[axis]);
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        table.add(format!("about_{name}_m"), move |row| row.of.about_m[axis]);
     }
     table.add("component", |row| row.component.clone());
     let harmonics = rows.first().map_or(0, |row| row.coefficients.len() / 2);

@@ -10,7 +10,7 @@ use dovetail_solver::model::{Model, Observation};
 use dovetail_solver::reduced::Quantity;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    CycleFields, StaticFields, cycle_fields, peak, static_fields, sweep_fields,
+    CycleFields, StaticFields, SweepFields, cycle_fields, peak, static_fields, sweep_fields,
 };
 
 /// Writes static.csv: one row per pair. If the static state did not converge, `status` is the
@@ -137,12 +137,9 @@ pub fn write_contact(
         cycle(true, |f| &f.friction_energy_j_m2),
     );
     let any = swept.points > 0;
-    table.add("friction_power_mean_w", move |i| {
-        any.then(|| swept.friction_power_mean_w[*i])
-    });
-    table.add("opening_share", move |i| {
-        any.then(|| swept.opening_share[*i])
-    });
+    let mean = |values: fn(&SweepFields) -> &[f64]| move |i: &usize| any.then(|| values(swept)[*i]);
+    table.add("friction_power_mean_w", mean(|s| &s.friction_power_mean_w));
+    table.add("opening_share", mean(|s| &s.opening_share));
     table.add("opens_at_any_frequency", move |i| {
         any.then(|| swept.separates[*i].to_string())
     });

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::finite;
 use crate::words::{error_words, figure, quantity_beside, supported_digits};
 use dovetail_solver::description::EngineOrder;
-use dovetail_solver::dlft::{CycleCounts, Orbit, Response};
+use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     cycle_fields, friction_power_w, largest_of_pairs, linear_peak, local_peaks, peak,
@@ -93,6 +93,15 @@ impl ObservedPeak {
         let counts = orbit.counts();
         let cycles = cycle_fields(orbit, &pairs.rows);
         let friction_w = friction_power_w(orbit);
+        let of_contact = |(c, name): (usize, &String)| {
+            let own = pairs.rows.iter().zip(&orbit.cycles);
+            let own = own.filter(|(row, _)| row.contact == c);
+            ContactCounts {
+                name: name.clone(),
+                counts: own.map(|(_, cycle)| cycle.status).collect(),
+            }
+        };
+        let contacts = pairs.contacts.iter().enumerate().map(of_contact);
         let energy = largest_of_pairs(&cycles.friction_energy_j_m2);
         let local = local_peaks(response, i).into_iter();
         let loss = local.filter(|local| local.at.index == top.index);
@@ -112,7 +121,7 @@ impl ObservedPeak {
             peak_opening_pairs: Some(counts.opening),
             peak_closing_pairs: Some(counts.closing),
             peak_open_pairs: Some(counts.open),
-            peak_contacts: contact_counts(pairs, orbit),
+            peak_contacts: contacts.collect(),
             peak_friction_power_w: finite(friction_w),
             peak_damping_power_w: finite(orbit.viscous_power_w),
             peak_largest_friction_energy_j_m2: energy
@@ -215,18 +224,4 @@ pub struct ContactCounts {
     /// Counts of its pairs.
     #[serde(flatten)]
     pub counts: CycleCounts,
-}
-
-/// Counts of the states of the pairs of each contact in the period of an orbit.
-fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
-    let contacts = pairs.contacts.iter().enumerate();
-    let of_contact = |(c, name): (usize, &String)| {
-        let own = pairs.rows.iter().zip(&orbit.cycles);
-        let own = own.filter(|(row, _)| row.contact == c);
-        ContactCounts {
-            name: name.clone(),
-            counts: own.map(|(_, cycle)| cycle.status).collect(),
-        }
-    };
-    contacts.map(of_contact).collect()
 }

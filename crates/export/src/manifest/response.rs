@@ -140,17 +140,6 @@ pub struct UnconvergedPoint {
     pub residual: Option<f64>,
 }
 
-fn peak_summary(peak: &LocalPeak) -> LocalPeakSummary {
-    let loss_factor = peak.loss_factor.and_then(finite);
-    LocalPeakSummary {
-        row: peak.at.index,
-        frequency_hz: peak.at.frequency_hz,
-        amplitude_m: peak.at.amplitude_m,
-        loss_factor,
-        quality_factor: loss_factor.map(f64::recip).and_then(finite),
-    }
-}
-
 /// Range of the peak of the first observation over starting tractions, that of the load path
 /// included. The response was found to span it; it is no bound.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -210,6 +199,16 @@ pub fn response_summary(
     let converged = converged.filter(|o| o.outcome.is_converged());
     let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
     let inaccurate = response.orbits.iter().filter(inaccurate);
+    let local = |peak: &LocalPeak| {
+        let loss_factor = peak.loss_factor.and_then(finite);
+        LocalPeakSummary {
+            row: peak.at.index,
+            frequency_hz: peak.at.frequency_hz,
+            amplitude_m: peak.at.amplitude_m,
+            loss_factor,
+            quality_factor: loss_factor.map(f64::recip).and_then(finite),
+        }
+    };
     let fold = |row: usize| FoldSummary {
         row,
         frequency_hz: response.orbits[row].frequency_hz,
@@ -232,7 +231,7 @@ pub fn response_summary(
         }),
         second_motion: response.second_motions.clone(),
         folds: folds(response).into_iter().map(fold).collect(),
-        peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
+        peaks: local_peaks(response, 0).iter().map(local).collect(),
         traction_range: None,
         peak_fretting: None,
         pairs_that_open: separates.iter().filter(|separates| **separates).count(),

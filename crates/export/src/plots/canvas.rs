@@ -26,11 +26,10 @@ pub(super) struct Stroke {
 
 impl Stroke {
     pub fn plain(colour: Colour, width: f64) -> Self {
-        let dashed = false;
         Self {
             colour,
             width,
-            dashed,
+            dashed: false,
         }
     }
 }
@@ -130,10 +129,10 @@ impl Canvas {
         self.draw(circle.set("r", number(radius)), paint);
     }
 
-    /// Two crossing strokes in a square of twice this size.
-    pub fn cross(&self, (x, y): Place, half: f64, stroke: Stroke) {
-        for up in [half, -half] {
-            self.line(&[(x - half, y + up), (x + half, y - up)], stroke);
+    pub fn cross(&self, (x, y): Place, colour: Colour) {
+        for up in [7.0, -7.0] {
+            let line = [(x - 7.0, y + up), (x + 7.0, y - up)];
+            self.line(&line, Stroke::plain(colour, 3.0));
         }
     }
 

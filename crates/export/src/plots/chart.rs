@@ -134,10 +134,6 @@ impl<'a> Chart<'a> {
         self.canvas.circle(at, 6.0, Paint::Outline(colour, 2.0));
     }
 
-    pub fn cross(&self, at: Place, colour: Colour) {
-        self.canvas.cross(at, 7.0, Stroke::plain(colour, 3.0));
-    }
-
     /// Draws a text in a line of this height whose point across, in the middle of its height, is at
     /// a place.
     pub fn text(&self, words: &str, at: Place, height: f64, across: Across) {

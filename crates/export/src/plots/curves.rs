@@ -176,7 +176,7 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) {
         .flat_map(|c| Point::lost(&c.points).map(move |p| (c, p)))
     {
         if let Some(at) = chart.at((curves.place(point.frequency_hz), bottom)) {
-            chart.cross(at, curve.colour());
+            chart.canvas.cross(at, curve.colour());
         }
     }
     let marked = |chart: &Chart, curve: &Curve| {

@@ -84,11 +84,8 @@ fn draw(canvas: &Canvas, map: &HeatMap) {
     let [low, high] = ends(values());
     let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
     let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
-    let step = if values().all(|v| (factor * v).fract() == 0.0) {
-        1.0
-    } else {
-        three_digits
-    };
+    let are_whole = values().all(|v| (factor * v).fract() == 0.0);
+    let step = if are_whole { 1.0 } else { three_digits };
     for (column, row) in cells() {
         let [left, right, top, bottom] = map.cell(column, row);
         let value = map.value(column, row);

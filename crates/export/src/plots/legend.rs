@@ -70,7 +70,7 @@ fn draw_mark(canvas: &Canvas, mark: Mark, (left, y): Place) {
         Mark::Line(stroke) => canvas.line(&[(left, y), (left + 39.0, y)], stroke),
         Mark::Dot(colour) => canvas.circle(middle, 6.0, Paint::Filled(colour)),
         Mark::Ring(colour) => canvas.circle(middle, 6.0, Paint::Outline(colour, 2.0)),
-        Mark::Cross(colour) => canvas.cross(middle, 7.0, Stroke::plain(colour, 3.0)),
+        Mark::Cross(colour) => canvas.cross(middle, colour),
     }
 }
 

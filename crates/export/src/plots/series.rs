@@ -124,15 +124,14 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Serie
             }
         }
         for at in one.failed.iter().filter_map(|x| chart.below(*x)) {
-            chart.cross(at, stroke.colour);
+            chart.canvas.cross(at, stroke.colour);
         }
         for at in places.iter().flatten().filter(|_| one.dots) {
             chart.dot(*at, 6.0 + extra[i] / 2.0, stroke.colour);
         }
-        for (at, name) in places.iter().zip(&one.names) {
-            if let Some(at) = at {
-                chart.name(name, *at, NAME, &NAME_DISTANCES);
-            }
+        let named = places.iter().zip(&one.names);
+        for (at, name) in named.filter_map(|(at, name)| Some(((*at)?, name))) {
+            chart.name(name, at, NAME, &NAME_DISTANCES);
         }
     }
 }

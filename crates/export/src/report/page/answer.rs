@@ -60,12 +60,11 @@ fn without_response(contents: &Contents<'_>) -> Markup {
 
 /// Frequency in words, with its speed before it in a run-up.
 fn place(response: &ResponseSummary, frequency_hz: Option<f64>) -> String {
-    let Some(hz) = frequency_hz else {
-        return String::new();
-    };
-    let rpm = response.engine_order.map(|order| order.speed_rpm(hz));
-    let rpm = rpm.map_or(String::new(), |rpm| format!("{} rpm, ", figure(rpm, 5)));
-    format!("{rpm}{} Hz", figure(hz, 6))
+    frequency_hz.map_or(String::new(), |hz| {
+        let rpm = response.engine_order.map(|order| order.speed_rpm(hz));
+        let rpm = rpm.map_or(String::new(), |rpm| format!("{} rpm, ", figure(rpm, 5)));
+        format!("{rpm}{} Hz", figure(hz, 6))
+    })
 }
 
 /// Comparison of the peak with the linear peak.
